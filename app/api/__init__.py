@@ -1,0 +1,1 @@
+"""The HTTP and websocket side: the only importer of aiohttp's server."""

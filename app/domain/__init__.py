@@ -1,0 +1,1 @@
+"""What is true about plans, missions, drops and vehicles. Pure: no I/O, no asyncio."""

@@ -1,0 +1,135 @@
+"""The mission: what a vehicle gets. A frozen list of MISSION_ITEM_INT, compiled from a plan."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum
+
+NAN = math.nan
+"""On the wire "not given" is NaN and never 0: in DO_GRIPPER a 0 means RELEASE."""
+
+
+class MavFrame(IntEnum):
+    """MAV_FRAME values that PX4 takes in missions."""
+
+    GLOBAL = 0
+    MISSION = 2
+    GLOBAL_RELATIVE_ALT = 3
+    GLOBAL_INT = 5
+    GLOBAL_RELATIVE_ALT_INT = 6
+
+
+class MissionType(IntEnum):
+    """MAV_MISSION_TYPE: the three lists of the mission protocol."""
+
+    MISSION = 0
+    FENCE = 1
+    RALLY = 2
+
+
+class MavCmd(IntEnum):
+    """MAV_CMD values that Waydrop sends, in missions or as commands."""
+
+    NAV_WAYPOINT = 16
+    NAV_LOITER_UNLIM = 17
+    NAV_LOITER_TURNS = 18
+    NAV_LOITER_TIME = 19
+    NAV_RETURN_TO_LAUNCH = 20
+    NAV_LAND = 21
+    NAV_TAKEOFF = 22
+    NAV_LOITER_TO_ALT = 31
+    NAV_VTOL_TAKEOFF = 84
+    NAV_VTOL_LAND = 85
+    NAV_DELAY = 93
+    DO_SET_MODE = 176
+    DO_JUMP = 177
+    DO_CHANGE_SPEED = 178
+    DO_LAND_START = 189
+    DO_GRIPPER = 211
+    DO_SET_MISSION_CURRENT = 224
+    MISSION_START = 300
+    COMPONENT_ARM_DISARM = 400
+    SET_MESSAGE_INTERVAL = 511
+    REQUEST_MESSAGE = 512
+    DO_VTOL_TRANSITION = 3000
+    NAV_FENCE_RETURN_POINT = 5000
+    NAV_FENCE_POLYGON_VERTEX_INCLUSION = 5001
+    NAV_FENCE_POLYGON_VERTEX_EXCLUSION = 5002
+    NAV_FENCE_CIRCLE_INCLUSION = 5003
+    NAV_FENCE_CIRCLE_EXCLUSION = 5004
+    NAV_RALLY_POINT = 5100
+    DO_WINCH = 42600
+
+
+@dataclass(frozen=True, slots=True)
+class MissionItem:
+    """One MISSION_ITEM_INT. `x`, `y` are latitude and longitude in 1e7 degrees; `z` is metres."""
+
+    seq: int
+    frame: MavFrame
+    command: MavCmd
+    param1: float = NAN
+    param2: float = NAN
+    param3: float = NAN
+    param4: float = NAN
+    x: int = 0
+    y: int = 0
+    z: float = 0.0
+    current: bool = False
+    autocontinue: bool = True
+    mission_type: MissionType = MissionType.MISSION
+
+    def same_as(self, other: MissionItem) -> bool:
+        """Equal as PX4 stores it: floats at single precision, NaN equal to NaN, `current` ignored."""
+        floats = zip(
+            (self.param1, self.param2, self.param3, self.param4, self.z),
+            (other.param1, other.param2, other.param3, other.param4, other.z),
+            strict=True,
+        )
+        return (
+            (self.seq, self.frame, self.command, self.x, self.y, self.autocontinue, self.mission_type)
+            == (other.seq, other.frame, other.command, other.x, other.y, other.autocontinue, other.mission_type)
+        ) and all(_same_float(a, b) for a, b in floats)
+
+
+def _same_float(a: float, b: float) -> bool:
+    if math.isnan(a) or math.isnan(b):
+        return math.isnan(a) and math.isnan(b)
+    return math.isclose(a, b, rel_tol=1e-6, abs_tol=1e-6)
+
+
+@dataclass(frozen=True, slots=True)
+class Mission:
+    """A compiled plan. `plan_item_of` maps each seq to the id of the plan item that it came from."""
+
+    items: tuple[MissionItem, ...]
+    fence: tuple[MissionItem, ...] = ()
+    rally: tuple[MissionItem, ...] = ()
+    plan_item_of: Mapping[int, str] = field(default_factory=dict)
+    drops: tuple[CompiledDrop, ...] = ()
+
+    def seqs_of(self, plan_item_id: str) -> tuple[int, ...]:
+        """All sequence numbers that one plan item became, in order; empty if it became none."""
+        return tuple(seq for seq, item in sorted(self.plan_item_of.items()) if item == plan_item_id)
+
+
+@dataclass(frozen=True, slots=True)
+class CompiledDrop:
+    """Where a drop of the plan lies in the mission.
+
+    `hold_seq` is the position item at which the parcel leaves the vehicle, `release_seq` the DO_GRIPPER or
+    DO_WINCH item of an embedded drop (None if supervised: Waydrop sends the command itself),
+    `resume_seq` the item that is made current when a supervised drop is over.
+    """
+
+    plan_item_id: str
+    supervised: bool
+    hold_seq: int
+    resume_seq: int
+    release_seq: int | None
+    latitude_deg: float
+    longitude_deg: float
+    hold_s: float
+    acceptance_radius_m: float

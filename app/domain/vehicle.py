@@ -1,0 +1,131 @@
+"""What is known of a vehicle: its type, its firmware, its facts (slow) and its state (fast)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+
+class VehicleType(StrEnum):
+    """The vehicle types whose braking semantics differ. From MAV_TYPE of the HEARTBEAT."""
+
+    MULTICOPTER = "multicopter"
+    FIXED_WING = "fixed_wing"
+    VTOL = "vtol"
+    ROVER = "rover"
+    AIRSHIP = "airship"
+
+
+class LandedState(StrEnum):
+    """EXTENDED_SYS_STATE.landed_state."""
+
+    UNDEFINED = "undefined"
+    ON_GROUND = "on_ground"
+    IN_AIR = "in_air"
+    TAKING_OFF = "taking_off"
+    LANDING = "landing"
+
+
+class MissionState(StrEnum):
+    """MISSION_CURRENT.mission_state. PX4 says `no_mission` for an infeasible mission too."""
+
+    UNKNOWN = "unknown"
+    NO_MISSION = "no_mission"
+    NOT_STARTED = "not_started"
+    ACTIVE = "active"
+    PAUSED = "paused"
+    COMPLETE = "complete"
+
+
+class FlightMode(StrEnum):
+    """PX4's custom_mode in the words that matter to Waydrop."""
+
+    MISSION = "mission"
+    HOLD = "hold"
+    RETURN = "return"
+    LAND = "land"
+    TAKEOFF = "takeoff"
+    OFFBOARD = "offboard"
+    POSITION = "position"
+    ALTITUDE = "altitude"
+    MANUAL = "manual"
+    STABILIZED = "stabilized"
+    ORBIT = "orbit"
+    OTHER = "other"
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class FirmwareVersion:
+    """AUTOPILOT_VERSION.flight_sw_version, as three numbers."""
+
+    major: int
+    minor: int
+    patch: int
+
+    def __str__(self) -> str:
+        return f"{self.major}.{self.minor}.{self.patch}"
+
+
+@dataclass(frozen=True, slots=True)
+class GlobalPosition:
+    """A place on earth. `altitude_m` is AMSL."""
+
+    latitude_deg: float
+    longitude_deg: float
+    altitude_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleFacts:
+    """What a plan is checked against. Unknown things are None; rules must then take the strict side.
+
+    `parameters` holds PX4 parameters by name as read from the vehicle (`NAV_ACC_RAD`, `MIS_TKO_LAND_REQ` ...).
+    """
+
+    vehicle_type: VehicleType
+    firmware: FirmwareVersion | None = None
+    uid: str | None = None
+    home: GlobalPosition | None = None
+    parameters: Mapping[str, float | int] = field(default_factory=dict)
+    max_mission_items: int = 500
+    max_fence_items: int = 64
+    max_rally_points: int = 32
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleState:
+    """The newest measurements. Each `*_age_s` says how old its group is; None means never received.
+
+    Sources: HEARTBEAT (mode, armed), EXTENDED_SYS_STATE, GLOBAL_POSITION_INT, BATTERY_STATUS, MISSION_CURRENT.
+    """
+
+    connected: bool = False
+    mode: FlightMode | None = None
+    armed: bool | None = None
+    landed: LandedState = LandedState.UNDEFINED
+    in_failsafe: bool = False
+    latitude_deg: float | None = None
+    longitude_deg: float | None = None
+    absolute_altitude_m: float | None = None
+    relative_altitude_m: float | None = None
+    velocity_north_m_s: float | None = None
+    velocity_east_m_s: float | None = None
+    velocity_down_m_s: float | None = None
+    heading_deg: float | None = None
+    position_age_s: float | None = None
+    heartbeat_age_s: float | None = None
+    battery_percent: float | None = None
+    home: GlobalPosition | None = None
+    mission_seq: int | None = None
+    mission_total: int | None = None
+    mission_state: MissionState = MissionState.UNKNOWN
+    mission_id: int | None = None
+    vtol_state: str | None = None
+
+    @property
+    def ground_speed_m_s(self) -> float | None:
+        """Horizontal speed over ground, or None before the first position."""
+        if self.velocity_north_m_s is None or self.velocity_east_m_s is None:
+            return None
+        return float((self.velocity_north_m_s**2 + self.velocity_east_m_s**2) ** 0.5)

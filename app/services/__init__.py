@@ -1,0 +1,1 @@
+"""What the gateway does: fleet, runs, journal and fan-out."""

@@ -1,0 +1,1 @@
+"""The journal and the plans on disk: the only importer of SQLAlchemy."""

@@ -1,0 +1,1 @@
+"""The MAVLink side: the only importer of mavsdk."""
