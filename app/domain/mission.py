@@ -119,17 +119,22 @@ class Mission:
 class CompiledDrop:
     """Where a drop of the plan lies in the mission.
 
-    `hold_seq` is the position item at which the parcel leaves the vehicle, `release_seq` the DO_GRIPPER or
-    DO_WINCH item of an embedded drop (None if supervised: Waydrop sends the command itself),
-    `resume_seq` the item that is made current when a supervised drop is over.
+    `hold_seqs` are the items at which the vehicle waits (or passes) for the drop: the position item and, where the
+    type needs it, the NAV_DELAY after it. `release_seq` is the DO_GRIPPER or DO_WINCH item of an embedded drop
+    (None if supervised: Waydrop sends the command itself). `resume_seq` is the item made current when a supervised
+    drop is over; it is never a release. `hold_s` bounds the supervised wait: it ends by itself if the link dies.
     """
 
     plan_item_id: str
     supervised: bool
-    hold_seq: int
+    stopped: bool
+    hold_seqs: tuple[int, ...]
     resume_seq: int
     release_seq: int | None
+    command: MavCmd
+    params: tuple[float, ...]
     latitude_deg: float
     longitude_deg: float
     hold_s: float
     acceptance_radius_m: float
+    landed: bool = False

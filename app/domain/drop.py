@@ -1,0 +1,63 @@
+"""How a drop ended, and how sure that is."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+from pydantic import BaseModel, ConfigDict
+
+
+class DropOutcome(StrEnum):
+    """Every drop ends in one of these; `pending` only while the run goes on."""
+
+    PENDING = "pending"
+    RELEASED = "released"
+    KEPT = "kept"
+    UNKNOWN = "unknown"
+
+
+class Certainty(StrEnum):
+    """Why the outcome is believed, strongest first. An ACCEPTED from PX4 is a timer and never more than acknowledged."""
+
+    SENSED = "sensed"
+    ACKNOWLEDGED = "acknowledged"
+    INFERRED = "inferred"
+    NONE = "none"
+
+
+class DropPhase(StrEnum):
+    """Where a drop is. A supervised drop passes all of them, an embedded one only waiting and done."""
+
+    WAITING = "waiting"
+    HOLDING = "holding"
+    RELEASING = "releasing"
+    RESUMING = "resuming"
+    DONE = "done"
+
+
+class DropRecord(BaseModel):
+    """The evidence of one drop. Times are Unix seconds; offsets are metres from the planned point.
+
+    `commanded_*` is what was sent, `acknowledged_*` what the vehicle answered (COMMAND_ACK of DO_GRIPPER),
+    `sensed_*` what was seen (SERVO_OUTPUT_RAW of the gripper's output). They are never merged.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    plan_item_id: str
+    supervised: bool
+    phase: DropPhase = DropPhase.WAITING
+    outcome: DropOutcome = DropOutcome.PENDING
+    certainty: Certainty = Certainty.NONE
+    reason: str = ""
+    attempts: int = 0
+    commanded_at: float | None = None
+    acknowledged_at: float | None = None
+    acknowledged_result: str | None = None
+    sensed_at: float | None = None
+    sensed_output_us: int | None = None
+    latitude_deg: float | None = None
+    longitude_deg: float | None = None
+    relative_altitude_m: float | None = None
+    ground_speed_m_s: float | None = None
+    offset_m: float | None = None

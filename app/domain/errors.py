@@ -1,0 +1,89 @@
+"""Errors that a user can cause or mend. Each has a stable code; api/ maps codes to HTTP answers in one place."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+
+class WaydropError(Exception):
+    """Base of all expected errors: `code` is stable, `detail` says what is wrong, `hint` how to mend it."""
+
+    code = "internal"
+
+    def __init__(self, detail: str, *, hint: str = "", **extra: object) -> None:
+        super().__init__(detail)
+        self.detail = detail
+        self.hint = hint
+        self.extra: Mapping[str, object] = extra
+
+
+class NotFoundError(WaydropError):
+    """The named thing does not exist."""
+
+    code = "not_found"
+
+
+class ConflictError(WaydropError):
+    """The request is right but not now: the vehicle is busy, quarantined, or the run is in another state."""
+
+    code = "conflict"
+
+
+class VehicleBusyError(ConflictError):
+    """The vehicle already flies a run."""
+
+    code = "vehicle.busy"
+
+
+class VehicleQuarantinedError(ConflictError):
+    """Two vehicles use one system id: commands could reach the wrong one, so none are sent."""
+
+    code = "vehicle.quarantined"
+
+
+class WrongStateError(ConflictError):
+    """The run or vehicle is in a state in which this cannot be done."""
+
+    code = "run.wrong_state"
+
+
+class InvalidInputError(WaydropError):
+    """The document cannot be used. `findings` are JSON-able with pointer, code, message."""
+
+    code = "input.invalid"
+
+
+class PlanRejectedError(WaydropError):
+    """The plan is well-formed but rules found errors; `extra["findings"]` lists them."""
+
+    code = "plan.rejected"
+
+
+class LinkError(WaydropError):
+    """The vehicle did not answer, or the link refused. The vehicle's state must be read again, not assumed."""
+
+    code = "vehicle.link"
+
+
+class LinkTimeoutError(LinkError):
+    """No answer within the deadline, after all retries."""
+
+    code = "vehicle.timeout"
+
+
+class VehicleRefusedError(LinkError):
+    """The vehicle answered with a refusal: a MAV_RESULT or MAV_MISSION_RESULT, kept in `extra`."""
+
+    code = "vehicle.refused"
+
+
+class UploadError(LinkError):
+    """A mission upload that did not end verified. Nothing of it is ever started."""
+
+    code = "mission.upload_failed"
+
+
+class StorageError(WaydropError):
+    """The journal cannot be written: nothing may be reported as done."""
+
+    code = "storage.failed"
