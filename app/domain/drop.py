@@ -17,7 +17,7 @@ class DropOutcome(StrEnum):
 
 
 class Certainty(StrEnum):
-    """Why the outcome is believed, strongest first. An ACCEPTED from PX4 is a timer and never more than acknowledged."""
+    """Why the outcome is believed, strongest first. PX4's ACCEPTED is a timer: never more than acknowledged."""
 
     SENSED = "sensed"
     ACKNOWLEDGED = "acknowledged"

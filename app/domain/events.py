@@ -1,0 +1,68 @@
+"""Events: facts that happened, numbered without gaps by the gateway that saw them, stored before they are sent."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict
+
+
+class EventKind(StrEnum):
+    """What an event says. The data of each kind is documented here; it is what the stream carries."""
+
+    SERVICE_STARTED = "service.started"
+    """data: version."""
+    SERVICE_STOPPED = "service.stopped"
+    """data: empty."""
+    VEHICLE_SEEN = "vehicle.seen"
+    """data: system_id, vehicle_type, uid, firmware, connection."""
+    VEHICLE_LINK_LOST = "vehicle.link_lost"
+    """data: last_heartbeat_age_s."""
+    VEHICLE_LINK_RESTORED = "vehicle.link_restored"
+    """data: empty."""
+    VEHICLE_CHANGED = "vehicle.changed"
+    """data: mode, armed, landed, in_failsafe, vtol_state."""
+    VEHICLE_REBOOTED = "vehicle.rebooted"
+    """data: empty. The vehicle's boot time jumped back."""
+    VEHICLE_STATUS_TEXT = "vehicle.status_text"
+    """data: severity (MAV_SEVERITY word), text."""
+    VEHICLE_QUARANTINED = "vehicle.quarantined"
+    """data: reason. No command is sent to it until it is released."""
+    VEHICLE_COMMAND = "vehicle.command"
+    """data: command, params, by, outcome. A command that a user gave outside a run (hold, return, land)."""
+    PLAN_CREATED = "plan.created"
+    """data: plan_id, hash, name."""
+    RUN_CREATED = "run.created"
+    """data: the whole run."""
+    RUN_CHANGED = "run.changed"
+    """data: the whole run."""
+    RUN_UPLOAD_PROGRESS = "run.upload_progress"
+    """data: mission_type, sent, total, attempt, percent."""
+    RUN_ITEM = "run.item"
+    """data: item_id, seq, what ("current" | "reached")."""
+    RUN_COMMAND = "run.command"
+    """data: command, params, attempt. Stored before it is sent."""
+    RUN_ACK = "run.ack"
+    """data: command, result (MAV_RESULT word), result_code, progress."""
+    RUN_DROP = "run.drop"
+    """data: the drop record."""
+
+
+class NewEvent(BaseModel):
+    """An event before the journal has numbered it. `time` is Unix seconds. `data` is JSON-able."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    kind: EventKind
+    time: float
+    vehicle_id: str | None = None
+    run_id: str | None = None
+    data: dict[str, Any] = {}
+
+
+class Event(NewEvent):
+    """A stored event. `seq` starts at 1 and has no gaps within one gateway's journal."""
+
+    seq: int
+    gateway: str

@@ -1,0 +1,298 @@
+"""Ports: what services need of the world. vehicles/ and storage/ implement them; tests run one suite per port."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncGenerator, Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from app.domain.commands import CommandAck, CommandRequest
+from app.domain.events import Event, NewEvent
+from app.domain.mission import Mission, MissionItem, MissionType
+from app.domain.run import Run
+from app.domain.vehicle import FirmwareVersion, VehicleFacts, VehicleState, VehicleType
+
+Unsubscribe = Callable[[], None]
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleIdentity:
+    """Who a vehicle is. `uid` is AUTOPILOT_VERSION's uid2 (or uid) as hex; None until it answered."""
+
+    system_id: int
+    connection: str
+    vehicle_type: VehicleType | None = None
+    firmware: FirmwareVersion | None = None
+    uid: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class LinkLost:
+    """No HEARTBEAT for 3 s. What was last known stays readable, with its age."""
+
+    heartbeat_age_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class LinkRestored:
+    """HEARTBEAT is back."""
+
+
+@dataclass(frozen=True, slots=True)
+class IdentityKnown:
+    """AUTOPILOT_VERSION answered, or the type became known: read `identity` again."""
+
+
+@dataclass(frozen=True, slots=True)
+class StateChanged:
+    """mode, armed, landed, failsafe or vtol_state differ from before: read `state()`."""
+
+
+@dataclass(frozen=True, slots=True)
+class MissionCurrent:
+    """MISSION_CURRENT changed (seq, total, mission_state or mission_id): read `state()`."""
+
+    seq: int
+
+
+@dataclass(frozen=True, slots=True)
+class ItemReached:
+    """MISSION_ITEM_REACHED, once per visit (PX4 repeats it about ten times; it may also never come)."""
+
+    seq: int
+
+
+@dataclass(frozen=True, slots=True)
+class GripperOutput:
+    """SERVO_OUTPUT_RAW of the gripper's output changed: 2000 grab, 1000 release, 900 disarmed [us]."""
+
+    output_us: int
+
+
+@dataclass(frozen=True, slots=True)
+class StatusText:
+    """STATUSTEXT, chunks joined. `severity` is the MAV_SEVERITY word in lower case."""
+
+    severity: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Rebooted:
+    """The vehicle's time since boot jumped back: its mission index is 0 again."""
+
+
+@dataclass(frozen=True, slots=True)
+class DuplicateSystem:
+    """Two vehicles answer to this system id. Nothing may be sent to it."""
+
+    detail: str
+
+
+LinkFact = (
+    LinkLost
+    | LinkRestored
+    | IdentityKnown
+    | StateChanged
+    | MissionCurrent
+    | ItemReached
+    | GripperOutput
+    | StatusText
+    | Rebooted
+    | DuplicateSystem
+)
+
+
+@dataclass(frozen=True, slots=True)
+class UploadProgress:
+    """One step of an upload. `sent` of `total` items of this list; `attempt` starts at 1.
+
+    The last one of a good upload has `verified_by` set: "mission_id" (the ids agree) or "read_back" (every item
+    compared), and `mission_id` where the firmware gives one.
+    """
+
+    mission_type: MissionType
+    sent: int
+    total: int
+    attempt: int
+    verified_by: str | None = None
+    mission_id: int | None = None
+
+
+class VehicleLink(Protocol):
+    """One vehicle on the wire. Every method may raise LinkTimeoutError or VehicleRefusedError.
+
+    Listeners are called on the event loop, in order of arrival, and must not block.
+    """
+
+    @property
+    def identity(self) -> VehicleIdentity:
+        """Who it is, as far as known."""
+
+    def state(self) -> VehicleState:
+        """The newest measurements, ages computed now. Cheap."""
+
+    def subscribe(self, listener: Callable[[LinkFact], None]) -> Unsubscribe:
+        """Call `listener` for each fact from now on. The returned function ends it; calling it twice is fine."""
+
+    async def read_facts(self) -> VehicleFacts:
+        """Version, home and the parameters that rules need. Cached until a reboot; unknown ones are absent."""
+
+    def upload(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:
+        """Upload fence, rally, then mission, and verify. Closing the generator cancels the transfer.
+
+        Raises:
+            UploadError: it did not end verified; `extra["item_seq"]` names the refused item where known.
+        """
+
+    async def download(self, mission_type: MissionType) -> tuple[MissionItem, ...]:
+        """Read a list back from the vehicle."""
+
+    async def wait_mission_ready(self, *, mission_id: int | None, rerun: bool, timeout_s: float) -> None:
+        """Return when the uploaded mission may be started (mission_state and mission_id fit, 50 ms passed).
+
+        Raises:
+            VehicleRefusedError: the vehicle found the mission infeasible; its texts are in `extra["texts"]`.
+        """
+
+    async def set_current(self, seq: int) -> None:
+        """Make `seq` the current item (command 224, else MISSION_SET_CURRENT) and wait until that is accepted."""
+
+    async def arm(self) -> None:
+        """Arm once. VehicleRefusedError while the vehicle's checks fail; `extra["texts"]` has its reasons."""
+
+    async def disarm(self) -> None:
+        """Disarm; refused in flight."""
+
+    async def start_mission(self) -> None:
+        """Switch to Mission mode and see it in the HEARTBEAT. Also resumes."""
+
+    async def hold(self) -> None:
+        """Hold mode (AUTO.LOITER), seen in the HEARTBEAT."""
+
+    async def return_to_launch(self) -> None:
+        """Return mode, seen in the HEARTBEAT."""
+
+    async def land(self) -> None:
+        """Land mode, seen in the HEARTBEAT."""
+
+    def command(self, request: CommandRequest) -> AsyncGenerator[CommandAck, None]:
+        """Send a command and yield each ack to us; the last one is final.
+
+        Raises:
+            LinkTimeoutError: no final ack before the deadline. What the vehicle did is then not known.
+        """
+
+
+class LinkSource(Protocol):
+    """Finds vehicles on its connections. Listeners are called on the event loop."""
+
+    def links(self) -> Sequence[VehicleLink]:
+        """All vehicles seen so far."""
+
+    def subscribe(self, listener: Callable[[VehicleLink], None]) -> Unsubscribe:
+        """Call `listener` for each vehicle found from now on."""
+
+    async def start(self) -> None:
+        """Open all connections. Raises LinkError naming the connection that cannot be opened."""
+
+    async def close(self) -> None:
+        """Cancel transfers, end callbacks, destroy the instances. Idempotent."""
+
+
+class EventStore(Protocol):
+    """The journal on disk. One writer."""
+
+    async def append(self, events: Sequence[NewEvent], runs: Sequence[Run] = ()) -> Sequence[Event]:
+        """Number and store events, and the runs they changed, in one transaction. Raises StorageError."""
+
+    async def read(self, *, after: int, limit: int, run_id: str | None = None) -> Sequence[Event]:
+        """Events with seq > after, in order, at most `limit`."""
+
+    async def last_seq(self) -> int:
+        """The highest seq stored; 0 if none."""
+
+
+class RunStore(Protocol):
+    """Runs as last stored."""
+
+    async def get(self, run_id: str) -> Run | None:
+        """One run."""
+
+    async def list_runs(self, *, limit: int, vehicle_id: str | None = None, open_only: bool = False) -> Sequence[Run]:
+        """Newest first."""
+
+
+@dataclass(frozen=True, slots=True)
+class StoredPlan:
+    """A plan as accepted. `document` is the normalised JSON; `hash` its sha256."""
+
+    id: str
+    hash: str
+    name: str
+    vehicle_type: VehicleType
+    created_at: float
+    created_by: str
+    document: dict[str, Any]
+
+
+class PlanStore(Protocol):
+    """Accepted plans; never changed after they are stored."""
+
+    async def add(self, plan: StoredPlan) -> None:
+        """Store. Raises StorageError."""
+
+    async def get(self, plan_id: str) -> StoredPlan | None:
+        """One plan."""
+
+    async def list_plans(self, *, limit: int) -> Sequence[StoredPlan]:
+        """Newest first."""
+
+
+@dataclass(frozen=True, slots=True)
+class StoredToken:
+    """A bearer token: only its sha256 is kept."""
+
+    id: str
+    name: str
+    role: str
+    token_hash: str
+    created_at: float
+    revoked_at: float | None = None
+
+
+class TokenStore(Protocol):
+    """Bearer tokens."""
+
+    async def add(self, token: StoredToken) -> None:
+        """Store a new token."""
+
+    async def find_by_hash(self, token_hash: str) -> StoredToken | None:
+        """The live token with this hash; None if unknown or revoked."""
+
+    async def list_tokens(self) -> Sequence[StoredToken]:
+        """All, revoked ones too."""
+
+    async def revoke(self, token_id: str, *, now: float) -> bool:
+        """Revoke; False if there is no such live token."""
+
+
+@dataclass(frozen=True, slots=True)
+class StoredAnswer:
+    """The answer to a request with an Idempotency-Key, replayed for the same key and the same request."""
+
+    key: str
+    request_hash: str
+    status: int
+    headers: dict[str, str]
+    body: bytes
+
+
+class AnswerStore(Protocol):
+    """Answers by Idempotency-Key; old ones are dropped after a day."""
+
+    async def get(self, key: str) -> StoredAnswer | None:
+        """The stored answer."""
+
+    async def put(self, answer: StoredAnswer, *, now: float) -> None:
+        """Store an answer."""

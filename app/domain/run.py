@@ -1,0 +1,120 @@
+"""A run: one flight of one plan by one vehicle, and which state may follow which."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Final
+
+from pydantic import BaseModel, ConfigDict
+
+from app.domain.drop import DropRecord
+from app.domain.errors import WrongStateError
+
+
+class RunState(StrEnum):
+    """The states of a run. `lost`: the vehicle is not seen any more and the outcome had to be closed without it."""
+
+    CREATED = "created"
+    UPLOADING = "uploading"
+    UPLOADED = "uploaded"
+    STARTING = "starting"
+    FLYING = "flying"
+    AT_DROP = "at_drop"
+    PAUSED = "paused"
+    RETURNING = "returning"
+    LANDED = "landed"
+    COMPLETED = "completed"
+    ABORTED = "aborted"
+    FAILED = "failed"
+    LOST = "lost"
+
+
+_S = RunState
+TERMINAL: Final = frozenset({_S.COMPLETED, _S.ABORTED, _S.FAILED, _S.LOST})
+IN_FLIGHT: Final = frozenset({_S.FLYING, _S.AT_DROP, _S.PAUSED, _S.RETURNING})
+_AIRBORNE_NEXT = frozenset({_S.FLYING, _S.AT_DROP, _S.PAUSED, _S.RETURNING, _S.LANDED, _S.ABORTED, _S.FAILED, _S.LOST})
+
+NEXT: Final[dict[RunState, frozenset[RunState]]] = {
+    _S.CREATED: frozenset({_S.UPLOADING, _S.ABORTED, _S.FAILED}),
+    _S.UPLOADING: frozenset({_S.UPLOADED, _S.ABORTED, _S.FAILED, _S.LOST}),
+    _S.UPLOADED: frozenset({_S.STARTING, _S.ABORTED, _S.FAILED, _S.LOST}),
+    # back to uploaded: a start that fails on the ground disarms and may be tried again
+    _S.STARTING: frozenset({_S.UPLOADED, _S.FLYING, _S.ABORTED, _S.FAILED, _S.LOST}),
+    _S.FLYING: _AIRBORNE_NEXT | {_S.COMPLETED},
+    _S.AT_DROP: _AIRBORNE_NEXT,
+    _S.PAUSED: _AIRBORNE_NEXT,
+    _S.RETURNING: _AIRBORNE_NEXT,
+    _S.LANDED: frozenset({_S.COMPLETED, _S.ABORTED, _S.FAILED, _S.FLYING, _S.AT_DROP, _S.LOST}),
+    _S.COMPLETED: frozenset(),
+    _S.ABORTED: frozenset(),
+    _S.FAILED: frozenset(),
+    _S.LOST: frozenset(),
+}
+
+
+class Run(BaseModel):
+    """One run as stored and shown. Times are Unix seconds.
+
+    `item_id` is the plan item that the vehicle flies to or does. `flown_item_ids` are the items passed, in order.
+    `mission_id` is PX4's CRC32 of the uploaded items (MISSION_ACK.opaque_id), None where the firmware gives none.
+    `reached_seq` is the highest mission item known to be done: after a reboot of the vehicle nothing before it is
+    flown again.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    id: str
+    plan_id: str
+    plan_hash: str
+    vehicle_id: str
+    vehicle_uid: str | None = None
+    state: RunState = RunState.CREATED
+    reason: str = ""
+    item_id: str | None = None
+    flown_item_ids: tuple[str, ...] = ()
+    reached_seq: int | None = None
+    mission_id: int | None = None
+    upload_percent: float | None = None
+    requested_by: str = ""
+    start_requested: bool = False
+    drops: tuple[DropRecord, ...] = ()
+    created_at: float
+    updated_at: float
+    started_at: float | None = None
+    ended_at: float | None = None
+
+    @property
+    def is_over(self) -> bool:
+        """Whether no further state can follow."""
+        return self.state in TERMINAL
+
+    def moved_to(self, state: RunState, *, now: float, reason: str = "") -> Run:
+        """The run in its next state.
+
+        Raises:
+            WrongStateError: if `state` may not follow the present one.
+        """
+        if state not in NEXT[self.state]:
+            raise WrongStateError(
+                f"run {self.id} is {self.state.value}: it cannot become {state.value}",
+                hint="read the run again and see what it allows",
+                state=self.state.value,
+            )
+        changes: dict[str, object] = {"state": state, "updated_at": now, "reason": reason}
+        if state is RunState.FLYING and self.started_at is None:
+            changes["started_at"] = now
+        if state in TERMINAL:
+            changes["ended_at"] = now
+        return self.model_copy(update=changes)
+
+    def with_drop(self, drop: DropRecord, *, now: float) -> Run:
+        """The run with one drop's record replaced."""
+        drops = tuple(drop if d.plan_item_id == drop.plan_item_id else d for d in self.drops)
+        return self.model_copy(update={"drops": drops, "updated_at": now})
+
+    def drop(self, plan_item_id: str) -> DropRecord:
+        """The record of one drop; KeyError if the plan has no such drop."""
+        for record in self.drops:
+            if record.plan_item_id == plan_item_id:
+                return record
+        raise KeyError(plan_item_id)
