@@ -38,8 +38,9 @@ class DropPhase(StrEnum):
 class DropRecord(BaseModel):
     """The evidence of one drop. Times are Unix seconds; offsets are metres from the planned point.
 
-    `commanded_*` is what was sent, `acknowledged_*` what the vehicle answered (COMMAND_ACK of DO_GRIPPER),
-    `sensed_*` what was seen (SERVO_OUTPUT_RAW of the gripper's output). They are never merged.
+    `commanded_at` is when a release was sent, `acknowledged_*` what the vehicle answered (COMMAND_ACK of DO_GRIPPER),
+    `output_*` what the autopilot put out to the gripper (SERVO_OUTPUT_RAW), `sensed_at` when a sensor saw the parcel
+    go. They are never merged. PX4's grippers have no sensor: `sensed_at` stays None for them.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -54,8 +55,9 @@ class DropRecord(BaseModel):
     commanded_at: float | None = None
     acknowledged_at: float | None = None
     acknowledged_result: str | None = None
+    output_at: float | None = None
+    output_us: int | None = None
     sensed_at: float | None = None
-    sensed_output_us: int | None = None
     latitude_deg: float | None = None
     longitude_deg: float | None = None
     relative_altitude_m: float | None = None

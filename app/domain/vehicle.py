@@ -98,6 +98,10 @@ class VehicleState:
     """The newest measurements. Each `*_age_s` says how old its group is; None means never received.
 
     Sources: HEARTBEAT (mode, armed), EXTENDED_SYS_STATE, GLOBAL_POSITION_INT, BATTERY_STATUS, MISSION_CURRENT.
+    `boot_time_s` is the vehicle's own clock (GLOBAL_POSITION_INT.time_boot_ms) at the newest position: it runs faster
+    than ours in a simulation with a speed factor, and a bounded hold is counted on it.
+    `gripper_output_us` is SERVO_OUTPUT_RAW of the gripper's output (2000 grab, 1000 release, 900 disarmed); None while
+    its channel is not known. It is what the autopilot commands, not what a sensor saw.
     """
 
     connected: bool = False
@@ -122,6 +126,9 @@ class VehicleState:
     mission_state: MissionState = MissionState.UNKNOWN
     mission_id: int | None = None
     vtol_state: str | None = None
+    boot_time_s: float | None = None
+    gripper_output_us: int | None = None
+    gripper_output_age_s: float | None = None
 
     @property
     def ground_speed_m_s(self) -> float | None:
