@@ -1,0 +1,165 @@
+"""Settings: read once from WAYDROP_* variables, validated before anything starts, wrong ones told in words."""
+
+from __future__ import annotations
+
+import ipaddress
+import os
+import re
+from pathlib import Path
+from typing import Annotated, Final, Literal
+
+from pydantic import Field, SecretStr, ValidationError, field_validator
+from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
+
+from app.domain.errors import InvalidInputError
+
+PREFIX: Final = "WAYDROP_"
+DEFAULT_CONNECTIONS: Final = "udpin://127.0.0.1:14540..14543"
+MAX_CONNECTIONS: Final = 15
+"""mavsdk instances that one process carries well; each connection is one."""
+
+MIN_TOKEN_CHARS: Final = 16
+
+_PORT_RANGE = re.compile(r"^(?P<head>.*:)(?P<first>\d{1,5})\.\.(?P<last>\d{1,5})$")
+_CONNECTION = re.compile(r"^(udpin|udpout|tcpin|tcpout|serial|raw)://\S+$")
+
+
+class SettingsError(InvalidInputError):
+    """A setting cannot be used. `detail` has one line for each wrong one."""
+
+    code = "settings.invalid"
+
+
+def default_data_dir() -> Path:
+    """`var/` in a checkout, else the user's XDG state folder. Not created here."""
+    root = Path(__file__).resolve().parent.parent
+    if (root / "pyproject.toml").is_file() and (root / "app").is_dir():
+        return root / "var"
+    state = os.environ.get("XDG_STATE_HOME")
+    base = Path(state) if state else Path.home() / ".local" / "state"
+    return base / "waydrop"
+
+
+class Settings(BaseSettings):
+    """All that can be configured. A list is written comma separated in the environment.
+
+    `connections` are mavsdk URLs; a port may be a range (`udpin://0.0.0.0:14540..14543` is four connections).
+    `allowed_hosts` are further Host names (without port) under which clients reach the service.
+    `bootstrap_token` is an admin token for containers: the first real tokens are made with it.
+    """
+
+    model_config = SettingsConfigDict(env_prefix=PREFIX, frozen=True, extra="forbid", env_ignore_empty=True)
+
+    host: str = "127.0.0.1"
+    port: int = Field(default=8080, ge=0, le=65535)
+    connections: Annotated[tuple[str, ...], NoDecode] = Field(default=(DEFAULT_CONNECTIONS,), validate_default=True)
+    data_dir: Path = Field(default_factory=default_data_dir)
+    bootstrap_token: SecretStr | None = None
+    allowed_hosts: Annotated[tuple[str, ...], NoDecode] = ()
+    log_format: Literal["auto", "console", "json"] = "auto"
+    log_level: Literal["debug", "info", "warning", "error"] = "info"
+    max_body_bytes: int = Field(default=1024 * 1024, ge=1024, le=64 * 1024 * 1024)
+    telemetry_period_s: float = Field(default=0.2, ge=0.02, le=10.0)
+
+    @field_validator("connections", "allowed_hosts", mode="before")
+    @classmethod
+    def _split(cls, value: object) -> object:
+        if isinstance(value, str):
+            return tuple(part.strip() for part in value.split(",") if part.strip())
+        return value
+
+    @field_validator("host")
+    @classmethod
+    def _host_named(cls, value: str) -> str:
+        if not value.strip() or "://" in value or "/" in value:
+            raise ValueError("give an address or a name to listen on, such as 127.0.0.1 or 0.0.0.0")
+        return value.strip()
+
+    @field_validator("bootstrap_token")
+    @classmethod
+    def _token_long(cls, value: SecretStr | None) -> SecretStr | None:
+        if value is not None and len(value.get_secret_value()) < MIN_TOKEN_CHARS:
+            raise ValueError(f"too short to be a secret: at least {MIN_TOKEN_CHARS} characters")
+        return value
+
+    @field_validator("connections")
+    @classmethod
+    def _connections_usable(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        expanded = [url for entry in value for url in expand_connection(entry)]
+        if not expanded:
+            raise ValueError("at least one connection is needed")
+        if len(expanded) > MAX_CONNECTIONS:
+            raise ValueError(f"{len(expanded)} connections: one process takes at most {MAX_CONNECTIONS}")
+        if len(set(expanded)) != len(expanded):
+            raise ValueError("a connection is given twice")
+        return tuple(expanded)
+
+    @field_validator("allowed_hosts")
+    @classmethod
+    def _hosts_lower(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        return tuple(name.lower() for name in value)
+
+    @property
+    def journal_path(self) -> Path:
+        """The SQLite file of journal, plans, runs and tokens."""
+        return self.data_dir / "waydrop.db"
+
+    @property
+    def is_loopback(self) -> bool:
+        """Whether only this machine can reach the service."""
+        if self.host == "localhost":
+            return True
+        try:
+            return ipaddress.ip_address(self.host).is_loopback
+        except ValueError:
+            return False
+
+
+def expand_connection(entry: str) -> tuple[str, ...]:
+    """One connection URL, or one for each port if its port is a range `first..last`. ValueError if unusable."""
+    if not _CONNECTION.match(entry):
+        raise ValueError(
+            f"{entry!r} is no connection: write udpin://ADDRESS:PORT, udpout://..., tcpin://..., tcpout://... "
+            "or serial://DEVICE:BAUD (udp:// and tcp:// are deprecated in mavsdk)"
+        )
+    ports = _PORT_RANGE.match(entry)
+    if ports is None:
+        return (entry,)
+    first, last = int(ports["first"]), int(ports["last"])
+    if not 0 < first <= last <= 65535:
+        raise ValueError(f"{entry!r}: the port range must rise and stay within 1..65535")
+    if last - first >= MAX_CONNECTIONS:
+        raise ValueError(f"{entry!r}: one process takes at most {MAX_CONNECTIONS} connections")
+    return tuple(f"{ports['head']}{port}" for port in range(first, last + 1))
+
+
+def load_settings(**given: object) -> Settings:
+    """Settings from `given` (None means not given), else the environment, else the defaults.
+
+    Raises:
+        SettingsError: one or more cannot be used; `detail` has a line for each, by its variable's name.
+    """
+    try:
+        return Settings(**{name: value for name, value in given.items() if value is not None})  # type: ignore[arg-type]
+    except ValidationError as error:
+        lines = []
+        for problem in error.errors(include_url=False, include_input=False):
+            name = PREFIX + str(problem["loc"][0]).upper() if problem["loc"] else PREFIX + "*"
+            lines.append(f"{name}: {problem['msg'].removeprefix('Value error, ')}")
+        raise SettingsError("\n".join(lines), hint="mend the variable or the option and start again") from error
+
+
+def require_access_control(settings: Settings, *, has_tokens: bool) -> None:
+    """Refuse to listen where others can reach the service while nobody has to say who they are.
+
+    Raises:
+        SettingsError: the host is not loopback and there is neither a stored token nor a bootstrap token.
+    """
+    if settings.is_loopback or has_tokens or settings.bootstrap_token is not None:
+        return
+    raise SettingsError(
+        f"{PREFIX}HOST: {settings.host} can be reached from other machines, and no access token exists: "
+        "anybody there could fly the vehicles",
+        hint=f"make a token with `waydrop token create NAME --role admin`, or set {PREFIX}BOOTSTRAP_TOKEN "
+        f"(at least {MIN_TOKEN_CHARS} characters), or listen on 127.0.0.1",
+    )

@@ -1,0 +1,1 @@
+"""The laws of DESIGN.md that a machine can hold."""

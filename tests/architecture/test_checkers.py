@@ -1,0 +1,98 @@
+"""The laws themselves are tested: each catches what it forbids and lets pass what it allows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+import pytest
+
+from tests.architecture import imports, shape
+from tests.architecture.sources import Source, source
+
+Checker = Callable[[Iterable[Source]], list[str]]
+
+FORBIDDEN: list[tuple[Checker, str, str]] = [
+    (imports.wrong_directions, "app/domain/plan.py", "from app.services import runs"),
+    (imports.wrong_directions, "app/domain/plan.py", "import app.config"),
+    (imports.wrong_directions, "app/services/runs.py", "def f():\n    from app.vehicles.link import Link"),
+    (imports.wrong_directions, "app/services/runs/start.py", "from ...storage import tables"),
+    (imports.wrong_directions, "app/services/runs/__init__.py", "from ...storage import tables"),
+    (imports.wrong_directions, "app/api/plans.py", "from app import storage"),
+    (imports.wrong_directions, "app/application.py", "import app.simulator.fleet"),
+    (imports.wrong_directions, "app/cli/sim.py", "from app.simulator import main"),
+    (imports.wrong_directions, "app/simulator/fleet.py", "from app.domain.mission import MavCmd"),
+    (imports.unknown_layers, "app/core/x.py", ""),
+    (imports.unknown_layers, "app/things.py", ""),
+    (imports.shared_exclusives, "app/services/fleet.py", "import mavsdk"),
+    (imports.shared_exclusives, "app/vehicles/link.py", "from pymavlink import mavutil"),
+    (imports.shared_exclusives, "app/services/journal.py", "import sqlalchemy.ext.asyncio"),
+    (imports.shared_exclusives, "app/application.py", "from aiohttp import web"),
+    (imports.servers_outside_api, "app/cli/serve.py", "from aiohttp import web"),
+    (imports.servers_outside_api, "app/cli/serve.py", "import aiohttp\nx = aiohttp.web.Application()"),
+    (imports.impure_domain, "app/domain/plan.py", "import asyncio"),
+    (imports.impure_domain, "app/domain/rules/fence.py", "from pathlib import Path"),
+    (shape.long_functions, "app/a.py", "def f():\n" + "    x = 1\n" * 49),
+    (shape.long_functions, "app/a.py", "class A:\n  async def f(self):\n" + "    x = 1\n" * 49),
+    (shape.vague_names, "app/api/utils.py", ""),
+    (shape.vague_names, "app/api/run_manager.py", ""),
+    (shape.vague_names, "app/api/runs.py", "class RunManager: ..."),
+    (shape.prints, "app/cli/fly.py", "print('x')"),
+    (shape.blind_excepts, "app/a.py", "try: ...\nexcept Exception: ..."),
+    (shape.blind_excepts, "app/a.py", "try: ...\nexcept (OSError, Exception) as e: ..."),
+    (shape.blind_excepts, "app/a.py", "try: ...\nexcept: ..."),
+    (shape.blind_excepts, "app/a.py", "try: ...\nexcept BaseException: ..."),
+    (shape.unbounded_queues, "app/a.py", "import asyncio\nq = asyncio.Queue()"),
+    (shape.unbounded_queues, "app/a.py", "q = asyncio.Queue[int](maxsize=0)"),
+    (shape.unbounded_queues, "app/a.py", "q = SimpleQueue()"),
+    (shape.fixed_paths, "app/a.py", "x = '/tmp/waydrop'"),
+]
+
+ALLOWED: list[tuple[Checker, str, str]] = [
+    (imports.wrong_directions, "app/services/runs/start.py", "from .model import A\nfrom app.domain import run"),
+    (imports.wrong_directions, "app/application.py", "from app.api import server\nfrom app.storage import journal"),
+    (imports.shared_exclusives, "app/vehicles/link.py", "import mavsdk"),
+    (imports.servers_outside_api, "app/cli/client.py", "import aiohttp\nx = aiohttp.ClientSession()"),
+    (imports.servers_outside_api, "app/api/server.py", "from aiohttp import web"),
+    (imports.impure_domain, "app/services/journal.py", "import asyncio"),
+    (shape.long_functions, "app/a.py", "def f():\n" + "    x = 1\n" * 48),
+    (shape.vague_names, "app/api/runs.py", "class Runs: ..."),
+    (shape.blind_excepts, "app/a.py", "try: ...\nexcept OSError: ..."),
+    (shape.blind_excepts, "app/a.py", "try: ...\nexcept BaseException:\n    x = 1\n    raise"),
+    (shape.unbounded_queues, "app/a.py", "q = asyncio.Queue(maxsize=10)\np = Queue(5)"),
+]
+
+
+@pytest.mark.parametrize(("check", "path", "text"), FORBIDDEN)
+def test_what_is_forbidden_is_caught_with_its_place(check: Checker, path: str, text: str) -> None:
+    violations = check([source(path, text)])
+    assert violations
+    assert all(violation.startswith(f"{path}:") for violation in violations)
+
+
+@pytest.mark.parametrize(("check", "path", "text"), ALLOWED)
+def test_what_is_allowed_passes(check: Checker, path: str, text: str) -> None:
+    assert check([source(path, text)]) == []
+
+
+def test_a_file_of_301_lines_is_too_long_and_one_of_300_is_not() -> None:
+    assert shape.long_files({"app/a.py": "x\n" * 301})
+    assert shape.long_files({"app/a.py": "x\n" * 300}) == []
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "--index-url https://packages.example/simple",
+        '"resolved": "https://registry.example/x.tgz"',
+        "pip install --find-links dir x",
+        "curl https://pypi.org/simple",
+    ],
+)
+def test_download_addresses_are_caught(line: str) -> None:
+    assert shape.addresses({"Makefile": f"all:\n\t{line}\n"}) == ["Makefile:2: names a download address"]
+
+
+def test_requirements_without_version_or_hash_are_caught() -> None:
+    assert shape.unpinned({"requirements.txt": "six\n"})
+    assert shape.unpinned({"requirements.txt": "six==1.17.0\n"})
+    assert shape.unpinned({"requirements.txt": "six==1.17.0 \\\n    --hash=sha256:aa\n    # via x\n"}) == []

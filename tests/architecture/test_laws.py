@@ -1,0 +1,91 @@
+"""Each law of the design over all files. A failure names file and line."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.architecture import imports, shape
+from tests.architecture.sources import ROOT, files, python_sources
+
+BUILD_FILES = ("Makefile", "Dockerfile", "compose.yaml", ".ci/run", "pyproject.toml")
+PAGE_FILES = ("web/.npmrc", "web/package-lock.json")
+LOCK_FILES = ("requirements.txt", "requirements-build.txt", "requirements-dev.txt")
+
+APP = python_sources("app")
+ALL = python_sources("app", "tests", "bench", "scripts")
+
+
+def held(violations: list[str]) -> None:
+    """Fail with every violation on a line of its own."""
+    if violations:
+        pytest.fail("\n" + "\n".join(violations), pytrace=False)
+
+
+def texts(paths: tuple[str, ...]) -> dict[str, str]:
+    return {path: (ROOT / path).read_text(encoding="utf-8") for path in paths}
+
+
+def test_there_are_files_to_check() -> None:
+    assert len(APP) > 10
+
+
+def test_imports_go_one_way() -> None:
+    held(imports.wrong_directions(APP))
+
+
+def test_every_file_of_app_is_in_a_layer_of_the_design() -> None:
+    held(imports.unknown_layers(APP))
+
+
+def test_a_library_is_known_to_its_one_layer_alone() -> None:
+    held(imports.shared_exclusives(APP))
+
+
+def test_only_api_serves_http() -> None:
+    held(imports.servers_outside_api(APP))
+
+
+def test_domain_is_pure() -> None:
+    held(imports.impure_domain(APP))
+
+
+def test_files_have_at_most_300_lines() -> None:
+    page = tuple(path for suffix in (".ts", ".tsx", ".css") for path in files(suffix, "web/src"))
+    hand_written = tuple(path for path in page if not path.endswith("schema.d.ts"))
+    held(shape.long_files({source.path: source.text for source in ALL} | texts(hand_written)))
+
+
+def test_functions_have_less_than_50_lines() -> None:
+    held(shape.long_functions(ALL))
+
+
+def test_names_say_the_job() -> None:
+    held(shape.vague_names(ALL))
+
+
+def test_nothing_prints() -> None:
+    held(shape.prints(APP))
+
+
+def test_nothing_catches_everything() -> None:
+    held(shape.blind_excepts(ALL))
+
+
+def test_every_queue_is_bounded() -> None:
+    held(shape.unbounded_queues(APP))
+
+
+def test_no_path_of_one_machine() -> None:
+    held(shape.fixed_paths(APP))
+
+
+def test_build_and_lock_files_name_no_download_address() -> None:
+    present = tuple(
+        path for path in (*BUILD_FILES, *PAGE_FILES, *LOCK_FILES, *files(".sh", "scripts")) if (ROOT / path).is_file()
+    )
+    assert set(LOCK_FILES) <= set(present)
+    held(shape.addresses(texts(present)))
+
+
+def test_lock_files_pin_by_version_and_hash() -> None:
+    held(shape.unpinned(texts(LOCK_FILES)))
