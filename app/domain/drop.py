@@ -31,7 +31,6 @@ class DropPhase(StrEnum):
     WAITING = "waiting"
     HOLDING = "holding"
     RELEASING = "releasing"
-    RESUMING = "resuming"
     DONE = "done"
 
 

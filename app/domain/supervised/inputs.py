@@ -1,0 +1,87 @@
+"""What a supervised drop hears (observations, acks) and what it asks for (effects)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from app.domain.commands import CommandAck
+from app.domain.drop import Certainty, DropOutcome
+from app.domain.vehicle import FlightMode, LandedState
+
+
+@dataclass(frozen=True, slots=True)
+class Observation:
+    """What is known of the vehicle at `now_s` (our monotonic clock, seconds).
+
+    `boot_s` is the vehicle's clock at its newest position, `clock_rate` how many of its seconds pass in one of ours
+    (1 on a real vehicle). `offset_m` is the horizontal distance from the drop point.
+    """
+
+    now_s: float
+    connected: bool
+    mode: FlightMode | None
+    armed: bool | None
+    in_failsafe: bool
+    landed: LandedState
+    mission_seq: int | None
+    boot_s: float | None
+    clock_rate: float
+    offset_m: float | None
+    ground_speed_m_s: float | None
+    position_age_s: float | None
+    gripper_output_us: int | None = None
+    gripper_output_age_s: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ReleaseAck:
+    """A COMMAND_ACK of our release number `attempt`."""
+
+    now_s: float
+    attempt: int
+    ack: CommandAck
+
+
+@dataclass(frozen=True, slots=True)
+class ReleaseTimedOut:
+    """No final ack of release number `attempt` came in time: nobody knows what the vehicle did."""
+
+    now_s: float
+    attempt: int
+
+
+@dataclass(frozen=True, slots=True)
+class RunEnding:
+    """The run ends now (landed, aborted, lost, rebooted): the drop must end in a known state."""
+
+    now_s: float
+    reason: str
+
+
+DropInput = Observation | ReleaseAck | ReleaseTimedOut | RunEnding
+
+
+@dataclass(frozen=True, slots=True)
+class SendRelease:
+    """Send the release once, as attempt number `attempt` (from 1)."""
+
+    attempt: int
+
+
+@dataclass(frozen=True, slots=True)
+class Resume:
+    """Move the mission on to `seq`. If it fails, the bounded hold ends by itself."""
+
+    seq: int
+
+
+@dataclass(frozen=True, slots=True)
+class Finish:
+    """The drop is over. Emitted exactly once."""
+
+    outcome: DropOutcome
+    certainty: Certainty
+    reason: str
+
+
+DropEffect = SendRelease | Resume | Finish
