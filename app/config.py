@@ -40,6 +40,15 @@ def default_data_dir() -> Path:
     return base / "waydrop"
 
 
+def default_page_dir() -> Path | None:
+    """Where the built page lies: in an installed wheel `app/page`, in a checkout `web/dist`; None before it is built."""
+    package = Path(__file__).resolve().parent
+    for folder in (package / "page", package.parent / "web" / "dist"):
+        if (folder / "index.html").is_file():
+            return folder
+    return None
+
+
 class Settings(BaseSettings):
     """All that can be configured. A list is written comma separated in the environment.
 
@@ -54,6 +63,7 @@ class Settings(BaseSettings):
     port: int = Field(default=8080, ge=0, le=65535)
     connections: Annotated[tuple[str, ...], NoDecode] = Field(default=(DEFAULT_CONNECTIONS,), validate_default=True)
     data_dir: Path = Field(default_factory=default_data_dir)
+    page_dir: Path | None = Field(default_factory=default_page_dir)
     bootstrap_token: SecretStr | None = None
     allowed_hosts: Annotated[tuple[str, ...], NoDecode] = ()
     log_format: Literal["auto", "console", "json"] = "auto"

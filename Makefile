@@ -1,0 +1,89 @@
+# Waydrop: each target does its own set-up. Where packages come from is the environment's choice (pip.conf, .npmrc).
+SHELL := bash
+.SHELLFLAGS := -eu -o pipefail -c
+.DELETE_ON_ERROR:
+.DEFAULT_GOAL := all
+
+VENV := .venv
+PY := $(VENV)/bin/python
+PIP := $(PY) -m pip --disable-pip-version-check --no-input
+RUNTIME := $(VENV)/.installed
+DEV := $(VENV)/.installed-dev
+NODE := web/node_modules/.installed
+PAGE := web/dist/.built
+PAGE_SOURCES := $(shell find web -path web/node_modules -prune -o -path web/dist -prune -o -type f -print 2>/dev/null)
+LOCK_TOOL := uv==0.13.9
+
+.PHONY: all run test test-python test-web lint format types check lock image clean help
+
+all: $(RUNTIME) $(PAGE)  ## build .venv and the page
+
+run: all  ## start Waydrop and four simulated vehicles; Ctrl-C ends both
+	exec $(VENV)/bin/waydrop up
+
+test: test-web test-python  ## all tests, the browser's too
+
+test-python: $(DEV) $(PAGE)
+	scripts/need-chromium.sh
+	$(PY) -m pytest $(PYTEST_ARGS)
+
+test-web: $(NODE)
+	cd web && npm run --silent check
+
+lint: $(DEV)  ## ruff and mypy
+	$(VENV)/bin/ruff check .
+	$(VENV)/bin/ruff format --check .
+	$(VENV)/bin/mypy
+
+format: $(DEV)  ## put the code into shape
+	$(VENV)/bin/ruff check --fix .
+	$(VENV)/bin/ruff format .
+
+types: $(RUNTIME) $(NODE)  ## the page's types from the API's schema
+	$(VENV)/bin/waydrop openapi > web/openapi.json
+	cd web && npm run --silent types
+
+check:  ## what CI runs
+	.ci/run
+
+lock:  ## choose versions anew; the files record hashes, not addresses
+	scripts/make-venv.sh $(VENV)/lock
+	$(VENV)/lock/bin/python -m pip install --quiet $(LOCK_TOOL)
+	scripts/lock.sh $(VENV)/lock/bin/uv
+	cd web && npm install --package-lock-only
+
+image: $(PAGE)  ## build the container image: IMAGE=name, BASE_* as in docs/deployment.md
+	scripts/build-image.sh $(or $(IMAGE),waydrop)
+
+clean:  ## remove all that was built; what flew (var/) stays
+	rm -rf $(VENV) web/node_modules web/dist dist build test-results .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	find app tests -name __pycache__ -type d -prune -exec rm -rf {} +
+
+help:  ## this list
+	@sed -n 's/^\([a-z-]*\):.*##/\1\t/p' $(MAKEFILE_LIST) | expand -t 10
+
+$(PY):
+	scripts/make-venv.sh $(VENV)
+
+# --no-build-isolation: the build tools come by hash from the lock as well
+$(RUNTIME): requirements.txt requirements-build.txt pyproject.toml | $(PY)
+	@echo "==> Python packages, by hash"
+	$(PIP) install --quiet --require-hashes -r requirements.txt -r requirements-build.txt
+	$(PIP) install --quiet --no-deps --no-build-isolation --editable .
+	@touch $@
+
+$(DEV): requirements-dev.txt $(RUNTIME)
+	@echo "==> development tools, by hash"
+	$(PIP) install --quiet --require-hashes -r requirements-dev.txt
+	@touch $@
+
+$(NODE): web/package.json web/package-lock.json
+	@echo "==> the page's packages, from the lock"
+	scripts/need-node.sh
+	cd web && npm ci --no-audit --no-fund --loglevel=error
+	@touch $@
+
+$(PAGE): $(NODE) $(PAGE_SOURCES)
+	@echo "==> the page"
+	cd web && npm run --silent build
+	@touch $@
