@@ -1,0 +1,81 @@
+"""How far a vehicle is in its mission, from MISSION_CURRENT and MISSION_ITEM_REACHED, per visit.
+
+PX4 repeats REACHED about ten times and may also lose it, and an item may be current for 20 ms only. So an item counts
+as passed when a later one is current or when it, or a later one, was reached. With jumps an item is visited again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+from app.domain.mission import MavCmd, Mission
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """`current` is the item being flown; `passed_to` the highest seq passed in this visit (-1: none).
+
+    `flown` holds the plan items passed, in order, once per visit. Law: it only grows.
+    """
+
+    last_seq: int
+    jumps: Mapping[int, int]
+    plan_item_of: Mapping[int, str]
+    current: int | None = None
+    passed_to: int = -1
+    flown: tuple[str, ...] = field(default=())
+
+    @classmethod
+    def of(cls, mission: Mission) -> Progress:
+        """The progress before the start."""
+        jumps = {item.seq: int(item.param1) for item in mission.items if item.command is MavCmd.DO_JUMP}
+        return cls(last_seq=len(mission.items) - 1, jumps=jumps, plan_item_of=mission.plan_item_of)
+
+    @property
+    def item_id(self) -> str | None:
+        """The plan item that is being flown."""
+        return None if self.current is None else self.plan_item_of.get(self.current)
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether the last item was passed."""
+        return self.passed_to >= self.last_seq
+
+    def now_current(self, seq: int) -> Progress:
+        """MISSION_CURRENT shows `seq`. Going back along a jump passes what lay before the jump."""
+        if seq == self.current or not 0 <= seq <= self.last_seq:
+            return self
+        if self.current is None or seq > self.passed_to + 1:
+            return replace(self._passed(seq - 1), current=seq)
+        if seq <= self.passed_to or seq < self.current:
+            return self._gone_back(seq)
+        return replace(self, current=seq)
+
+    def reached(self, seq: int) -> Progress:
+        """MISSION_ITEM_REACHED says `seq`: it and all before it in this visit are passed."""
+        return self._passed(min(seq, self.last_seq))
+
+    def completed(self) -> Progress:
+        """MISSION_CURRENT.mission_state says complete: the last item is passed."""
+        return self._passed(self.last_seq)
+
+    def also_flown(self, plan_item_id: str, *, through_seq: int) -> Progress:
+        """A supervised drop is over: its hold is passed, and then the drop, which has no item of its own."""
+        passed = self._passed(through_seq)
+        return replace(passed, flown=(*passed.flown, plan_item_id))
+
+    def _gone_back(self, seq: int) -> Progress:
+        over = [at for at, target in self.jumps.items() if target == seq and at >= (self.current or 0)]
+        before = self._passed(min(over) - 1) if over else self
+        return replace(before, current=seq, passed_to=seq - 1)
+
+    def _passed(self, seq: int) -> Progress:
+        flown = list(self.flown)
+        previous = self.plan_item_of.get(self.passed_to)
+        for passing in range(self.passed_to + 1, seq + 1):
+            item_id = self.plan_item_of.get(passing)
+            if item_id is not None and item_id != previous and passing not in self.jumps:
+                flown.append(item_id)
+            previous = item_id
+        return replace(self, passed_to=max(self.passed_to, seq), flown=tuple(flown))

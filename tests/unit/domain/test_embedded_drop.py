@@ -1,0 +1,57 @@
+"""An embedded drop says only what was seen: never more than inferred."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.domain.drop import Certainty, DropOutcome
+from app.domain.embedded_drop import EmbeddedDrop, EmbeddedSight
+
+
+def sight(now_s: float, *, passed: bool = False, output_us: int | None = 2000, connected: bool = True) -> EmbeddedSight:
+    return EmbeddedSight(now_s, connected, passed, output_us, None if output_us is None else 0.1)
+
+
+def after(*sights: EmbeddedSight) -> tuple[DropOutcome, Certainty] | None:
+    drop = EmbeddedDrop()
+    for seen in sights:
+        drop = drop.saw(seen)
+    return None if drop.finish is None else (drop.finish.outcome, drop.finish.certainty)
+
+
+def test_an_output_that_goes_from_grab_to_release_is_a_release_by_inference() -> None:
+    assert after(sight(0), sight(1, passed=True, output_us=1000)) == (DropOutcome.RELEASED, Certainty.INFERRED)
+
+
+def test_the_output_may_show_before_the_progress_does() -> None:
+    assert after(sight(0), sight(1, output_us=1000)) == (DropOutcome.RELEASED, Certainty.INFERRED)
+
+
+def test_an_output_that_stays_at_grab_keeps_the_parcel() -> None:
+    assert after(sight(0), sight(1, passed=True), sight(4, passed=True)) == (DropOutcome.KEPT, Certainty.INFERRED)
+
+
+def test_reached_alone_proves_nothing() -> None:
+    seen = (sight(0, output_us=None), sight(1, passed=True, output_us=None), sight(4, passed=True, output_us=None))
+    assert after(*seen) == (DropOutcome.UNKNOWN, Certainty.NONE)
+
+
+def test_a_gripper_left_open_by_the_last_flight_is_unknown() -> None:
+    assert after(sight(0, output_us=1000)) is None
+    assert after(sight(0, output_us=1000), sight(1, passed=True, output_us=1000)) == (
+        DropOutcome.UNKNOWN,
+        Certainty.NONE,
+    )
+
+
+def test_a_link_lost_over_the_drop_is_settled_when_it_is_back() -> None:
+    lost = sight(5, connected=False)
+    assert after(sight(0), lost) is None
+    assert after(sight(0), lost, sight(60, passed=True, output_us=1000)) == (DropOutcome.RELEASED, Certainty.INFERRED)
+
+
+@pytest.mark.parametrize(("passed", "outcome"), [(False, DropOutcome.KEPT), (True, DropOutcome.UNKNOWN)])
+def test_the_end_of_the_run_closes_it(passed: bool, outcome: DropOutcome) -> None:
+    drop = EmbeddedDrop().saw(sight(0, passed=passed)).ended("the vehicle landed")
+    assert drop.finish is not None
+    assert drop.finish.outcome is outcome
