@@ -1,1 +1,5 @@
 """The journal and the plans on disk: the only importer of SQLAlchemy."""
+
+from app.storage.storage import Storage, open_storage
+
+__all__ = ["Storage", "open_storage"]

@@ -1,0 +1,45 @@
+"""Answers by Idempotency-Key on disk; implements AnswerStore."""
+
+from __future__ import annotations
+
+import json
+from typing import Final
+
+import sqlalchemy as sa
+from sqlalchemy.dialects.sqlite import insert
+
+from app.domain.ports import StoredAnswer
+from app.storage.database import Database
+from app.storage.documents import to_json
+from app.storage.schema import ANSWERS
+
+KEPT_FOR_S: Final = 24 * 3600.0
+
+
+class SqliteAnswerStore:
+    """AnswerStore on one SQLite file."""
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+
+    async def get(self, key: str) -> StoredAnswer | None:
+        """See AnswerStore."""
+        async with self._database.read() as connection:
+            row = (await connection.execute(sa.select(ANSWERS).where(ANSWERS.c.key == key))).one_or_none()
+        if row is None:
+            return None
+        return StoredAnswer(row.key, row.request_hash, row.status, json.loads(row.headers), row.body)
+
+    async def put(self, answer: StoredAnswer, *, now: float) -> None:
+        """See AnswerStore. The first answer of a key stands: a replay must always say the same."""
+        row = {
+            "key": answer.key,
+            "request_hash": answer.request_hash,
+            "status": answer.status,
+            "headers": to_json("an answer's headers", answer.headers),
+            "body": answer.body,
+            "stored_at": now,
+        }
+        async with self._database.write() as connection:
+            await connection.execute(sa.delete(ANSWERS).where(ANSWERS.c.stored_at < now - KEPT_FOR_S))
+            await connection.execute(insert(ANSWERS).on_conflict_do_nothing(index_elements=["key"]), row)

@@ -1,0 +1,66 @@
+"""Bring a journal file to this version's tables, or refuse it. Blocking: called in a thread, under the lock."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+import sqlalchemy as sa
+from alembic import command
+from alembic.config import Config
+from alembic.runtime.migration import MigrationContext
+from alembic.script import ScriptDirectory
+
+from app.domain.errors import StorageError
+from app.storage.errors import storage_errors
+
+APPLICATION_ID: Final = 0x57617964
+"""PRAGMA application_id of a journal: "Wayd". It tells our file from any other SQLite file."""
+
+MIGRATIONS: Final = Path(__file__).parent / "migrations"
+
+
+def migrate(path: Path, scripts: Path = MIGRATIONS) -> None:
+    """Make or upgrade the journal at `path`: all steps in one transaction, so that a kill leaves the old journal.
+
+    Raises:
+        StorageError: the file is not a journal, or is a newer Waydrop's, or cannot be read or written.
+    """
+    url = sa.URL.create("sqlite", database=str(path))
+    # isolation_level None: the driver must not decide where transactions begin, for it lets DDL out of them
+    engine = sa.create_engine(url, poolclass=sa.NullPool, connect_args={"isolation_level": None, "timeout": 5.0})
+    try:
+        with storage_errors(path), engine.connect() as connection:
+            connection.exec_driver_sql("PRAGMA synchronous = FULL")
+            connection.exec_driver_sql("BEGIN IMMEDIATE")
+            _refuse_foreign_file(connection, path)
+            _upgrade(connection, path, scripts)
+            connection.exec_driver_sql("COMMIT")
+    finally:
+        engine.dispose()
+
+
+def _refuse_foreign_file(connection: sa.Connection, path: Path) -> None:
+    application_id = connection.exec_driver_sql("PRAGMA application_id").scalar_one()
+    objects = connection.exec_driver_sql("SELECT count(*) FROM sqlite_schema").scalar_one()
+    if application_id != APPLICATION_ID and (application_id != 0 or objects):
+        raise StorageError(
+            f"{path} is a database of another program, not a journal",
+            hint="name another file; Waydrop makes it if it does not exist",
+        )
+    connection.exec_driver_sql(f"PRAGMA application_id = {APPLICATION_ID}")
+
+
+def _upgrade(connection: sa.Connection, path: Path, scripts: Path) -> None:
+    config = Config()
+    config.set_main_option("script_location", str(scripts).replace("%", "%%"))
+    config.attributes["connection"] = connection
+    known = {script.revision for script in ScriptDirectory.from_config(config).walk_revisions()}
+    for revision in MigrationContext.configure(connection).get_current_heads():
+        if revision not in known:
+            raise StorageError(
+                f"journal {path} was written by a newer Waydrop (its tables are at {revision})",
+                hint="install that version or a later one, or name another file",
+                revision=revision,
+            )
+    command.upgrade(config, "head")

@@ -1,0 +1,1 @@
+"""How a journal's tables came to be: one script per step, applied when the journal is opened."""

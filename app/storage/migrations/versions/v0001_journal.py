@@ -1,0 +1,102 @@
+"""The first journal: events, plans, runs, tokens, answers."""
+
+from __future__ import annotations
+
+import sqlalchemy as sa
+from alembic import op
+
+revision = "v0001"
+down_revision = None
+branch_labels = None
+depends_on = None
+
+# REPLACE deletes a row without firing a trigger for deletion; the check of the next seq stops that as well
+_TRIGGERS = (
+    """CREATE TRIGGER events_are_gapless BEFORE INSERT ON events
+    WHEN NEW.seq IS NOT (SELECT coalesce(max(seq), 0) + 1 FROM events)
+    BEGIN SELECT RAISE(ABORT, 'an event must have the next seq'); END""",
+    """CREATE TRIGGER events_never_change BEFORE UPDATE ON events
+    BEGIN SELECT RAISE(ABORT, 'events never change'); END""",
+    """CREATE TRIGGER events_never_go BEFORE DELETE ON events
+    BEGIN SELECT RAISE(ABORT, 'events are never deleted'); END""",
+    """CREATE TRIGGER plans_never_change BEFORE UPDATE ON plans
+    BEGIN SELECT RAISE(ABORT, 'plans never change'); END""",
+    """CREATE TRIGGER plans_never_go BEFORE DELETE ON plans
+    BEGIN SELECT RAISE(ABORT, 'plans are never deleted'); END""",
+)
+
+
+def upgrade() -> None:
+    """Make all tables of an empty journal."""
+    _events()
+    _plans_and_runs()
+    _access()
+    for trigger in _TRIGGERS:
+        op.execute(trigger)
+
+
+def _events() -> None:
+    op.create_table(
+        "gateway",
+        sa.Column("only", sa.Integer, primary_key=True),
+        sa.Column("id", sa.Text, nullable=False),
+        sa.CheckConstraint("only = 1", name="one_gateway"),
+    )
+    op.create_table(
+        "events",
+        sa.Column("seq", sa.Integer, primary_key=True, autoincrement=False),
+        sa.Column("kind", sa.Text, nullable=False),
+        sa.Column("time", sa.Double, nullable=False),
+        sa.Column("vehicle_id", sa.Text),
+        sa.Column("run_id", sa.Text),
+        sa.Column("data", sa.Text, nullable=False),
+    )
+    op.create_index("ix_events_run_id_seq", "events", ["run_id", "seq"], sqlite_where=sa.text("run_id IS NOT NULL"))
+
+
+def _plans_and_runs() -> None:
+    op.create_table(
+        "plans",
+        sa.Column("position", sa.Integer, primary_key=True),
+        sa.Column("id", sa.Text, nullable=False, unique=True),
+        sa.Column("hash", sa.Text, nullable=False),
+        sa.Column("name", sa.Text, nullable=False),
+        sa.Column("vehicle_type", sa.Text, nullable=False),
+        sa.Column("created_at", sa.Double, nullable=False),
+        sa.Column("created_by", sa.Text, nullable=False),
+        sa.Column("document", sa.Text, nullable=False),
+    )
+    op.create_table(
+        "runs",
+        sa.Column("position", sa.Integer, primary_key=True),
+        sa.Column("id", sa.Text, nullable=False, unique=True),
+        sa.Column("plan_id", sa.Text, sa.ForeignKey("plans.id"), nullable=False),
+        sa.Column("vehicle_id", sa.Text, nullable=False),
+        sa.Column("is_over", sa.Boolean, nullable=False),
+        sa.Column("document", sa.Text, nullable=False),
+    )
+    op.create_index("ix_runs_vehicle_id_position", "runs", ["vehicle_id", "position"])
+    op.create_index("ix_runs_open", "runs", ["position"], sqlite_where=sa.text("is_over = 0"))
+
+
+def _access() -> None:
+    op.create_table(
+        "tokens",
+        sa.Column("position", sa.Integer, primary_key=True),
+        sa.Column("id", sa.Text, nullable=False, unique=True),
+        sa.Column("name", sa.Text, nullable=False),
+        sa.Column("role", sa.Text, nullable=False),
+        sa.Column("token_hash", sa.Text, nullable=False, unique=True),
+        sa.Column("created_at", sa.Double, nullable=False),
+        sa.Column("revoked_at", sa.Double),
+    )
+    op.create_table(
+        "answers",
+        sa.Column("key", sa.Text, primary_key=True),
+        sa.Column("request_hash", sa.Text, nullable=False),
+        sa.Column("status", sa.Integer, nullable=False),
+        sa.Column("headers", sa.Text, nullable=False),
+        sa.Column("body", sa.LargeBinary, nullable=False),
+        sa.Column("stored_at", sa.Double, nullable=False),
+    )
+    op.create_index("ix_answers_stored_at", "answers", ["stored_at"])

@@ -1,0 +1,59 @@
+"""Plans on disk; implements PlanStore."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict
+
+import sqlalchemy as sa
+
+from app.domain.ports import StoredPlan
+from app.domain.vehicle import VehicleType
+from app.storage.database import Database
+from app.storage.documents import to_json, unreadable
+from app.storage.schema import PLANS
+
+
+class SqlitePlanStore:
+    """PlanStore on one SQLite file."""
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+
+    async def add(self, plan: StoredPlan) -> None:
+        """See PlanStore. Raises StorageError too if the id is taken: a plan is never replaced."""
+        row = asdict(plan) | {
+            "vehicle_type": plan.vehicle_type.value,
+            "document": to_json(f"plan {plan.id}", plan.document),
+        }
+        async with self._database.write() as connection:
+            await connection.execute(sa.insert(PLANS), row)
+
+    async def get(self, plan_id: str) -> StoredPlan | None:
+        """See PlanStore."""
+        async with self._database.read() as connection:
+            row = (await connection.execute(sa.select(PLANS).where(PLANS.c.id == plan_id))).mappings().one_or_none()
+        return None if row is None else _stored(row)
+
+    async def list_plans(self, *, limit: int) -> Sequence[StoredPlan]:
+        """See PlanStore."""
+        async with self._database.read() as connection:
+            query = sa.select(PLANS).order_by(PLANS.c.position.desc()).limit(limit)
+            rows = (await connection.execute(query)).mappings().all()
+        return tuple(_stored(row) for row in rows)
+
+
+def _stored(row: sa.RowMapping) -> StoredPlan:
+    try:
+        return StoredPlan(
+            id=row["id"],
+            hash=row["hash"],
+            name=row["name"],
+            vehicle_type=VehicleType(row["vehicle_type"]),
+            created_at=row["created_at"],
+            created_by=row["created_by"],
+            document=json.loads(row["document"]),
+        )
+    except ValueError as error:
+        raise unreadable(f"plan {row['id']}") from error

@@ -1,0 +1,84 @@
+"""The tables, as code reads and writes them. migrations/ makes them; a test holds the two equal.
+
+Documents (a run, a plan, an event's data) are JSON text; columns beside them exist only to be searched.
+`position` is the order of insertion: "newest first" must not depend on a clock that jumps.
+"""
+
+from __future__ import annotations
+
+import sqlalchemy as sa
+
+METADATA = sa.MetaData()
+
+GATEWAY = sa.Table(
+    "gateway",
+    METADATA,
+    sa.Column("only", sa.Integer, primary_key=True),
+    sa.Column("id", sa.Text, nullable=False),
+    sa.CheckConstraint("only = 1", name="one_gateway"),
+)
+"""Who numbers the events of this journal: one row."""
+
+EVENTS = sa.Table(
+    "events",
+    METADATA,
+    sa.Column("seq", sa.Integer, primary_key=True, autoincrement=False),
+    sa.Column("kind", sa.Text, nullable=False),
+    sa.Column("time", sa.Double, nullable=False),
+    sa.Column("vehicle_id", sa.Text),
+    sa.Column("run_id", sa.Text),
+    sa.Column("data", sa.Text, nullable=False),
+    sa.Index("ix_events_run_id_seq", "run_id", "seq", sqlite_where=sa.text("run_id IS NOT NULL")),
+)
+"""Triggers (migrations/versions/v0001) refuse a change, a deletion and a seq that is not the next one."""
+
+PLANS = sa.Table(
+    "plans",
+    METADATA,
+    sa.Column("position", sa.Integer, primary_key=True),
+    sa.Column("id", sa.Text, nullable=False, unique=True),
+    sa.Column("hash", sa.Text, nullable=False),
+    sa.Column("name", sa.Text, nullable=False),
+    sa.Column("vehicle_type", sa.Text, nullable=False),
+    sa.Column("created_at", sa.Double, nullable=False),
+    sa.Column("created_by", sa.Text, nullable=False),
+    sa.Column("document", sa.Text, nullable=False),
+)
+"""Triggers refuse a change and a deletion: a run's evidence names the plan that it flew."""
+
+RUNS = sa.Table(
+    "runs",
+    METADATA,
+    sa.Column("position", sa.Integer, primary_key=True),
+    sa.Column("id", sa.Text, nullable=False, unique=True),
+    sa.Column("plan_id", sa.Text, sa.ForeignKey("plans.id"), nullable=False),
+    sa.Column("vehicle_id", sa.Text, nullable=False),
+    sa.Column("is_over", sa.Boolean, nullable=False),
+    sa.Column("document", sa.Text, nullable=False),
+    sa.Index("ix_runs_vehicle_id_position", "vehicle_id", "position"),
+    sa.Index("ix_runs_open", "position", sqlite_where=sa.text("is_over = 0")),
+)
+
+TOKENS = sa.Table(
+    "tokens",
+    METADATA,
+    sa.Column("position", sa.Integer, primary_key=True),
+    sa.Column("id", sa.Text, nullable=False, unique=True),
+    sa.Column("name", sa.Text, nullable=False),
+    sa.Column("role", sa.Text, nullable=False),
+    sa.Column("token_hash", sa.Text, nullable=False, unique=True),
+    sa.Column("created_at", sa.Double, nullable=False),
+    sa.Column("revoked_at", sa.Double),
+)
+
+ANSWERS = sa.Table(
+    "answers",
+    METADATA,
+    sa.Column("key", sa.Text, primary_key=True),
+    sa.Column("request_hash", sa.Text, nullable=False),
+    sa.Column("status", sa.Integer, nullable=False),
+    sa.Column("headers", sa.Text, nullable=False),
+    sa.Column("body", sa.LargeBinary, nullable=False),
+    sa.Column("stored_at", sa.Double, nullable=False),
+    sa.Index("ix_answers_stored_at", "stored_at"),
+)

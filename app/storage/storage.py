@@ -1,0 +1,69 @@
+"""Open a journal file and get its stores."""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import sqlalchemy as sa
+from sqlalchemy.dialects.sqlite import insert
+
+from app.storage.answers import SqliteAnswerStore
+from app.storage.database import Database
+from app.storage.events import SqliteEventStore
+from app.storage.lock import exclusive_lock
+from app.storage.migrate import migrate
+from app.storage.plans import SqlitePlanStore
+from app.storage.runs import SqliteRunStore
+from app.storage.schema import GATEWAY
+from app.storage.tokens import SqliteTokenStore
+
+
+@dataclass(frozen=True, slots=True)
+class Storage:
+    """The stores of one journal file, and the id under which it numbers events."""
+
+    path: Path
+    gateway_id: str
+    events: SqliteEventStore
+    runs: SqliteRunStore
+    plans: SqlitePlanStore
+    tokens: SqliteTokenStore
+    answers: SqliteAnswerStore
+
+
+@asynccontextmanager
+async def open_storage(path: Path) -> AsyncIterator[Storage]:
+    """Lock the journal at `path`, make or upgrade its tables, and give its stores until the block ends.
+
+    Raises:
+        StorageError: another Waydrop uses it, a newer one wrote it, or it cannot be read or written.
+    """
+    with exclusive_lock(path):
+        await asyncio.to_thread(migrate, path)
+        database = Database(path)
+        try:
+            gateway_id = await _gateway_id(database)
+            yield Storage(
+                path=path,
+                gateway_id=gateway_id,
+                events=SqliteEventStore(database, gateway_id),
+                runs=SqliteRunStore(database),
+                plans=SqlitePlanStore(database),
+                tokens=SqliteTokenStore(database),
+                answers=SqliteAnswerStore(database),
+            )
+        finally:
+            await database.close()
+
+
+async def _gateway_id(database: Database) -> str:
+    """The id in the file; made once, when the journal is."""
+    async with database.write() as connection:
+        new = {"only": 1, "id": f"gw-{secrets.token_hex(4)}"}
+        await connection.execute(insert(GATEWAY).on_conflict_do_nothing(), new)
+        return str((await connection.execute(sa.select(GATEWAY.c.id))).scalar_one())
