@@ -1,0 +1,216 @@
+"""The fleet: every vehicle seen, under one id, with its changes told to the journal."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+import structlog
+
+from app.domain.errors import NotFoundError, StorageError, VehicleQuarantinedError
+from app.domain.events import EventKind, NewEvent
+from app.domain.ports import (
+    DuplicateSystem,
+    IdentityKnown,
+    LinkFact,
+    LinkLost,
+    LinkRestored,
+    LinkSource,
+    Rebooted,
+    StateChanged,
+    StatusText,
+    Unsubscribe,
+    VehicleLink,
+)
+from app.services.journal import Journal
+from app.services.views import StateView, VehicleView
+
+log = structlog.get_logger(__name__)
+WAITING_EVENTS: Final = 4096
+
+
+@dataclass(slots=True, eq=False)
+class FleetVehicle:
+    """One vehicle of the fleet. `run_id` is the run that owns it now."""
+
+    id: str
+    link: VehicleLink
+    quarantined: str | None = None
+    run_id: str | None = None
+    announced: bool = False
+    unsubscribe: Unsubscribe = field(default=lambda: None)
+
+    def view(self) -> VehicleView:
+        """What is shown of it."""
+        who = self.link.identity
+        return VehicleView(
+            id=self.id,
+            system_id=who.system_id,
+            vehicle_type=who.vehicle_type,
+            firmware=None if who.firmware is None else str(who.firmware),
+            uid=who.uid,
+            connection=who.connection,
+            quarantined=self.quarantined,
+            run_id=self.run_id,
+            state=StateView.of(self.link.state()),
+        )
+
+
+class Fleet:
+    """Knows all vehicles. Facts come synchronously from the links; one task records them in order."""
+
+    def __init__(self, source: LinkSource, journal: Journal) -> None:
+        self._source = source
+        self._journal = journal
+        self._vehicles: dict[str, FleetVehicle] = {}
+        self._listeners: list[Callable[[FleetVehicle], None]] = []
+        self._waiting: asyncio.Queue[NewEvent] = asyncio.Queue(WAITING_EVENTS)
+        self._recorder: asyncio.Task[None] | None = None
+        self._unsubscribe: Unsubscribe = lambda: None
+        self._lost_events = 0
+
+    async def start(self) -> None:
+        """Open the connections and take in what is found. Raises LinkError."""
+        self._recorder = asyncio.create_task(self._record_all(), name="fleet recorder")
+        self._unsubscribe = self._source.subscribe(self._found)
+        for link in self._source.links():
+            self._found(link)
+        await self._source.start()
+
+    async def close(self) -> None:
+        """Record what waits, then close the links. Idempotent."""
+        self._unsubscribe()
+        for vehicle in self._vehicles.values():
+            vehicle.unsubscribe()
+        if self._recorder is not None:
+            await self._waiting.join()
+            self._recorder.cancel()
+            await asyncio.gather(self._recorder, return_exceptions=True)
+            self._recorder = None
+        await self._source.close()
+
+    def vehicles(self) -> Sequence[VehicleView]:
+        """All vehicles, by id."""
+        return [self._vehicles[key].view() for key in sorted(self._vehicles, key=_by_number)]
+
+    def view(self, vehicle_id: str) -> VehicleView:
+        """One vehicle. Raises NotFoundError."""
+        return self.vehicle(vehicle_id).view()
+
+    def vehicle(self, vehicle_id: str) -> FleetVehicle:
+        """The vehicle itself, quarantined or not. Raises NotFoundError."""
+        found = self._vehicles.get(vehicle_id)
+        if found is None:
+            known = ", ".join(sorted(self._vehicles, key=_by_number)) or "none yet"
+            raise NotFoundError(f"no vehicle {vehicle_id!r}", hint=f"vehicles seen so far: {known}")
+        return found
+
+    def link(self, vehicle_id: str) -> VehicleLink:
+        """The link to command a vehicle. Raises NotFoundError, VehicleQuarantinedError."""
+        vehicle = self.vehicle(vehicle_id)
+        if vehicle.quarantined is not None:
+            raise VehicleQuarantinedError(
+                f"vehicle {vehicle_id} is quarantined: {vehicle.quarantined}",
+                hint="give each vehicle its own MAV_SYS_ID, then restart Waydrop",
+            )
+        return vehicle.link
+
+    def on_found(self, listener: Callable[[FleetVehicle], None]) -> Unsubscribe:
+        """Call `listener` for each vehicle found from now on."""
+        self._listeners.append(listener)
+
+        def unsubscribe() -> None:
+            if listener in self._listeners:
+                self._listeners.remove(listener)
+
+        return unsubscribe
+
+    def _found(self, link: VehicleLink) -> None:
+        if any(v.link is link for v in self._vehicles.values()):
+            return
+        number, vehicle_id = 1, f"v{link.identity.system_id}"
+        while vehicle_id in self._vehicles:  # a second vehicle with this system id, on another connection
+            number += 1
+            vehicle_id = f"v{link.identity.system_id}-{number}"
+        vehicle = FleetVehicle(vehicle_id, link)
+        self._vehicles[vehicle_id] = vehicle
+        vehicle.unsubscribe = link.subscribe(lambda fact: self._heard(vehicle, fact))
+        self._announce(vehicle)
+        for listener in tuple(self._listeners):
+            listener(vehicle)
+
+    def _heard(self, vehicle: FleetVehicle, fact: LinkFact) -> None:
+        match fact:
+            case LinkLost():
+                self._tell(EventKind.VEHICLE_LINK_LOST, vehicle, last_heartbeat_age_s=fact.heartbeat_age_s)
+            case LinkRestored():
+                self._tell(EventKind.VEHICLE_LINK_RESTORED, vehicle)
+            case IdentityKnown():
+                self._announce(vehicle)
+            case StateChanged():
+                self._tell_state(vehicle)
+            case StatusText():
+                self._tell(EventKind.VEHICLE_STATUS_TEXT, vehicle, severity=fact.severity, text=fact.text)
+            case Rebooted():
+                self._tell(EventKind.VEHICLE_REBOOTED, vehicle)
+            case DuplicateSystem():
+                self._quarantine(vehicle, fact.detail)
+            case _:
+                pass  # mission progress and the gripper's output belong to the run
+
+    def _announce(self, vehicle: FleetVehicle) -> None:
+        who = vehicle.link.identity
+        self._tell(
+            EventKind.VEHICLE_SEEN,
+            vehicle,
+            system_id=who.system_id,
+            vehicle_type=who.vehicle_type,
+            uid=who.uid,
+            firmware=None if who.firmware is None else str(who.firmware),
+            connection=who.connection,
+        )
+
+    def _tell_state(self, vehicle: FleetVehicle) -> None:
+        state = vehicle.link.state()
+        self._tell(
+            EventKind.VEHICLE_CHANGED,
+            vehicle,
+            mode=state.mode,
+            armed=state.armed,
+            landed=state.landed,
+            in_failsafe=state.in_failsafe,
+            vtol_state=state.vtol_state,
+        )
+
+    def _quarantine(self, vehicle: FleetVehicle, detail: str) -> None:
+        if vehicle.quarantined is None:
+            vehicle.quarantined = detail
+            self._tell(EventKind.VEHICLE_QUARANTINED, vehicle, reason=detail)
+
+    def _tell(self, kind: EventKind, vehicle: FleetVehicle, **data: object) -> None:
+        event = self._journal.new_event(kind, vehicle_id=vehicle.id, run_id=vehicle.run_id, **data)
+        try:
+            self._waiting.put_nowait(event)
+        except asyncio.QueueFull:  # the disk stands still; telemetry and runs go on
+            self._lost_events += 1
+            log.error("vehicle event not recorded: the journal is stuck", kind=kind.value, lost=self._lost_events)
+
+    async def _record_all(self) -> None:
+        while True:
+            events = [await self._waiting.get()]
+            while not self._waiting.empty() and len(events) < 100:
+                events.append(self._waiting.get_nowait())
+            try:
+                await self._journal.record(*events)
+            except StorageError as error:
+                log.error("vehicle events not recorded", count=len(events), error=error.detail)
+            finally:
+                for _ in events:
+                    self._waiting.task_done()
+
+
+def _by_number(vehicle_id: str) -> tuple[int, str]:
+    number = vehicle_id.removeprefix("v").partition("-")[0]
+    return (int(number) if number.isdigit() else 0, vehicle_id)

@@ -1,0 +1,81 @@
+"""Telemetry for watchers: only the newest of each vehicle matters, nothing is queued."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
+from app.services.views import StateView, VehicleView
+
+
+class TelemetrySubscription:
+    """The newest state per vehicle since the last `next()`: a slow reader gets fewer, never older ones."""
+
+    def __init__(self, feed: TelemetryFeed) -> None:
+        self._feed = feed
+        self._newest: dict[str, StateView] = {}
+        self._ready = asyncio.Event()
+
+    def offer(self, states: Mapping[str, StateView]) -> None:
+        """Take a tick in."""
+        self._newest.update(states)
+        self._ready.set()
+
+    async def next(self) -> Mapping[str, StateView]:
+        """Wait for the next tick with news, and take it."""
+        await self._ready.wait()
+        self._ready.clear()
+        taken, self._newest = self._newest, {}
+        return taken
+
+    def close(self) -> None:
+        """End it. Idempotent."""
+        self._feed.forget(self)
+
+
+class Fleetlike(Protocol):
+    """What the feed needs of the fleet."""
+
+    def vehicles(self) -> Sequence[VehicleView]:
+        """All vehicles."""
+
+
+class TelemetryFeed:
+    """Looks at all vehicles once a period, and offers what changed to every subscription."""
+
+    def __init__(self, fleet: Fleetlike, period_s: float = 0.2) -> None:
+        self._fleet = fleet
+        self._period_s = period_s
+        self._subscriptions: set[TelemetrySubscription] = set()
+        self._task: asyncio.Task[None] | None = None
+
+    async def start(self) -> None:
+        """Begin to look."""
+        self._task = asyncio.create_task(self._run(), name="telemetry feed")
+
+    async def close(self) -> None:
+        """Stop. Idempotent."""
+        if self._task is not None:
+            self._task.cancel()
+            await asyncio.gather(self._task, return_exceptions=True)
+            self._task = None
+
+    def subscribe(self) -> TelemetrySubscription:
+        """What changes from now on."""
+        subscription = TelemetrySubscription(self)
+        self._subscriptions.add(subscription)
+        return subscription
+
+    def forget(self, subscription: TelemetrySubscription) -> None:
+        """End a subscription."""
+        self._subscriptions.discard(subscription)
+
+    async def _run(self) -> None:
+        while True:
+            await asyncio.sleep(self._period_s)
+            if not self._subscriptions:
+                continue
+            states = {vehicle.id: vehicle.state for vehicle in self._fleet.vehicles()}
+            for subscription in tuple(self._subscriptions):
+                subscription.offer(states)

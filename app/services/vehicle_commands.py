@@ -1,0 +1,61 @@
+"""Commands that a person gives a vehicle outside a run: hold, return, land."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable
+from typing import Final
+
+from app.domain.errors import ConflictError, LinkError
+from app.domain.events import EventKind
+from app.domain.ports import VehicleLink
+from app.services.fleet import Fleet
+from app.services.journal import Journal
+
+_ACTIONS: Final[dict[str, Callable[[VehicleLink], Awaitable[None]]]] = {
+    "hold": lambda link: link.hold(),
+    "return": lambda link: link.return_to_launch(),
+    "land": lambda link: link.land(),
+}
+
+
+class VehicleCommands:
+    """Refuses while a run owns the vehicle, and on the ground where nothing is flying."""
+
+    def __init__(self, fleet: Fleet, journal: Journal) -> None:
+        self._fleet = fleet
+        self._journal = journal
+
+    async def hold(self, vehicle_id: str, by: str) -> None:
+        """Hold mode. Raises ConflictError, LinkError."""
+        await self._do("hold", vehicle_id, by)
+
+    async def return_to_launch(self, vehicle_id: str, by: str) -> None:
+        """Return mode. Raises ConflictError, LinkError."""
+        await self._do("return", vehicle_id, by)
+
+    async def land(self, vehicle_id: str, by: str) -> None:
+        """Land mode. Raises ConflictError, LinkError."""
+        await self._do("land", vehicle_id, by)
+
+    async def _do(self, action: str, vehicle_id: str, by: str) -> None:
+        link = self._fleet.link(vehicle_id)
+        run_id = self._fleet.vehicle(vehicle_id).run_id
+        if run_id is not None:
+            raise ConflictError(
+                f"vehicle {vehicle_id} flies run {run_id}", hint=f"use POST /api/v1/runs/{run_id}/{action}"
+            )
+        if not link.state().armed:
+            raise ConflictError(f"vehicle {vehicle_id} is not armed: there is nothing to {action}")
+        await self._record(vehicle_id, action, by, "sent")
+        try:
+            await _ACTIONS[action](link)
+        except LinkError as error:
+            await self._record(vehicle_id, action, by, error.detail)
+            raise
+        await self._record(vehicle_id, action, by, "done")
+
+    async def _record(self, vehicle_id: str, action: str, by: str, outcome: str) -> None:
+        event = self._journal.new_event(
+            EventKind.VEHICLE_COMMAND, vehicle_id=vehicle_id, command=action, by=by, outcome=outcome
+        )
+        await self._journal.record(event)

@@ -1,0 +1,71 @@
+"""What the outside is shown of a vehicle."""
+
+from __future__ import annotations
+
+from pydantic import BaseModel, ConfigDict
+
+from app.domain.vehicle import FlightMode, LandedState, MissionState, VehicleState, VehicleType
+
+
+class PositionView(BaseModel):
+    """A place: degrees, and metres AMSL."""
+
+    model_config = ConfigDict(frozen=True)
+
+    latitude_deg: float
+    longitude_deg: float
+    altitude_m: float
+
+
+class StateView(BaseModel):
+    """The newest measurements of a vehicle, with their ages in seconds; null is "never received"."""
+
+    model_config = ConfigDict(frozen=True)
+
+    connected: bool
+    mode: FlightMode | None
+    armed: bool | None
+    landed: LandedState
+    in_failsafe: bool
+    latitude_deg: float | None
+    longitude_deg: float | None
+    absolute_altitude_m: float | None
+    relative_altitude_m: float | None
+    velocity_north_m_s: float | None
+    velocity_east_m_s: float | None
+    velocity_down_m_s: float | None
+    heading_deg: float | None
+    position_age_s: float | None
+    heartbeat_age_s: float | None
+    battery_percent: float | None
+    home: PositionView | None
+    mission_seq: int | None
+    mission_total: int | None
+    mission_state: MissionState
+    mission_id: int | None
+    vtol_state: str | None
+    gripper_output_us: int | None
+
+    @classmethod
+    def of(cls, state: VehicleState) -> StateView:
+        """The view of a state."""
+        home = state.home
+        place = None if home is None else PositionView(**{n: getattr(home, n) for n in PositionView.model_fields})
+        rest = {name: getattr(state, name) for name in cls.model_fields if name != "home"}
+        return cls(home=place, **rest)
+
+
+class VehicleView(BaseModel):
+    """A vehicle as shown. `quarantined` says why no command may be sent to it, null if it may."""
+
+    model_config = ConfigDict(frozen=True)
+
+    id: str
+    system_id: int
+    vehicle_type: VehicleType | None
+    firmware: str | None
+    uid: str | None
+    connection: str
+    quarantined: str | None
+    run_id: str | None
+    state: StateView
