@@ -12,6 +12,7 @@ from pathlib import Path
 import sqlalchemy as sa
 from sqlalchemy.dialects.sqlite import insert
 
+from app.domain.ports import AnswerStore, EventStore, PlanStore, RunStore, TokenStore
 from app.storage.answers import SqliteAnswerStore
 from app.storage.database import Database
 from app.storage.events import SqliteEventStore
@@ -29,11 +30,11 @@ class Storage:
 
     path: Path
     gateway_id: str
-    events: SqliteEventStore
-    runs: SqliteRunStore
-    plans: SqlitePlanStore
-    tokens: SqliteTokenStore
-    answers: SqliteAnswerStore
+    events: EventStore
+    runs: RunStore
+    plans: PlanStore
+    tokens: TokenStore
+    answers: AnswerStore
 
 
 @asynccontextmanager

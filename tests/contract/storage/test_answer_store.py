@@ -1,0 +1,46 @@
+"""What every AnswerStore promises."""
+
+from __future__ import annotations
+
+from tests.contract.storage.conftest import Opener, Stores
+from tests.contract.storage.samples import answer
+
+DAY_S = 24 * 3600.0
+
+
+async def test_an_unknown_key_is_none(stores: Stores) -> None:
+    assert await stores.answers.get("key-1") is None
+
+
+async def test_an_answer_comes_back_byte_for_byte(stores: Stores) -> None:
+    body = bytes(range(256))
+    await stores.answers.put(answer(body=body), now=1000.0)
+    assert await stores.answers.get("key-1") == answer(body=body)
+
+
+async def test_an_answer_survives_a_restart(opener: Opener) -> None:
+    async with opener() as stores:
+        await stores.answers.put(answer(), now=1000.0)
+    async with opener() as stores:
+        assert await stores.answers.get("key-1") == answer()
+
+
+async def test_the_first_answer_of_a_key_stands(stores: Stores) -> None:
+    await stores.answers.put(answer(), now=1000.0)
+    await stores.answers.put(answer(body=b"second"), now=1001.0)
+    assert await stores.answers.get("key-1") == answer()
+
+
+async def test_answers_go_after_a_day(stores: Stores) -> None:
+    await stores.answers.put(answer("old"), now=1000.0)
+    await stores.answers.put(answer("new"), now=1000.0 + DAY_S)
+    assert await stores.answers.get("old") == answer("old")
+    await stores.answers.put(answer("newer"), now=1000.5 + DAY_S)
+    assert await stores.answers.get("old") is None
+    assert await stores.answers.get("new") == answer("new")
+
+
+async def test_a_key_is_free_again_after_a_day(stores: Stores) -> None:
+    await stores.answers.put(answer(), now=1000.0)
+    await stores.answers.put(answer(body=b"later"), now=1001.0 + DAY_S)
+    assert await stores.answers.get("key-1") == answer(body=b"later")
