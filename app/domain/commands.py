@@ -28,7 +28,8 @@ class CommandRequest:
     """One COMMAND_LONG. `params` are param1..7; NaN means "not given".
 
     `attempts` counts sends when no ack at all comes back, `timeout_s` is the wait after each.
-    A release is sent once per request: the drop's own machine decides on another try.
+    A release is sent once per request: the drop's own machine decides on another try. `send_before_s` is a monotonic
+    time after which the command must not leave any more, however long it had to wait here.
     """
 
     command: MavCmd
@@ -36,6 +37,7 @@ class CommandRequest:
     timeout_s: float = 1.0
     attempts: int = 3
     in_progress_timeout_s: float = 10.0
+    send_before_s: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -77,6 +77,12 @@ class VehicleRefusedError(LinkError):
     code = "vehicle.refused"
 
 
+class CommandExpiredError(LinkError):
+    """The command was not sent: its time was over before it could leave."""
+
+    code = "command.expired"
+
+
 class UploadError(LinkError):
     """A mission upload that did not end verified. Nothing of it is ever started."""
 

@@ -180,6 +180,7 @@ class VehicleLink(Protocol):
         """Send a command and yield each ack to us; the last one is final.
 
         Raises:
+            CommandExpiredError: `send_before_s` was over; nothing was sent.
             LinkTimeoutError: no final ack before the deadline. What the vehicle did is then not known.
         """
 

@@ -51,6 +51,14 @@ class ReleaseTimedOut:
 
 
 @dataclass(frozen=True, slots=True)
+class ReleaseWithheld:
+    """Release number `attempt` was surely not sent: by the time it was recorded, it was not right any more."""
+
+    now_s: float
+    attempt: int
+
+
+@dataclass(frozen=True, slots=True)
 class RunEnding:
     """The run ends now (landed, aborted, lost, rebooted): the drop must end in a known state."""
 
@@ -58,7 +66,7 @@ class RunEnding:
     reason: str
 
 
-DropInput = Observation | ReleaseAck | ReleaseTimedOut | RunEnding
+DropInput = Observation | ReleaseAck | ReleaseTimedOut | ReleaseWithheld | RunEnding
 
 
 @dataclass(frozen=True, slots=True)

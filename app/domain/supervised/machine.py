@@ -16,6 +16,7 @@ from app.domain.supervised.inputs import (
     Observation,
     ReleaseAck,
     ReleaseTimedOut,
+    ReleaseWithheld,
     Resume,
     RunEnding,
     SendRelease,
@@ -56,6 +57,14 @@ class DropMachine:
         """Whether the drop has its outcome."""
         return self.phase is DropPhase.DONE
 
+    def may_send(self, seen: Observation) -> bool:
+        """Whether the release that is about to go out is still right at this very moment."""
+        return self.in_flight is not None and reason_against(seen, self.terms, self.hold) is None
+
+    def send_before_s(self, seen: Observation) -> float:
+        """Our monotonic time after which a release must not leave any more: the hold would not cover its latency."""
+        return seen.now_s + self.hold.left_s(seen, self.terms) - self.terms.release_latency_s
+
     @classmethod
     def taken_up(cls, terms: DropTerms, attempts: int) -> DropMachine:
         """The machine after a restart of ours, when `attempts` releases were commanded before it and not settled.
@@ -80,13 +89,17 @@ def step(drop: DropMachine, heard: DropInput) -> tuple[DropMachine, Effects]:
             if heard.attempt != drop.in_flight:
                 return drop, ()
             return replace(drop, in_flight=None, unsure=True, retry_at_s=heard.now_s), ()
+        case ReleaseWithheld():
+            return (replace(drop, in_flight=None) if heard.attempt == drop.in_flight else drop), ()
         case RunEnding():
             return _ended(drop, heard)
 
 
 def _observed(drop: DropMachine, seen: Observation) -> tuple[DropMachine, Effects]:
     approached = drop.approached or (
-        seen.mode is FlightMode.MISSION and seen.mission_seq is not None and seen.mission_seq <= max(drop.terms.hold_seqs)
+        seen.mode is FlightMode.MISSION
+        and seen.mission_seq is not None
+        and seen.mission_seq <= max(drop.terms.hold_seqs)
     )
     drop = replace(drop, hold=drop.hold.observed(seen, drop.terms), approached=approached, last_seen=seen)
     drop = _with_calm(drop, seen)

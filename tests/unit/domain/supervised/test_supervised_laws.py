@@ -8,7 +8,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 
 from app.domain.commands import MavResult
 from app.domain.drop import DropOutcome
-from app.domain.supervised import Finish
+from app.domain.supervised import Finish, ReleaseWithheld
 from app.domain.vehicle import FlightMode
 from tests.unit.domain.supervised.flight import TERMS, Flight
 
@@ -67,6 +67,14 @@ class AnyFlight(RuleBasedStateMachine):
     @rule()
     def no_ack_comes(self) -> None:
         self.flight.time_out()
+
+    @precondition(lambda self: self.flight.machine.in_flight is not None and not self.executed)
+    @rule()
+    def the_release_is_withheld(self) -> None:
+        attempt = self.flight.machine.in_flight
+        assert attempt is not None
+        self.refused.add(attempt)
+        self.flight.hear(ReleaseWithheld(self.flight.now_s, attempt))
 
     @rule()
     def the_link_is_cut_or_comes_back(self) -> None:
