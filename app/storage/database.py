@@ -19,7 +19,6 @@ READERS: Final = 3
 # A drop command is recorded before it is sent; if that record were lost, the restart could drop again.
 _PRAGMAS: Final = (
     f"PRAGMA busy_timeout = {BUSY_TIMEOUT_MS}",
-    "PRAGMA journal_mode = WAL",
     "PRAGMA synchronous = FULL",
     "PRAGMA foreign_keys = ON",
     f"PRAGMA journal_size_limit = {64 * 1024 * 1024}",
@@ -30,7 +29,7 @@ class Database:
     """`write()` gives the one writing connection in a transaction, `read()` one that cannot write.
 
     One writer by construction: writes queue in this process and never meet SQLITE_BUSY from each other. Readers do
-    not block it nor does it block them (WAL).
+    not block it nor does it block them: migrate.py has put the file in WAL mode, which the file keeps.
     """
 
     def __init__(self, path: Path) -> None:

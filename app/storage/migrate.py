@@ -36,6 +36,7 @@ def migrate(path: Path, scripts: Path = MIGRATIONS) -> None:
             _refuse_foreign_file(connection, path)
             _upgrade(connection, path, scripts)
             connection.exec_driver_sql("COMMIT")
+            _use_wal(connection, path)
     finally:
         engine.dispose()
 
@@ -49,6 +50,15 @@ def _refuse_foreign_file(connection: sa.Connection, path: Path) -> None:
             hint="name another file; Waydrop makes it if it does not exist",
         )
     connection.exec_driver_sql(f"PRAGMA application_id = {APPLICATION_ID}")
+
+
+def _use_wal(connection: sa.Connection, path: Path) -> None:
+    mode = connection.exec_driver_sql("PRAGMA journal_mode = WAL").scalar_one()
+    if mode != "wal":
+        raise StorageError(
+            f"journal {path}: its file system cannot hold a write-ahead log (SQLite stays in mode {mode})",
+            hint="put the journal on a local disk; network file systems lack the shared memory that it needs",
+        )
 
 
 def _upgrade(connection: sa.Connection, path: Path, scripts: Path) -> None:

@@ -1,0 +1,140 @@
+"""A journal is brought to this version's tables in one step, or refused whole."""
+
+from __future__ import annotations
+
+import shutil
+import sqlite3
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+
+import pytest
+import sqlalchemy as sa
+from alembic.autogenerate import compare_metadata
+from alembic.runtime.migration import MigrationContext
+
+from app.domain.errors import StorageError
+from app.storage import open_storage
+from app.storage.migrate import APPLICATION_ID, MIGRATIONS, migrate
+from app.storage.schema import METADATA
+from tests.contract.storage.samples import event
+
+STEP = """
+import sqlalchemy as sa
+from alembic import op
+
+revision = "v9999"
+down_revision = {parent!r}
+branch_labels = None
+depends_on = None
+
+
+def upgrade() -> None:
+    op.create_table("later", sa.Column("id", sa.Integer, primary_key=True))
+    {more}
+"""
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[sqlite3.Connection]:
+    with closing(sqlite3.connect(path)) as connection:
+        yield connection
+
+
+def tables(path: Path) -> set[str]:
+    with opened(path) as connection:
+        return {name for (name,) in connection.execute("SELECT name FROM sqlite_schema WHERE type = 'table'")}
+
+
+def revision(path: Path) -> str:
+    with opened(path) as connection:
+        return str(connection.execute("SELECT version_num FROM alembic_version").fetchone()[0])
+
+
+@pytest.fixture
+def journal(tmp_path: Path) -> Path:
+    return tmp_path / "journal.db"
+
+
+@pytest.fixture
+def later_scripts(tmp_path: Path) -> Path:
+    """The migrations of a later version, with one more step."""
+    scripts = tmp_path / "migrations"
+    shutil.copytree(MIGRATIONS, scripts)
+    migrate(tmp_path / "probe.db")
+    (scripts / "versions" / "v9999_later.py").write_text(STEP.format(parent=revision(tmp_path / "probe.db"), more=""))
+    return scripts
+
+
+def test_the_steps_make_the_tables_that_the_code_uses(journal: Path) -> None:
+    migrate(journal)
+    engine = sa.create_engine(sa.URL.create("sqlite", database=str(journal)), poolclass=sa.NullPool)
+    with engine.connect() as connection:
+        context = MigrationContext.configure(connection, opts={"compare_type": True, "compare_server_default": True})
+        assert compare_metadata(context, METADATA) == []
+
+
+def test_the_file_says_whose_it_is(journal: Path) -> None:
+    migrate(journal)
+    with opened(journal) as connection:
+        assert connection.execute("PRAGMA application_id").fetchone() == (APPLICATION_ID,)
+
+
+async def test_an_upgrade_keeps_what_is_in_the_journal(journal: Path, later_scripts: Path) -> None:
+    async with open_storage(journal) as storage:
+        stored = await storage.events.append([event(1)])
+        gateway_id = storage.gateway_id
+    migrate(journal, later_scripts)
+    assert "later" in tables(journal)
+    with opened(journal) as connection:
+        assert connection.execute("SELECT seq FROM events").fetchall() == [(stored[0].seq,)]
+        assert connection.execute("SELECT id FROM gateway").fetchall() == [(gateway_id,)]
+
+
+async def test_a_journal_of_a_newer_version_is_refused_and_left_alone(journal: Path, later_scripts: Path) -> None:
+    migrate(journal, later_scripts)
+    with pytest.raises(StorageError, match="newer Waydrop") as refused:
+        async with open_storage(journal):
+            pass
+    assert "v9999" in refused.value.detail
+    assert refused.value.hint
+    assert revision(journal) == "v9999"
+
+
+def test_an_upgrade_that_fails_leaves_the_old_journal(journal: Path, later_scripts: Path) -> None:
+    migrate(journal)
+    before = (tables(journal), revision(journal))
+    step = later_scripts / "versions" / "v9999_later.py"
+    step.write_text(STEP.format(parent=before[1], more='op.execute("SELECT * FROM no_such_table")'))
+    with pytest.raises(StorageError, match="no_such_table"):
+        migrate(journal, later_scripts)
+    assert (tables(journal), revision(journal)) == before
+
+
+def test_opening_again_changes_nothing(journal: Path) -> None:
+    migrate(journal)
+    before = (tables(journal), revision(journal))
+    migrate(journal)
+    assert (tables(journal), revision(journal)) == before
+
+
+def test_a_database_of_another_program_is_refused_and_left_alone(journal: Path) -> None:
+    with opened(journal) as connection:
+        connection.execute("CREATE TABLE customers (id INTEGER)")
+    with pytest.raises(StorageError, match="another program"):
+        migrate(journal)
+    assert tables(journal) == {"customers"}
+
+
+def test_a_file_that_is_no_database_is_refused_and_left_alone(journal: Path) -> None:
+    journal.write_bytes(b"MAVLink log " * 1000)
+    with pytest.raises(StorageError, match="not a journal") as refused:
+        migrate(journal)
+    assert refused.value.extra["sqlite"] == "SQLITE_NOTADB"
+    assert journal.read_bytes() == b"MAVLink log " * 1000
+
+
+def test_a_folder_in_the_place_of_the_file_is_refused(journal: Path) -> None:
+    journal.mkdir()
+    with pytest.raises(StorageError, match="cannot be opened"):
+        migrate(journal)
