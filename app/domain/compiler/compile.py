@@ -1,0 +1,79 @@
+"""A plan becomes a mission: every plan item in order, numbered, with the map back from seq to plan item."""
+
+from __future__ import annotations
+
+from app.domain.compiler.draft import DraftList
+from app.domain.compiler.drop_items import PAUSE_S, add_drop, add_waypoint_with_drop, brakes_at_waypoint
+from app.domain.compiler.fence_items import fence_items, rally_items
+from app.domain.compiler.flight_items import delay_draft, flight_drafts, speed_drafts
+from app.domain.errors import PlanRejectedError
+from app.domain.mission import CompiledDrop, Mission
+from app.domain.plan.document import Plan
+from app.domain.plan.drops import DropUse, drops_of
+from app.domain.plan.items import Takeoff, Waypoint
+from app.domain.plan.walk import Step, reference_home, walk
+from app.domain.speeds import speeds_along
+from app.domain.vehicle import VehicleFacts, VehicleType
+
+
+def compile_plan(plan: Plan, facts: VehicleFacts) -> Mission:
+    """The MISSION_ITEM_INT lists of a plan that passed the rules, for a vehicle with these facts.
+
+    Raises PlanRejectedError for what has no items at all: a vehicle of another type, a drop at no position, a jump to
+    nowhere, loiter turns. Everything else is left to the rules.
+    """
+    if facts.vehicle_type is not plan.vehicle_type:
+        raise PlanRejectedError(f"the plan is for a {plan.vehicle_type}, the vehicle is a {facts.vehicle_type}")
+    home = reference_home(plan, facts)
+    steps = walk(plan, home)
+    drops = {drop.step.index: drop for drop in drops_of(steps)}
+    braking = {
+        drop.anchor.index: drop for drop in drops.values() if drop.anchor is not None and brakes_at_waypoint(drop)
+    }
+    drafts, compiled = DraftList(), []
+    speeds = speeds_along(plan, facts, steps)
+    for step, speed_m_s in zip(steps, speeds, strict=True):
+        _add_cruise_speed(drafts, plan, step)
+        if step.index in drops:
+            compiled.append(add_drop(drafts, drops[step.index], facts, speed_m_s))
+        elif step.index in braking:
+            _add_braking_waypoint(drafts, step, braking[step.index], plan.vehicle_type)
+        else:
+            for draft in flight_drafts(step, home, facts):
+                drafts.add(step.item.id, draft)
+            _add_cruise_speed_after_takeoff(drafts, plan, step)
+    _end_with_no_release(drafts, compiled)
+    return Mission(
+        items=drafts.number(),
+        fence=fence_items(plan.geofence),
+        rally=rally_items(plan.rally_points),
+        plan_item_of=drafts.plan_item_of(),
+        drops=tuple(compiled),
+    )
+
+
+def _add_braking_waypoint(drafts: DraftList, step: Step, drop: DropUse, vehicle_type: VehicleType) -> None:
+    assert isinstance(step.item, Waypoint)
+    for draft in speed_drafts(step.item.speed_m_s, vehicle_type):
+        drafts.add(step.item.id, draft)
+    add_waypoint_with_drop(drafts, step.item, drop)
+
+
+def _add_cruise_speed(drafts: DraftList, plan: Plan, step: Step) -> None:
+    """A rover never takes off: its cruise speed is set first of all."""
+    if step.index == 0 and plan.vehicle_type is VehicleType.ROVER:
+        for draft in speed_drafts(plan.cruise_speed_m_s, plan.vehicle_type):
+            drafts.add(step.item.id, draft)
+
+
+def _add_cruise_speed_after_takeoff(drafts: DraftList, plan: Plan, step: Step) -> None:
+    """After the takeoff, because PX4 sets the speed for the way in which it flies at that moment."""
+    if isinstance(step.item, Takeoff) and plan.vehicle_type is not VehicleType.ROVER:
+        for draft in speed_drafts(plan.cruise_speed_m_s, plan.vehicle_type):
+            drafts.add(step.item.id, draft)
+
+
+def _end_with_no_release(drafts: DraftList, compiled: list[CompiledDrop]) -> None:
+    """The item after a drop must exist: a supervised run moves the mission on to it."""
+    if compiled and compiled[-1].resume_seq == drafts.next_seq:
+        drafts.add(compiled[-1].plan_item_id, delay_draft(PAUSE_S))

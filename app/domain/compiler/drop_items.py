@@ -1,0 +1,132 @@
+"""Drops as mission items: each expectation of the plan becomes items that really have that effect on PX4.
+
+A stopped drop from a rotary wing: hold and acceptance radius together at the waypoint (the gripper item itself does not
+brake in current firmware). On the ground and on wheels: NAV_DELAY. A moving drop: no hold at all.
+"""
+
+from __future__ import annotations
+
+from app.domain.acceptance import STOP_RADIUS_M, reach_m
+from app.domain.compiler.draft import Draft, DraftList, command_draft
+from app.domain.compiler.flight_items import delay_draft, waypoint_draft
+from app.domain.default_facts import parameter
+from app.domain.errors import PlanRejectedError
+from app.domain.mission import NAN, CompiledDrop, MavCmd
+from app.domain.plan.drops import DropUse
+from app.domain.plan.items import DropItem, Gripper, Land, Loiter, Waypoint
+from app.domain.plan.walk import Carried
+from app.domain.vehicle import VehicleFacts
+
+EMBEDDED_HOLD_S = 5.0
+"""Hold before an embedded release: with 1 m radius it leaves time to come to rest (flown with 5 s)."""
+SETTLE_MARGIN_S = 1.0
+PAUSE_S = 1.0
+"""Between two drops at one place, and after a drop that is the last item: something that is no release must follow."""
+_GRIPPER_ACTION = {"release": 0.0, "grab": 1.0}
+_WINCH_ACTION = {
+    "relax": 0.0,
+    "length": 1.0,
+    "rate": 2.0,
+    "lock": 3.0,
+    "deliver": 4.0,
+    "hold": 5.0,
+    "retract": 6.0,
+    "load_line": 7.0,
+    "abandon_line": 8.0,
+    "load_payload": 9.0,
+}
+
+
+def add_waypoint_with_drop(drafts: DraftList, item: Waypoint, drop: DropUse) -> None:
+    """The waypoint of a stopped drop from a rotary wing: it brakes there and waits."""
+    hold_s = drop.item.hold_s if drop.supervised else EMBEDDED_HOLD_S
+    drafts.add(item.id, waypoint_draft(item, max(hold_s, item.hold_s), stop_radius_m(item)))
+
+
+def add_drop(drafts: DraftList, drop: DropUse, facts: VehicleFacts, ground_speed_m_s: float) -> CompiledDrop:
+    """The items of one drop, and what the run must know of them."""
+    place = _place(drop)
+    hold_seqs = _add_hold(drafts, drop, place)
+    release_seq = None
+    if not drop.supervised:
+        release_seq = drafts.add(drop.item.id, release_draft(drop.item))
+        if drop.stopped:
+            drafts.add(drop.item.id, delay_draft(settle_s(drop.item, facts)))
+    stops_in_air = drop.stopped and drop.carried is Carried.ROTARY_WING
+    radius_m = stop_radius_m(place) if stops_in_air else reach_m(facts, drop.carried, ground_speed_m_s, _radius(place))
+    release = release_draft(drop.item)
+    return CompiledDrop(
+        plan_item_id=drop.item.id,
+        supervised=drop.supervised,
+        stopped=drop.stopped,
+        hold_seqs=hold_seqs,
+        resume_seq=hold_seqs[-1] + 1 if drop.supervised else drafts.next_seq,
+        release_seq=release_seq,
+        command=release.command,
+        params=(*release.params, NAN, NAN, NAN),
+        latitude_deg=place.latitude_deg,
+        longitude_deg=place.longitude_deg,
+        hold_s=_bound_s(drop, place),
+        acceptance_radius_m=radius_m,
+        landed=drop.carried is Carried.GROUND,
+    )
+
+
+def brakes_at_waypoint(drop: DropUse) -> bool:
+    """The hold of this drop is part of its waypoint."""
+    return (
+        drop.first
+        and drop.stopped
+        and drop.carried is Carried.ROTARY_WING
+        and drop.anchor is not None
+        and isinstance(drop.anchor.item, Waypoint)
+    )
+
+
+def release_draft(item: DropItem) -> Draft:
+    """DO_GRIPPER (instance, action) or DO_WINCH (instance, action, length, rate)."""
+    if isinstance(item, Gripper):
+        return command_draft(MavCmd.DO_GRIPPER, float(item.instance), _GRIPPER_ACTION[item.action])
+    length = NAN if item.length_m is None else item.length_m
+    rate = NAN if item.rate_m_s is None else item.rate_m_s
+    return command_draft(MavCmd.DO_WINCH, float(item.instance), _WINCH_ACTION[item.action], length, rate)
+
+
+def settle_s(item: DropItem, facts: VehicleFacts) -> float:
+    """How long an embedded, stopped drop takes: the gripper's own time, or all the time that the winch may need."""
+    return parameter(facts, "PD_GRIPPER_TO") + SETTLE_MARGIN_S if isinstance(item, Gripper) else item.hold_s
+
+
+def stop_radius_m(item: Waypoint | Loiter | Land) -> float:
+    """Acceptance radius of a stop: the item's own if it is smaller than what makes it stop."""
+    return min(_radius(item) or STOP_RADIUS_M, STOP_RADIUS_M)
+
+
+def _add_hold(drafts: DraftList, drop: DropUse, place: Waypoint | Loiter | Land) -> tuple[int, ...]:
+    """Where the vehicle waits for this drop; adds items if the place itself does not hold."""
+    anchor_seqs = [seq for seq, owner in enumerate(drafts.owners) if owner == place.id]
+    if brakes_at_waypoint(drop) or (drop.first and not drop.supervised):
+        return (anchor_seqs[-1],)
+    if drop.carried is Carried.ROTARY_WING and drop.stopped:
+        hold_s = drop.item.hold_s if drop.supervised else PAUSE_S
+        return (drafts.add(drop.item.id, waypoint_draft(place, hold_s, stop_radius_m(place))),)
+    own = drafts.add(drop.item.id, delay_draft(drop.item.hold_s if drop.supervised else PAUSE_S))
+    return (anchor_seqs[-1], own) if anchor_seqs[-1] == own - 1 else (own,)
+
+
+def _place(drop: DropUse) -> Waypoint | Loiter | Land:
+    item = drop.anchor.item if drop.anchor is not None else None
+    if not isinstance(item, (Waypoint, Loiter, Land)):
+        raise PlanRejectedError(f"the drop {drop.item.id} follows no waypoint, loiter or landing")
+    return item
+
+
+def _bound_s(drop: DropUse, place: Waypoint | Loiter | Land) -> float:
+    if drop.supervised:
+        longer = place.hold_s if brakes_at_waypoint(drop) and isinstance(place, Waypoint) else 0.0
+        return max(drop.item.hold_s, longer)
+    return EMBEDDED_HOLD_S if brakes_at_waypoint(drop) else 0.0
+
+
+def _radius(place: Waypoint | Loiter | Land) -> float | None:
+    return place.acceptance_radius_m if isinstance(place, Waypoint) else None

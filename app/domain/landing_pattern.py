@@ -1,0 +1,71 @@
+"""The landing of a fixed wing: descend on a circle, leave it on the tangent, glide to the ground.
+
+PX4 refuses a glide steeper than FW_LND_ANG + 0.1 deg, and a landing point inside the circle (FeasibilityChecker).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from app.domain.default_facts import parameter
+from app.domain.geo import bearing_deg, destination_deg, distance_m
+from app.domain.plan.items import Land
+from app.domain.plan.walk import Place, relative_altitude_m
+from app.domain.vehicle import GlobalPosition, VehicleFacts
+
+DEFAULT_APPROACH_HEIGHT_M = 20.0
+DEFAULT_APPROACH_RADIUS_M = 60.0
+SLOPE_SHARE = 0.75
+"""A computed approach glides at this share of FW_LND_ANG: the limit itself leaves no room for rounding."""
+SLOPE_MARGIN_DEG = 0.1
+"""PX4's own tolerance on FW_LND_ANG."""
+
+
+@dataclass(frozen=True, slots=True)
+class LandingPattern:
+    """The circle (centre and signed radius) and the straight glide from its tangent to the touchdown."""
+
+    circle: Place
+    radius_m: float
+    touchdown: Place
+    glide_m: float
+
+    @property
+    def height_m(self) -> float:
+        """From the circle down to the touchdown; may be negative in a bad plan."""
+        return self.circle.relative_altitude_m - self.touchdown.relative_altitude_m
+
+    @property
+    def glide_angle_deg(self) -> float:
+        """Slope of the glide; 90 when there is no distance for it."""
+        return math.degrees(math.atan2(self.height_m, self.glide_m))
+
+
+def landing_pattern(item: Land, start: Place, home: GlobalPosition, facts: VehicleFacts) -> LandingPattern:
+    """The pattern of a land item: its own approach, or one in line with the item before it."""
+    touchdown = Place(item.latitude_deg, item.longitude_deg, relative_altitude_m(item, home))
+    if item.approach is not None:
+        circle = Place(
+            item.approach.latitude_deg, item.approach.longitude_deg, relative_altitude_m(item.approach, home)
+        )
+        radius_m = item.approach.radius_m or DEFAULT_APPROACH_RADIUS_M
+    else:
+        circle, radius_m = _default_circle(touchdown, start, facts), DEFAULT_APPROACH_RADIUS_M
+    away_m = distance_m(circle.latitude_deg, circle.longitude_deg, item.latitude_deg, item.longitude_deg)
+    return LandingPattern(circle, radius_m, touchdown, math.sqrt(max(0.0, away_m**2 - radius_m**2)))
+
+
+def steepest_deg(facts: VehicleFacts) -> float:
+    """The steepest glide that PX4 accepts."""
+    return parameter(facts, "FW_LND_ANG") + SLOPE_MARGIN_DEG
+
+
+def _default_circle(touchdown: Place, start: Place, facts: VehicleFacts) -> Place:
+    """On the line from the touchdown towards where the vehicle comes from (north if it comes from above)."""
+    angle = math.radians(max(1.0, parameter(facts, "FW_LND_ANG") * SLOPE_SHARE))
+    away_m = math.hypot(DEFAULT_APPROACH_HEIGHT_M / math.tan(angle), DEFAULT_APPROACH_RADIUS_M)
+    touch = (touchdown.latitude_deg, touchdown.longitude_deg)
+    towards = bearing_deg(*touch, start.latitude_deg, start.longitude_deg)
+    centre = destination_deg(*touch, towards, away_m)
+    return Place(*centre, touchdown.relative_altitude_m + DEFAULT_APPROACH_HEIGHT_M)

@@ -1,0 +1,54 @@
+"""The delivery plan: the document a dispatcher writes, read strictly."""
+
+from app.domain.plan.document import Contingency, Home, Limits, Order, Plan
+from app.domain.plan.geofence import FenceCircle, FencePolygon, Geofence, RallyPoint
+from app.domain.plan.identity import plan_hash
+from app.domain.plan.items import (
+    Approach,
+    ChangeSpeed,
+    Delay,
+    DropItem,
+    Gripper,
+    Jump,
+    Land,
+    Loiter,
+    PlanItem,
+    PositionItem,
+    ReturnToLaunch,
+    Takeoff,
+    Transition,
+    Waypoint,
+    Winch,
+)
+from app.domain.plan.parse import PlanInvalid, parse_plan, plan_json_schema
+
+__all__ = [
+    "Approach",
+    "ChangeSpeed",
+    "Contingency",
+    "Delay",
+    "DropItem",
+    "FenceCircle",
+    "FencePolygon",
+    "Geofence",
+    "Gripper",
+    "Home",
+    "Jump",
+    "Land",
+    "Limits",
+    "Loiter",
+    "Order",
+    "Plan",
+    "PlanInvalid",
+    "PlanItem",
+    "PositionItem",
+    "RallyPoint",
+    "ReturnToLaunch",
+    "Takeoff",
+    "Transition",
+    "Waypoint",
+    "Winch",
+    "parse_plan",
+    "plan_hash",
+    "plan_json_schema",
+]

@@ -1,0 +1,94 @@
+"""The plan: the versioned document that a dispatcher writes."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, field_validator
+from pydantic_core import PydanticCustomError
+
+from app.domain.finding import json_pointer
+from app.domain.plan.fields import AbsoluteAltitudeM, LatitudeDeg, LongitudeDeg, PlanModel, SpeedMS, Text
+from app.domain.plan.geofence import Geofence, RallyPoint
+from app.domain.plan.items import PlanItem
+from app.domain.plan.size_limits import MAX_ITEMS, MAX_RALLY_POINTS
+from app.domain.vehicle import VehicleType
+
+
+class Home(PlanModel):
+    """Where the vehicle is expected to start. A vehicle's own home, if known, is used instead."""
+
+    latitude_deg: LatitudeDeg
+    longitude_deg: LongitudeDeg
+    absolute_altitude_m: AbsoluteAltitudeM
+
+
+class Order(PlanModel):
+    """What the delivery is for: a reference of the dispatch system. Waydrop only carries it."""
+
+    id: Annotated[str, Field(min_length=1, max_length=200)]
+    recipient: Text | None = None
+    notes: Text | None = None
+
+
+class Limits(PlanModel):
+    """Bounds that the plan sets itself; the rules hold it to them."""
+
+    max_relative_altitude_m: Annotated[float, Field(gt=0, le=20_000)] | None = None
+    max_distance_m: Annotated[float, Field(gt=0, le=1_000_000)] | None = None
+    max_speed_m_s: SpeedMS | None = None
+    max_duration_s: Annotated[float, Field(gt=0, le=604_800)] | None = None
+
+
+class Contingency(PlanModel):
+    """What the plan counts on when something fails. `on_link_loss` is compared with the vehicle's NAV_DLL_ACT."""
+
+    on_drop_failure: Literal["continue", "return", "hold"] = "continue"
+    on_link_loss: Literal["continue", "hold", "return", "land"] | None = None
+
+
+class Plan(PlanModel):
+    """A delivery plan, version 1. Items without an id get `item-<number>`; ids are unique."""
+
+    version: Literal[1]
+    name: Annotated[str, Field(min_length=1, max_length=200)]
+    vehicle_type: VehicleType
+    items: Annotated[
+        tuple[Annotated[PlanItem, Field(discriminator="type")], ...], Field(min_length=1, max_length=MAX_ITEMS)
+    ]
+    home: Home | None = None
+    cruise_speed_m_s: SpeedMS | None = None
+    order: Order | None = None
+    limits: Limits = Limits()
+    contingency: Contingency = Contingency()
+    geofence: Geofence = Geofence()
+    rally_points: Annotated[tuple[RallyPoint, ...], Field(max_length=MAX_RALLY_POINTS)] = ()
+
+    @field_validator("items")
+    @classmethod
+    def _unique_ids(cls, items: tuple[PlanItem, ...]) -> tuple[PlanItem, ...]:
+        taken: set[str] = set()
+        for index, item in enumerate(items):
+            if item.id and item.id in taken:
+                raise PydanticCustomError(
+                    "duplicate_id",
+                    "the id {id} is used by an earlier item",
+                    {"id": item.id, "pointer": json_pointer("items", index, "id")},
+                )
+            taken.add(item.id)
+        return tuple(
+            item if item.id else item.model_copy(update={"id": _free_id(number, taken)})
+            for number, item in enumerate(items, start=1)
+        )
+
+    def index_of(self, item_id: str) -> int | None:
+        """The index of the item with this id, or None."""
+        return next((index for index, item in enumerate(self.items) if item.id == item_id), None)
+
+
+def _free_id(number: int, taken: set[str]) -> str:
+    name = f"item-{number}"
+    while name in taken:
+        name += "x"
+    taken.add(name)
+    return name

@@ -1,0 +1,65 @@
+"""How each drop of a plan is meant: where it belongs, who commands it, and whether the vehicle can stand there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from app.domain.plan.items import DropItem, Gripper, Winch
+from app.domain.plan.walk import Carried, Step
+
+CAN_HOLD = frozenset({Carried.GROUND, Carried.ROTARY_WING, Carried.WHEELS})
+"""What carries a vehicle that can stand still: a wing or a balloon in the wind cannot."""
+
+
+@dataclass(frozen=True, slots=True)
+class DropUse:
+    """One drop of the walk. `anchor` is its position step, None if it follows none. `first` at that place."""
+
+    step: Step
+    item: DropItem
+    anchor: Step | None
+    first: bool
+    supervised: bool
+
+    @property
+    def stopped(self) -> bool:
+        """The plan wants the vehicle to stand while it drops."""
+        return self.item.release_motion == "stopped"
+
+    @property
+    def carried(self) -> Carried:
+        """What carries the vehicle during the drop."""
+        return self.step.before
+
+    @property
+    def can_hold(self) -> bool:
+        """The vehicle can stand there."""
+        return self.carried in CAN_HOLD
+
+
+def drops_of(steps: Iterable[Step]) -> tuple[DropUse, ...]:
+    """The drops of a walk, in order."""
+    found: list[DropUse] = []
+    by_index: dict[int, Step] = {}
+    last: Step | None = None
+    for step in steps:
+        by_index[step.index] = step
+        if isinstance(step.item, (Gripper, Winch)):
+            anchor = by_index.get(step.anchor) if step.anchor is not None else None
+            first = last is None or last.anchor != step.anchor or step.index < last.index
+            found.append(DropUse(step, step.item, anchor, first, is_supervised(step.item, step.before)))
+            last = step
+        elif step.anchor == step.index:
+            last = None
+    return tuple(found)
+
+
+def is_supervised(item: DropItem, carried: Carried) -> bool:
+    """Whether Waydrop commands this drop. Default: a gripper wherever the vehicle can stand.
+
+    A winch is embedded by default: PX4 itself executes none, only an external payload that hears the mission's item.
+    """
+    if item.mode is not None:
+        return item.mode == "supervised"
+    return isinstance(item, Gripper) and item.release_motion == "stopped" and carried in CAN_HOLD

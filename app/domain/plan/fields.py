@@ -1,0 +1,72 @@
+"""Field types that the parts of a plan share, and the base of all its models."""
+
+from __future__ import annotations
+
+from typing import Annotated, Self
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic_core import PydanticCustomError
+
+LatitudeDeg = Annotated[float, Field(ge=-90, le=90, allow_inf_nan=False, description="WGS84 latitude")]
+LongitudeDeg = Annotated[float, Field(ge=-180, le=180, allow_inf_nan=False, description="WGS84 longitude")]
+RelativeAltitudeM = Annotated[
+    float, Field(ge=-1000, le=20_000, allow_inf_nan=False, description="altitude above home in metres")
+]
+AbsoluteAltitudeM = Annotated[
+    float, Field(ge=-1000, le=20_000, allow_inf_nan=False, description="altitude above mean sea level in metres")
+]
+YawDeg = Annotated[float, Field(ge=-360, le=360, allow_inf_nan=False, description="heading, clockwise from north")]
+Seconds = Annotated[float, Field(ge=0, le=86_400, allow_inf_nan=False)]
+SpeedMS = Annotated[float, Field(gt=0, le=150, allow_inf_nan=False, description="metres a second")]
+RadiusM = Annotated[float, Field(gt=0, le=10_000, allow_inf_nan=False)]
+SignedRadiusM = Annotated[
+    float,
+    Field(ge=-10_000, le=10_000, allow_inf_nan=False, description="positive clockwise, negative counter-clockwise"),
+]
+Text = Annotated[str, Field(max_length=500)]
+
+
+def _null_is_missing(value: object) -> object:
+    return "" if value is None else value
+
+
+ItemId = Annotated[
+    str,
+    BeforeValidator(_null_is_missing, json_schema_input_type=str | None),
+    Field(max_length=64, pattern=r"^([A-Za-z0-9][A-Za-z0-9_.-]*)?$", description="stable name; made if missing"),
+]
+
+
+class PlanModel(BaseModel):
+    """Strict, frozen, no unknown fields. `null` always means "not given"."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+
+class Altitude(PlanModel):
+    """Exactly one of the two altitudes."""
+
+    relative_altitude_m: RelativeAltitudeM | None = None
+    absolute_altitude_m: AbsoluteAltitudeM | None = None
+
+    @model_validator(mode="after")
+    def _exactly_one_altitude(self) -> Self:
+        if (self.relative_altitude_m is None) == (self.absolute_altitude_m is None):
+            raise PydanticCustomError(
+                "altitude_exactly_one", "give exactly one of relative_altitude_m and absolute_altitude_m"
+            )
+        return self
+
+
+class Position(Altitude):
+    """A place in the air or on the ground."""
+
+    latitude_deg: LatitudeDeg
+    longitude_deg: LongitudeDeg
+
+
+class Point(PlanModel):
+    """A place on the map."""
+
+    latitude_deg: LatitudeDeg
+    longitude_deg: LongitudeDeg

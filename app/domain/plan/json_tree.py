@@ -1,0 +1,167 @@
+"""Reads JSON that may be hostile: depth, numbers, duplicate keys. Finds everything wrong, with pointers."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from app.domain.finding import Finding, Severity, json_pointer
+from app.domain.plan.size_limits import MAX_BODY_BYTES, MAX_DEPTH, MAX_FINDINGS, MAX_INTEGER_DIGITS
+
+
+@dataclass(frozen=True, slots=True)
+class _Unusable:
+    """Stands in the tree where a value cannot be used, until its pointer is known."""
+
+    code: str
+    message: str
+
+
+class _Object(dict[str, Any]):
+    """A JSON object that remembers keys which came twice."""
+
+    duplicates: tuple[str, ...] = ()
+
+
+@dataclass(slots=True)
+class JsonTree:
+    """`value` is plain JSON data and safe to use only when `findings` is empty."""
+
+    value: Any = None
+    findings: list[Finding] = field(default_factory=list)
+
+    def refuse(self, code: str, pointer: str, message: str, hint: str = "") -> None:
+        if len(self.findings) < MAX_FINDINGS:
+            self.findings.append(
+                Finding(code=code, severity=Severity.ERROR, pointer=pointer, message=message, hint=hint)
+            )
+
+
+def read_json(raw: bytes | str | Mapping[str, Any]) -> JsonTree:
+    """Text or data to checked, plain JSON data. Never raises."""
+    tree = JsonTree()
+    if not isinstance(raw, (bytes, str)):
+        tree.value = _copy(raw, (), tree)
+        return tree
+    text = _decode(raw, tree)
+    if text is None:
+        return tree
+    try:
+        value = json.loads(
+            text,
+            object_pairs_hook=_object,
+            parse_constant=_constant,
+            parse_float=_float,
+            parse_int=_integer,
+        )
+    except ValueError as error:
+        tree.refuse("plan.not_json", "", f"this is not JSON: {error}", "a plan is one JSON object")
+        return tree
+    tree.value = _copy(value, (), tree)
+    return tree
+
+
+def _decode(raw: bytes | str, tree: JsonTree) -> str | None:
+    size = len(raw) if isinstance(raw, bytes) else len(raw.encode("utf-8", "surrogatepass"))
+    if size > MAX_BODY_BYTES:
+        tree.refuse("plan.too_large", "", f"the plan has {size} bytes, at most {MAX_BODY_BYTES} are read")
+        return None
+    try:
+        text = raw.decode("utf-8") if isinstance(raw, bytes) else raw
+    except UnicodeDecodeError as error:
+        tree.refuse("plan.not_json", "", f"this is not UTF-8: {error.reason} at byte {error.start}")
+        return None
+    if _depth(text) > MAX_DEPTH:
+        tree.refuse("plan.too_deep", "", f"more than {MAX_DEPTH} levels of nesting")
+        return None
+    return text
+
+
+_STRING = re.compile(r'"[^"\\]*(?:\\.[^"\\]*)*"', re.DOTALL)
+_BRACKET = re.compile(r"[\[\]{}]")
+
+
+def _depth(text: str) -> int:
+    """The deepest nesting, counted without recursion: json.loads would exhaust the stack first."""
+    depth = deepest = 0
+    for bracket in _BRACKET.findall(_STRING.sub("", text)):
+        depth += 1 if bracket in "[{" else -1
+        deepest = max(deepest, depth)
+    return deepest
+
+
+def _object(pairs: list[tuple[str, Any]]) -> _Object:
+    made = _Object(pairs)
+    if len(made) < len(pairs):
+        times = Counter(key for key, _ in pairs)
+        made.duplicates = tuple(key for key in made if times[key] > 1)
+    return made
+
+
+def _constant(name: str) -> _Unusable:
+    return _Unusable("plan.not_finite", f"{name} is not a number that can be flown")
+
+
+def _float(text: str) -> float | _Unusable:
+    value = float(text)
+    return value if math.isfinite(value) else _Unusable("plan.not_finite", "the number is too large")
+
+
+def _integer(text: str) -> int | _Unusable:
+    if len(text) > MAX_INTEGER_DIGITS:
+        return _Unusable("plan.not_finite", "the number is too large")
+    return int(text)
+
+
+def _copy(value: Any, path: tuple[str | int, ...], tree: JsonTree) -> Any:
+    """A plain copy; everything unusable is written down with its pointer."""
+    if len(path) > MAX_DEPTH:
+        tree.refuse("plan.too_deep", json_pointer(*path), f"more than {MAX_DEPTH} levels of nesting")
+        return None
+    if isinstance(value, Mapping):
+        return _copy_object(value, path, tree)
+    if isinstance(value, (list, tuple)):
+        return [_copy(item, (*path, index), tree) for index, item in enumerate(value)]
+    return _copy_scalar(value, path, tree)
+
+
+def _copy_object(value: Mapping[Any, Any], path: tuple[str | int, ...], tree: JsonTree) -> dict[str, Any]:
+    for key in getattr(value, "duplicates", ()):
+        tree.refuse("plan.duplicate_key", _pointer((*path, key)), "this key comes twice", "keep one of them")
+    made: dict[str, Any] = {}
+    for key, item in value.items():
+        if not isinstance(key, str) or not _is_text(key):
+            tree.refuse("plan.not_json", _pointer(path), "a key is not Unicode text")
+        else:
+            made[key] = _copy(item, (*path, key), tree)
+    return made
+
+
+def _copy_scalar(value: Any, path: tuple[str | int, ...], tree: JsonTree) -> Any:
+    if isinstance(value, _Unusable):
+        tree.refuse(value.code, json_pointer(*path), value.message, "leave it out or write null if it is not known")
+    elif isinstance(value, float) and not math.isfinite(value):
+        tree.refuse("plan.not_finite", json_pointer(*path), f"{value} is not a number that can be flown")
+    elif isinstance(value, int) and abs(value) >= 10**MAX_INTEGER_DIGITS:
+        tree.refuse("plan.not_finite", json_pointer(*path), "the number is too large")
+    elif isinstance(value, str) and not _is_text(value):
+        tree.refuse("plan.not_json", json_pointer(*path), "this is not Unicode text (a lone surrogate)")
+    elif value is None or isinstance(value, (bool, int, float, str)):
+        return value
+    else:
+        tree.refuse("plan.not_json", json_pointer(*path), f"a {type(value).__name__} is not JSON")
+    return None
+
+
+def _is_text(value: str) -> bool:
+    return not any("\ud800" <= character <= "\udfff" for character in value)
+
+
+def _pointer(path: tuple[Any, ...]) -> str:
+    """A pointer that can itself be encoded, whatever the keys are."""
+    return json_pointer(*path).encode("utf-8", "replace").decode("utf-8")

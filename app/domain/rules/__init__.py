@@ -1,0 +1,8 @@
+"""The rules: what makes a plan wrong or doubtful, before anything is sent."""
+
+from app.domain.default_facts import default_facts
+from app.domain.finding import Finding, Severity
+from app.domain.rules.check import RULES, check_plan
+from app.domain.rules.registry import Rule
+
+__all__ = ["RULES", "Finding", "Rule", "Severity", "check_plan", "default_facts"]

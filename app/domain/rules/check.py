@@ -1,0 +1,37 @@
+"""Checks a plan against every rule and returns all that is wrong at once."""
+
+from __future__ import annotations
+
+from app.domain.default_facts import default_facts
+from app.domain.finding import Finding, Severity
+from app.domain.plan.document import Plan
+from app.domain.plan.drops import drops_of
+from app.domain.plan.walk import reference_home, walk
+from app.domain.rules import braking, gripper
+from app.domain.rules.registry import Rule, RuleContext
+from app.domain.speeds import speeds_along
+from app.domain.vehicle import VehicleFacts
+
+RULES: tuple[Rule, ...] = (*gripper.RULES, *braking.RULES)
+
+
+def check_plan(plan: Plan, facts: VehicleFacts | None) -> tuple[Finding, ...]:
+    """All findings, errors first, else in the order of the plan. Without facts the type's defaults are assumed."""
+    context = context_of(plan, facts)
+    findings = {finding for rule in RULES for finding in rule.findings(context)}
+    return tuple(sorted(findings, key=_order))
+
+
+def context_of(plan: Plan, vehicle: VehicleFacts | None) -> RuleContext:
+    """What the rules look at, computed once. A vehicle of another type is one finding of its own."""
+    facts = vehicle if vehicle is not None else default_facts(plan.vehicle_type)
+    if facts.vehicle_type is not plan.vehicle_type:
+        facts = default_facts(plan.vehicle_type)
+    home = reference_home(plan, facts)
+    steps = walk(plan, home)
+    return RuleContext(plan, vehicle, facts, home, steps, speeds_along(plan, facts, steps), drops_of(steps))
+
+
+def _order(finding: Finding) -> tuple[bool, list[tuple[bool, int, str]], str]:
+    parts = [(not part.isdigit(), int(part) if part.isdigit() else 0, part) for part in finding.pointer.split("/")]
+    return finding.severity is not Severity.ERROR, parts, finding.code

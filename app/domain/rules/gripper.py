@@ -1,0 +1,157 @@
+"""Rules for grippers and winches: where a drop may stand, and what must have happened before it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from app.domain.finding import Severity
+from app.domain.plan.items import Gripper, Winch
+from app.domain.plan.walk import Carried
+from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
+from app.domain.vehicle import VehicleType
+
+_POSITION_HINT = "put a waypoint, loiter or land item before it; only delay and change_speed may stand between"
+
+
+def _gripper_follows_position(context: RuleContext) -> Iterator[Violation]:
+    for drop in context.drops:
+        if isinstance(drop.item, Gripper) and drop.anchor is None:
+            yield at_item(
+                drop.step, "the gripper follows no position item: it would act wherever it is", _POSITION_HINT
+            )
+
+
+def _winch_follows_position(context: RuleContext) -> Iterator[Violation]:
+    for drop in context.drops:
+        if isinstance(drop.item, Winch) and drop.anchor is None:
+            yield at_item(drop.step, "the winch follows no position item: it would act wherever it is", _POSITION_HINT)
+
+
+def _no_second_release(context: RuleContext) -> Iterator[Violation]:
+    released_by: str | None = None
+    for drop in context.drops:
+        if not isinstance(drop.item, Gripper):
+            continue
+        if drop.item.action == "grab":
+            released_by = None
+        elif released_by is not None:
+            message = f"the gripper was already released by {released_by}; there is nothing left to drop"
+            yield at_item(drop.step, message, "grab a parcel between the two, or remove one of them")
+        else:
+            released_by = drop.item.id
+
+
+def _winch_is_executed(context: RuleContext) -> Iterator[Violation]:
+    for drop in context.drops:
+        if isinstance(drop.item, Winch):
+            message = "PX4 accepts a winch item and executes nothing: only an external payload can"
+            yield at_item(drop.step, message, "make sure that the vehicle carries a payload that executes DO_WINCH")
+
+
+def _winch_is_embedded(context: RuleContext) -> Iterator[Violation]:
+    for drop in context.drops:
+        if isinstance(drop.item, Winch) and drop.supervised:
+            message = "a winch commanded from outside the mission is answered UNSUPPORTED by PX4"
+            yield at_item(drop.step, message, 'use "mode": "embedded"', "mode")
+
+
+def _one_gripper(context: RuleContext) -> Iterator[Violation]:
+    for drop in context.drops:
+        if isinstance(drop.item, Gripper) and drop.item.instance != 1:
+            message = f"PX4 has one gripper and ignores the instance {drop.item.instance}"
+            yield at_item(drop.step, message, "leave instance out", "instance")
+
+
+def _gripper_enabled(context: RuleContext) -> Iterator[Violation]:
+    if context.vehicle is None or context.parameter("PD_GRIPPER_TYPE") >= 0:
+        return
+    for drop in context.drops:
+        if isinstance(drop.item, Gripper):
+            message = "the vehicle has no gripper (PD_GRIPPER_TYPE is -1): it would fly on as if it had released"
+            yield at_item(drop.step, message, "set PD_GRIPPER_TYPE to 0 and configure the gripper's output")
+
+
+def _landed_drop_needs_rtl_home(context: RuleContext) -> Iterator[Violation]:
+    rtl_type = int(context.parameter("RTL_TYPE"))
+    if rtl_type in (0, 5):
+        return
+    for drop in context.drops:
+        if drop.carried is Carried.GROUND and drop.anchor is not None:
+            message = f"with RTL_TYPE {rtl_type} a return may go to this landing place instead of home"
+            yield at_item(drop.step, message, "set RTL_TYPE to 0 or 5")
+
+
+def _landed_drop_takes_off_again(context: RuleContext) -> Iterator[Violation]:
+    if context.plan.vehicle_type is not VehicleType.FIXED_WING:
+        return
+    for drop in context.drops:
+        if drop.carried is Carried.GROUND and drop.anchor is not None:
+            message = "a fixed wing does not take off again after a landing in mid-plan"
+            yield at_item(drop.step, message, "drop in flight, or end the plan with the landing")
+
+
+RULES = (
+    Rule(
+        "gripper.must_follow_position",
+        Severity.ERROR,
+        "A gripper item has no position of its own: it acts as soon as the item before it is passed.",
+        "PX4 has no such check (px4-facts, Feasibility); the rule is ours alone.",
+        _gripper_follows_position,
+    ),
+    Rule(
+        "winch.must_follow_position",
+        Severity.ERROR,
+        "A winch item has no position of its own.",
+        "As for the gripper; the rule is ours alone.",
+        _winch_follows_position,
+    ),
+    Rule(
+        "gripper.released_twice",
+        Severity.ERROR,
+        "After a release the gripper stays open, also after landing: a second release drops nothing.",
+        "PX4 payload_deliverer: a release when released is acknowledged at once (flown).",
+        _no_second_release,
+    ),
+    Rule(
+        "gripper.not_enabled",
+        Severity.ERROR,
+        "With an invalid gripper the mission carries on exactly alike and nothing is released.",
+        "PX4 PD_GRIPPER_TYPE; flown with -1.",
+        _gripper_enabled,
+    ),
+    Rule(
+        "gripper.instance_ignored",
+        Severity.WARNING,
+        "The instance of DO_GRIPPER is not looked at.",
+        "PX4 payload_deliverer; flown with 0, 2 and -1.",
+        _one_gripper,
+    ),
+    Rule(
+        "winch.not_executed",
+        Severity.WARNING,
+        "DO_WINCH is accepted in missions, but nothing on board executes it.",
+        "PX4 main; the documentation says that winches are not yet supported.",
+        _winch_is_executed,
+    ),
+    Rule(
+        "winch.supervised",
+        Severity.WARNING,
+        "The autopilot answers DO_WINCH as a command with UNSUPPORTED, so a supervised drop ends unknown.",
+        "PX4 main.",
+        _winch_is_embedded,
+    ),
+    Rule(
+        "landed_drop.rtl_type",
+        Severity.ERROR,
+        "The first LAND becomes the mission landing, to which RTL_TYPE 1 to 4 may return.",
+        "PX4 rtl.cpp, RTL_TYPE.",
+        _landed_drop_needs_rtl_home,
+    ),
+    Rule(
+        "landed_drop.fixed_wing",
+        Severity.ERROR,
+        "A fixed wing needs a takeoff item to leave the ground, and a second one makes a mission infeasible.",
+        "PX4 FeasibilityChecker: takeoff must be the first waypoint item.",
+        _landed_drop_takes_off_again,
+    ),
+)

@@ -1,0 +1,56 @@
+"""How fast a vehicle flies along its plan: its own cruise speeds, and the plan's changes to them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from app.domain.default_facts import parameter
+from app.domain.plan.document import Plan
+from app.domain.plan.items import ChangeSpeed, Takeoff, Waypoint
+from app.domain.plan.walk import Carried, Step
+from app.domain.vehicle import VehicleFacts
+
+
+def cruise_speed_m_s(facts: VehicleFacts, carried: Carried) -> float:
+    """The speed that the vehicle flies when nobody asks for another. 0 on the ground."""
+    match carried:
+        case Carried.FIXED_WING:
+            return parameter(facts, "FW_AIRSPD_TRIM")
+        case Carried.WHEELS:
+            return parameter(facts, "RO_SPEED_LIM")
+        case Carried.ROTARY_WING | Carried.BUOYANCY:
+            return parameter(facts, "MPC_XY_CRUISE")
+        case Carried.GROUND:
+            return 0.0
+
+
+def speed_range_m_s(facts: VehicleFacts, carried: Carried) -> tuple[float, float]:
+    """The slowest and fastest speed that the vehicle can be asked for."""
+    match carried:
+        case Carried.FIXED_WING:
+            return parameter(facts, "FW_AIRSPD_MIN"), parameter(facts, "FW_AIRSPD_MAX")
+        case Carried.WHEELS:
+            return 0.0, parameter(facts, "RO_SPEED_LIM")
+        case Carried.ROTARY_WING | Carried.BUOYANCY | Carried.GROUND:
+            return 0.0, parameter(facts, "MPC_XY_VEL_MAX")
+
+
+def speeds_along(plan: Plan, facts: VehicleFacts, steps: Iterable[Step]) -> tuple[float, ...]:
+    """Ground speed in m/s without wind at the end of each step; a vehicle takes no more than its range.
+
+    PX4 keeps one asked-for speed for hovering and one for wing-borne flight.
+    """
+    asked: dict[Carried, float] = {}
+    speeds: list[float] = []
+    if plan.cruise_speed_m_s is not None:
+        asked[Carried.WHEELS] = plan.cruise_speed_m_s
+    for step in steps:
+        item = step.item
+        if isinstance(item, Takeoff) and plan.cruise_speed_m_s is not None:
+            asked[step.after] = plan.cruise_speed_m_s
+        elif isinstance(item, (ChangeSpeed, Waypoint)) and item.speed_m_s is not None:
+            asked[step.after] = item.speed_m_s
+        slowest, fastest = speed_range_m_s(facts, step.after)
+        wanted = asked.get(step.after, cruise_speed_m_s(facts, step.after))
+        speeds.append(min(max(wanted, slowest), fastest))
+    return tuple(speeds)
