@@ -57,6 +57,7 @@ class Run(BaseModel):
 
     `item_id` is the plan item that the vehicle flies to or does. `flown_item_ids` are the items passed, in order.
     `mission_id` is PX4's CRC32 of the uploaded items (MISSION_ACK.opaque_id), None where the firmware gives none.
+    `asked` is what a user last asked for in flight: "pause", "return", "land", or "" for the mission itself.
     `reached_seq` is the highest mission item known to be done: after a reboot of the vehicle nothing before it is
     flown again.
     """
@@ -77,6 +78,7 @@ class Run(BaseModel):
     upload_percent: float | None = None
     requested_by: str = ""
     start_requested: bool = False
+    asked: str = ""
     drops: tuple[DropRecord, ...] = ()
     created_at: float
     updated_at: float

@@ -117,6 +117,12 @@ class Fleet:
             )
         return vehicle.link
 
+    def release(self, vehicle_id: str, run_id: str) -> None:
+        """The run that owned the vehicle is over."""
+        vehicle = self._vehicles.get(vehicle_id)
+        if vehicle is not None and vehicle.run_id == run_id:
+            vehicle.run_id = None
+
     def on_found(self, listener: Callable[[FleetVehicle], None]) -> Unsubscribe:
         """Call `listener` for each vehicle found from now on."""
         self._listeners.append(listener)

@@ -34,8 +34,8 @@ class DropMachine:
 
     `in_flight` is the attempt whose final ack is awaited. `unsure` says that some attempt had no final answer, so the
     parcel may be gone. `approached` is set once the mission was seen before or at the hold, so that a stale index
-    from an earlier flight does not count as passed. `accepted_at_s` is set while the gripper's output is watched after an ACCEPTED.
-    Laws (tests/unit/domain/test_supervised_laws.py): no release is sent unless every check holds at that moment; none
+    from an earlier flight does not count as passed. `accepted_at_s` is set while the gripper's output is watched after
+    an ACCEPTED. Laws (tests/unit/domain/supervised/test_supervised_laws.py): no release is sent unless every check holds at that moment; none
     after an ACCEPTED; one at a time; one Finish; `kept` never while unsure; `released` never without evidence.
     """
 

@@ -1,0 +1,78 @@
+"""Which state a run in flight is in, from what is seen of its vehicle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from app.domain.run import RunState
+from app.domain.vehicle import FlightMode, LandedState, MissionState, VehicleState, VehicleType
+
+STOPPED_M_S = 0.3
+
+
+@dataclass(frozen=True, slots=True)
+class FlightView:
+    """`asked` is what a user asked for in flight: "pause", "return", "land" or "" for nothing."""
+
+    state: VehicleState
+    vehicle_type: VehicleType
+    at_drop: bool
+    mission_done: bool
+    was_airborne: bool
+    asked: str
+
+
+def phase_of(view: FlightView) -> tuple[RunState, str]:
+    """The run's state and the reason to show with it. Only for a connected vehicle whose run has started."""
+    state = view.state
+    if state.armed is False:
+        return RunState.LANDED, "" if view.was_airborne else "disarmed before it took off"
+    if view.vehicle_type is VehicleType.ROVER and view.mission_done and _has_stopped(state):
+        return RunState.LANDED, "stopped at its last item"
+    if state.mode in (FlightMode.MISSION, FlightMode.TAKEOFF):
+        return (RunState.AT_DROP if view.at_drop else RunState.FLYING), ""
+    if state.mode is FlightMode.RETURN:
+        return RunState.RETURNING, _why_returning(view)
+    if state.mode is FlightMode.LAND:
+        return RunState.RETURNING, "landing, as asked" if view.asked == "land" else "the vehicle lands"
+    if state.mode is FlightMode.HOLD and view.asked == "pause":
+        return RunState.PAUSED, "paused, as asked"
+    if state.mode is FlightMode.HOLD and view.mission_done:
+        return RunState.FLYING, "the mission is finished: the vehicle holds where it ended"
+    mode = state.mode.value if state.mode is not None else "an unknown"
+    cause = "a failsafe acts" if state.in_failsafe else "somebody else has control"
+    return RunState.PAUSED, f"the vehicle is in {mode} mode: {cause}; Waydrop commands nothing"
+
+
+def how_it_ended(*, mission_done: bool, asked: str, reason: str) -> tuple[RunState, str]:
+    """The last state of a run whose vehicle has landed and disarmed (or stopped, a rover)."""
+    if mission_done and asked in ("", "pause"):
+        return RunState.COMPLETED, reason
+    if asked in ("return", "land"):
+        return RunState.ABORTED, f"asked to {asked} before the mission was done"
+    return RunState.FAILED, reason or "the vehicle ended its flight before the mission was done"
+
+
+def says_complete(state: VehicleState, *, last_seq: int) -> bool:
+    """Whether MISSION_CURRENT says that the mission is done.
+
+    PX4 shows complete in Land and Takeoff mode with any mission stored (px4-traces 22), so the index must fit too.
+    """
+    return state.mission_state is MissionState.COMPLETE and state.mission_seq == last_seq
+
+
+def is_airborne(state: VehicleState) -> bool:
+    """Whether it left the ground. A rover counts when it says so, 0.6 s after arming (px4-traces 25)."""
+    return state.landed in (LandedState.IN_AIR, LandedState.TAKING_OFF, LandedState.LANDING)
+
+
+def _has_stopped(state: VehicleState) -> bool:
+    return state.ground_speed_m_s is not None and state.ground_speed_m_s < STOPPED_M_S
+
+
+def _why_returning(view: FlightView) -> str:
+    if view.asked == "return":
+        return "returning, as asked"
+    if view.mission_done:
+        return "the mission is done"
+    return "a failsafe acts" if view.state.in_failsafe else "somebody else commanded Return mode"

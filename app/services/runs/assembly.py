@@ -1,0 +1,60 @@
+"""Puts one flight together from a run, its plan and its vehicle."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from app.domain.drop import DropRecord
+from app.domain.mission import CompiledDrop, Mission
+from app.domain.plan import Gripper, Plan, Winch
+from app.domain.ports import VehicleLink
+from app.domain.run import Run
+from app.services.clock import Clock
+from app.services.journal import Journal
+from app.services.runs.flight import RunFlight
+from app.services.runs.prepare import Preparation
+from app.services.runs.recorder import RunRecorder
+from app.services.runs.releases import EmbeddedRelease, Release, SupervisedRelease
+from app.services.runs.sending import OrderSender
+from app.services.runs.settings import RunSettings
+from app.services.runs.watch import FlightWatch
+
+
+@dataclass(frozen=True, slots=True)
+class Assembled:
+    """A flight and the parts that its owner still needs."""
+
+    flight: RunFlight
+    recorder: RunRecorder
+    watch: FlightWatch
+
+
+def drop_records(mission: Mission) -> tuple[DropRecord, ...]:
+    """The records of a mission's drops before the flight."""
+    return tuple(DropRecord(plan_item_id=d.plan_item_id, supervised=d.supervised) for d in mission.drops)
+
+
+def assemble(
+    run: Run, plan: Plan, mission: Mission, link: VehicleLink, journal: Journal, settings: RunSettings, clock: Clock
+) -> Assembled:
+    """One flight, ready to `fly`."""
+    recorder = RunRecorder(run, journal, clock)
+    releases = _releases(run, plan, mission.drops, settings)
+    watch = FlightWatch(link, mission, plan.vehicle_type, releases, recorder, settings, clock)
+    preparation = Preparation(link, mission, recorder, settings, clock)
+    sender = OrderSender(link, recorder, watch, settings)
+    return Assembled(RunFlight(link, recorder, preparation, watch, sender, settings), recorder, watch)
+
+
+def _releases(run: Run, plan: Plan, drops: Sequence[CompiledDrop], settings: RunSettings) -> tuple[Release, ...]:
+    offsets = {item.id: item.max_offset_m for item in plan.items if isinstance(item, Gripper | Winch)}
+    made: list[Release] = []
+    for drop in drops:
+        record = run.drop(drop.plan_item_id)
+        if drop.supervised:
+            offset_m = offsets.get(drop.plan_item_id) or settings.default_max_offset_m
+            made.append(SupervisedRelease(drop, record, offset_m))
+        else:
+            made.append(EmbeddedRelease(drop, record))
+    return tuple(made)

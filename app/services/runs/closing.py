@@ -1,0 +1,35 @@
+"""Ends a run whose vehicle cannot be looked at: each drop gets the outcome that its record allows."""
+
+from __future__ import annotations
+
+from app.domain.drop import Certainty, DropOutcome, DropPhase, DropRecord
+from app.domain.run import Run, RunState
+from app.services.clock import Clock
+from app.services.journal import Journal
+from app.services.runs.recorder import RunRecorder
+
+BEFORE_TAKE_OFF = frozenset({RunState.CREATED, RunState.UPLOADING, RunState.UPLOADED})
+
+
+async def close_unseen(run: Run, state: RunState, reason: str, journal: Journal, clock: Clock) -> Run:
+    """Store the run's end. Raises StorageError."""
+    recorder = RunRecorder(run, journal, clock)
+    for drop in run.drops:
+        if drop.phase is not DropPhase.DONE:
+            recorder.drop(_closed(drop, reason, took_off=run.state not in BEFORE_TAKE_OFF))
+    recorder.change(item_id=None)
+    recorder.move(state, reason)
+    return await recorder.flush()
+
+
+def _closed(drop: DropRecord, reason: str, *, took_off: bool) -> DropRecord:
+    """A supervised drop that was never commanded is kept; an embedded one may have happened unseen."""
+    kept = not took_off or (drop.supervised and drop.attempts == 0)
+    return drop.model_copy(
+        update={
+            "phase": DropPhase.DONE,
+            "outcome": DropOutcome.KEPT if kept else DropOutcome.UNKNOWN,
+            "certainty": Certainty.INFERRED if kept else Certainty.NONE,
+            "reason": reason,
+        }
+    )

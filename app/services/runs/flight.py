@@ -1,0 +1,219 @@
+"""One run as an actor: it uploads, starts, watches and ends; its actions are what users may ask of it."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import Awaitable, Callable
+from typing import Final
+
+import structlog
+
+from app.domain.errors import LinkError, StorageError, WaydropError, WrongStateError
+from app.domain.events import EventKind
+from app.domain.ports import LinkFact, VehicleLink
+from app.domain.run import IN_FLIGHT, Run, RunState
+from app.services.runs.prepare import Preparation
+from app.services.runs.recorder import RunRecorder
+from app.services.runs.sending import OrderSender
+from app.services.runs.settings import RunSettings
+from app.services.runs.watch import FlightWatch
+
+log = structlog.get_logger(__name__)
+WAITING_FACTS: Final = 1024
+BEFORE_FLIGHT: Final = frozenset({RunState.CREATED, RunState.UPLOADING, RunState.UPLOADED, RunState.STARTING})
+
+
+class RunFlight:
+    """Owns one run from its creation to its end. `fly` runs as one task; actions come from other tasks."""
+
+    def __init__(
+        self,
+        link: VehicleLink,
+        recorder: RunRecorder,
+        preparation: Preparation,
+        watch: FlightWatch,
+        sender: OrderSender,
+        settings: RunSettings,
+    ) -> None:
+        self._link = link
+        self._recorder = recorder
+        self._preparation = preparation
+        self._watch = watch
+        self._sender = sender
+        self._settings = settings
+        self._facts: asyncio.Queue[LinkFact] = asyncio.Queue(WAITING_FACTS)
+        self._start_asked = asyncio.Event()
+        self._abort_asked = asyncio.Event()
+        self._acting = asyncio.Lock()
+        if recorder.run.start_requested:
+            self._start_asked.set()
+
+    @property
+    def run(self) -> Run:
+        """The run as stored."""
+        return self._recorder.stored
+
+    async def fly(self, *, uploaded: bool = False, in_flight: bool = False) -> None:
+        """The whole run, or the rest of it after a restart of ours. Ends when the run is over, or by cancellation."""
+        unsubscribe = self._link.subscribe(self._take)
+        try:
+            if in_flight or await self._prepare(uploaded):
+                await self._follow()
+        finally:
+            unsubscribe()
+            await self._sender.close()
+
+    def ask_start(self) -> None:
+        """Start an uploaded run. Raises WrongStateError."""
+        if self._recorder.run.state not in (RunState.CREATED, RunState.UPLOADING, RunState.UPLOADED):
+            raise self._wrong("start")
+        self._start_asked.set()
+
+    async def abort(self) -> None:
+        """Before take-off: cancel and disarm. In flight: return. Raises WrongStateError, LinkError."""
+        if self._recorder.run.state in BEFORE_FLIGHT:
+            self._abort_asked.set()
+            return
+        await self.act("return", self._link.return_to_launch)
+
+    async def act(self, asked: str, command: Callable[[], Awaitable[None]]) -> None:
+        """A user's command in flight. Raises WrongStateError, LinkError."""
+        async with self._acting:
+            if self._recorder.run.state not in IN_FLIGHT:
+                raise self._wrong(asked)
+            before = self._recorder.run.asked
+            self._recorder.change(asked=asked)
+            self._recorder.note(EventKind.RUN_COMMAND, command=asked or "resume")
+            await self._recorder.flush()
+            try:
+                await command()
+            except LinkError as error:
+                self._recorder.change(asked=before)
+                self._recorder.note(EventKind.RUN_ACK, command=asked or "resume", result=error.detail)
+                await self._recorder.flush()
+                raise
+            self._recorder.note(EventKind.RUN_ACK, command=asked or "resume", result="accepted")
+            await self._recorder.flush()
+
+    async def pause(self) -> None:
+        """Hold. Raises WrongStateError, LinkError."""
+        await self.act("pause", self._link.hold)
+
+    async def resume(self) -> None:
+        """Mission mode again, at the item where it was. Raises WrongStateError, LinkError."""
+        if self._recorder.run.state is not RunState.PAUSED:
+            raise self._wrong("resume")
+        await self.act("", self._link.start_mission)
+
+    async def return_to_launch(self) -> None:
+        """Return. Raises WrongStateError, LinkError."""
+        await self.act("return", self._link.return_to_launch)
+
+    async def land(self) -> None:
+        """Land here and now. Raises WrongStateError, LinkError."""
+        await self.act("land", self._link.land)
+
+    def _wrong(self, action: str) -> WrongStateError:
+        state = self._recorder.run.state
+        return WrongStateError(
+            f"run {self._recorder.run.id} is {state.value}: it cannot {action or 'resume'} now",
+            hint="read the run, and see GET /api/v1/docs for what each state allows",
+            state=state.value,
+        )
+
+    async def _prepare(self, uploaded: bool) -> bool:
+        """Upload and start; whether the vehicle flies now."""
+        if not uploaded and not await self._step(self._preparation.upload, RunState.FAILED):
+            return False
+        while True:
+            if not await self._wait_for_start():
+                await self._close(RunState.ABORTED, "aborted before take-off")
+                return False
+            by_creation = self._recorder.run.start_requested
+            self._start_asked.clear()
+            if await self._step(self._preparation.start, RunState.FAILED if by_creation else RunState.UPLOADED):
+                self._recorder.move(RunState.FLYING)
+                return True
+            if self._recorder.run.is_over:
+                return False
+
+    async def _step(self, step: Callable[[], Awaitable[None]], on_failure: RunState) -> bool:
+        """One step before the flight, which an abort ends. A failure is the run's next state, with its reason."""
+        task = asyncio.ensure_future(step())
+        abort = asyncio.ensure_future(self._abort_asked.wait())
+        try:
+            await asyncio.wait({task, abort}, return_when=asyncio.FIRST_COMPLETED)
+            if not task.done():
+                task.cancel()
+            await asyncio.gather(task, return_exceptions=True)
+            if task.cancelled():
+                await self._close(RunState.ABORTED, "aborted before take-off")
+                return False
+            error = task.exception()
+            if error is None:
+                return True
+            if not isinstance(error, WaydropError):
+                raise error
+            await self._close(on_failure, _in_words(error))
+            return False
+        finally:
+            for pending in (task, abort):
+                pending.cancel()
+            await asyncio.gather(task, abort, return_exceptions=True)
+
+    async def _wait_for_start(self) -> bool:
+        waits = [asyncio.ensure_future(e.wait()) for e in (self._start_asked, self._abort_asked)]
+        try:
+            await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            for wait in waits:
+                wait.cancel()
+            await asyncio.gather(*waits, return_exceptions=True)
+        return not self._abort_asked.is_set()
+
+    async def _close(self, state: RunState, reason: str) -> None:
+        """Before the flight: the run's state after a failure, an abort or an unstarted end."""
+        if state is not RunState.UPLOADED:
+            self._watch.end(state, reason)
+        else:
+            self._recorder.move(state, reason)
+        await self._flush_at_last()
+
+    async def _follow(self) -> None:
+        """Look, record, send; again at each fact and each tenth of a second, until the run is over."""
+        while not self._recorder.run.is_over:
+            self._sender.carry_out(self._watch.look())
+            with contextlib.suppress(StorageError):  # logged by the journal; what waits is stored at a later look
+                await self._recorder.flush()
+            await self._next_fact()
+        await self._flush_at_last()
+
+    async def _next_fact(self) -> None:
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(self._settings.look_every_s):
+                self._watch.heard(await self._facts.get())
+        while not self._facts.empty():
+            self._watch.heard(self._facts.get_nowait())
+
+    async def _flush_at_last(self) -> None:
+        """The end of a run is not let go before it is stored."""
+        while True:
+            try:
+                await self._recorder.flush()
+                return
+            except StorageError as error:
+                log.error("a run's end waits for the journal", run_id=self._recorder.run.id, error=error.detail)
+                await asyncio.sleep(1.0)
+
+    def _take(self, fact: LinkFact) -> None:
+        try:
+            self._facts.put_nowait(fact)
+        except asyncio.QueueFull:  # each look reads the whole state, so only a repeated sign is lost
+            log.warning("a fact was dropped: the run is behind", run_id=self._recorder.run.id, fact=type(fact).__name__)
+
+
+def _in_words(error: WaydropError) -> str:
+    texts = error.extra.get("texts")
+    said = f" ({'; '.join(str(t) for t in texts)})" if isinstance(texts, (list, tuple)) and texts else ""
+    return f"{error.detail}{said}"

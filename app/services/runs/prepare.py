@@ -1,0 +1,153 @@
+"""From a created run to a vehicle that flies its mission: upload, then start."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Final
+
+from app.domain.commands import CommandRequest, MavResult
+from app.domain.errors import LinkError, LinkTimeoutError, VehicleRefusedError
+from app.domain.events import EventKind
+from app.domain.mission import NAN, MavCmd, Mission
+from app.domain.ports import UploadProgress, VehicleLink
+from app.domain.run import RunState
+from app.services.clock import Clock
+from app.services.runs.recorder import RunRecorder
+from app.services.runs.settings import RunSettings
+
+GRAB: Final = 1.0
+"""DO_GRIPPER param2: 1 is GRAB, 0 is RELEASE."""
+_STEP_PERCENT: Final = 2.0
+
+
+class Preparation:
+    """The steps before the flight, each recorded before and after. Cancelling a step ends its transfer."""
+
+    def __init__(
+        self, link: VehicleLink, mission: Mission, recorder: RunRecorder, settings: RunSettings, clock: Clock
+    ) -> None:
+        self._link = link
+        self._mission = mission
+        self._recorder = recorder
+        self._settings = settings
+        self._clock = clock
+
+    async def upload(self) -> None:
+        """Upload and verify. Raises LinkError, StorageError."""
+        self._recorder.move(RunState.UPLOADING)
+        await self._recorder.flush()
+        verified: UploadProgress | None = None
+        transfer = self._link.upload(self._mission)
+        try:
+            async for step in transfer:
+                await self._tell(step)
+                verified = step if step.verified_by else verified
+        finally:
+            await transfer.aclose()
+        if verified is None:
+            raise LinkError("the upload ended without being verified", hint="upload again")
+        self._recorder.change(mission_id=verified.mission_id, upload_percent=100.0)
+        self._recorder.move(RunState.UPLOADED, f"verified by {verified.verified_by}")
+        await self._recorder.flush()
+
+    async def start(self) -> None:
+        """Ready, secure the parcel, arm, start. If anything fails on the ground the vehicle is disarmed.
+
+        Raises:
+            LinkError: with the vehicle's reason; StorageError.
+        """
+        self._recorder.move(RunState.STARTING)
+        await self._recorder.flush()
+        await self._link.wait_mission_ready(
+            mission_id=self._recorder.run.mission_id, rerun=False, timeout_s=self._settings.ready_s
+        )
+        if any(drop.command is MavCmd.DO_GRIPPER for drop in self._mission.drops):
+            await self._close_gripper()
+        await self._link.set_current(0)
+        try:
+            await self._arm()
+            await self._say("start_mission")
+            await self._link.start_mission()
+        except (LinkError, asyncio.CancelledError):
+            await self._disarm()
+            raise
+        await self._said("start_mission", "accepted")
+
+    async def _tell(self, step: UploadProgress) -> None:
+        percent = round(100.0 * step.sent / max(step.total, 1), 1)
+        last = self._recorder.run.upload_percent
+        done = step.sent >= step.total
+        if last is not None and not done and 0 <= percent - last < _STEP_PERCENT:
+            return
+        self._recorder.run = self._recorder.run.model_copy(update={"upload_percent": percent})
+        self._recorder.note(
+            EventKind.RUN_UPLOAD_PROGRESS,
+            mission_type=step.mission_type.name.lower(),
+            sent=step.sent,
+            total=step.total,
+            attempt=step.attempt,
+            percent=percent,
+        )
+        await self._recorder.flush()
+
+    async def _close_gripper(self) -> None:
+        """PX4's gripper stays released after a flight: a later release would then be a no-op that is ACCEPTED."""
+        request = CommandRequest(
+            MavCmd.DO_GRIPPER,
+            (NAN, GRAB, NAN, NAN, NAN, NAN, NAN),
+            timeout_s=self._settings.ack_s,
+            in_progress_timeout_s=self._settings.gripper_s,
+        )
+        await self._say("DO_GRIPPER", params=[None, GRAB], action="grab")
+        final = None
+        async for ack in self._link.command(request):
+            self._recorder.note(
+                EventKind.RUN_ACK,
+                command="DO_GRIPPER",
+                result=ack.word,
+                result_code=ack.result_code,
+                progress=ack.progress,
+            )
+            await self._recorder.flush()
+            final = ack
+        if final is None or final.result is not MavResult.ACCEPTED:
+            word = final.word if final else "no answer"
+            raise VehicleRefusedError(
+                f"the gripper did not close before take-off: {word}",
+                hint="PD_GRIPPER_TYPE must be 0 or more, and the gripper's output assigned (PWM_MAIN_FUNCn = 430)",
+            )
+
+    async def _arm(self) -> None:
+        deadline_s = self._clock.monotonic() + self._settings.armable_s
+        while True:
+            await self._say("arm")
+            try:
+                await self._link.arm()
+            except (VehicleRefusedError, LinkTimeoutError) as error:
+                await self._said("arm", error.detail)
+                if self._clock.monotonic() >= deadline_s:
+                    raise
+                await asyncio.sleep(self._settings.arm_again_s)
+                continue
+            await self._said("arm", "accepted")
+            return
+
+    async def _disarm(self) -> None:
+        """PX4 refuses to disarm in flight, so this can only ever act on the ground."""
+        if not self._link.state().armed:
+            return
+        await self._say("disarm")
+        try:
+            await self._link.disarm()
+        except LinkError as error:
+            await self._said("disarm", error.detail)
+        else:
+            await self._said("disarm", "accepted")
+
+    async def _say(self, command: str, **data: object) -> None:
+        self._recorder.note(EventKind.RUN_COMMAND, command=command, **data)
+        await self._recorder.flush()
+
+    async def _said(self, command: str, result: str) -> None:
+        self._recorder.note(EventKind.RUN_ACK, command=command, result=result)
+        await self._recorder.flush()

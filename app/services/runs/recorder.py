@@ -1,0 +1,77 @@
+"""The record of one run: changes are made in memory, then stored with their events in one step, then shown."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Any, Final
+
+import structlog
+
+from app.domain.drop import DropRecord
+from app.domain.events import EventKind, NewEvent
+from app.domain.run import Run, RunState
+from app.services.clock import Clock
+from app.services.journal import Journal
+
+log = structlog.get_logger(__name__)
+MOST_WAITING: Final = 2000
+
+
+class RunRecorder:
+    """`run` is the newest state, `stored` what is on disk and may be shown.
+
+    When the disk fails, `flush` raises StorageError and everything waits for the next flush: the vehicle flies on by
+    itself meanwhile, and no release is sent, because a release is stored before it is sent.
+    """
+
+    def __init__(self, run: Run, journal: Journal, clock: Clock) -> None:
+        self.run = run
+        self.stored = run
+        self._journal = journal
+        self._clock = clock
+        self._waiting: list[NewEvent] = []
+        self._storing = asyncio.Lock()
+
+    def note(self, kind: EventKind, **data: Any) -> None:
+        """An event of this run."""
+        if len(self._waiting) >= MOST_WAITING:
+            log.error("run event not recorded: the journal is stuck", run_id=self.run.id, kind=kind.value)
+            return
+        event = self._journal.new_event(kind, vehicle_id=self.run.vehicle_id, run_id=self.run.id, **data)
+        self._waiting.append(event)
+
+    def move(self, state: RunState, reason: str = "") -> None:
+        """The run's next state; staying in it only changes the reason. Raises WrongStateError."""
+        if state is self.run.state:
+            if reason != self.run.reason:
+                self.change(reason=reason)
+            return
+        self.run = self.run.moved_to(state, now=self._clock.now(), reason=reason)
+        self._note_run()
+
+    def change(self, **fields: Any) -> None:
+        """Other fields of the run, if they differ."""
+        if all(getattr(self.run, name) == value for name, value in fields.items()):
+            return
+        self.run = self.run.model_copy(update={**fields, "updated_at": self._clock.now()})
+        self._note_run()
+
+    def drop(self, record: DropRecord) -> None:
+        """The new record of one drop, if it differs."""
+        if self.run.drop(record.plan_item_id) == record:
+            return
+        self.run = self.run.with_drop(record, now=self._clock.now())
+        self.note(EventKind.RUN_DROP, **record.model_dump(mode="json"))
+
+    async def flush(self) -> Run:
+        """Store what waits. Raises StorageError; then everything waits on."""
+        async with self._storing:  # two tasks that flush at once must not store the same events twice
+            if self._waiting:
+                events, run = tuple(self._waiting), self.run
+                await self._journal.record(*events, runs=(run,))
+                del self._waiting[: len(events)]
+                self.stored = run
+            return self.stored
+
+    def _note_run(self) -> None:
+        self.note(EventKind.RUN_CHANGED, **self.run.model_dump(mode="json"))

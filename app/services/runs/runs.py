@@ -1,0 +1,221 @@
+"""All runs: created, asked, listed; one per vehicle, each in a task of its own."""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+from collections.abc import Coroutine, Sequence
+
+import structlog
+
+from app.domain.compiler import compile_plan
+from app.domain.errors import ConflictError, NotFoundError, PlanRejectedError, VehicleBusyError, WrongStateError
+from app.domain.events import EventKind
+from app.domain.mission import Mission
+from app.domain.plan import Plan, parse_plan
+from app.domain.ports import PlanStore, RunStore, StoredPlan, VehicleLink
+from app.domain.rules import Severity, check_plan
+from app.domain.run import Run, RunState
+from app.services.clock import Clock
+from app.services.fleet import Fleet, FleetVehicle
+from app.services.journal import Journal
+from app.services.runs.assembly import assemble, drop_records
+from app.services.runs.flight import RunFlight
+from app.services.runs.settings import RunSettings
+from app.services.runs.take_up import TakeUp
+
+log = structlog.get_logger(__name__)
+
+
+class Runs:
+    """The registry of runs. Open runs are in memory; the others are read from the store."""
+
+    def __init__(
+        self,
+        fleet: Fleet,
+        plans: PlanStore,
+        store: RunStore,
+        journal: Journal,
+        clock: Clock,
+        settings: RunSettings | None = None,
+    ) -> None:
+        self._fleet = fleet
+        self._plans = plans
+        self._store = store
+        self._journal = journal
+        self._clock = clock
+        self._settings = settings or RunSettings()
+        self._flights: dict[str, RunFlight] = {}
+        self._waiting: dict[str, Run] = {}
+        self._tasks: dict[str, asyncio.Task[None]] = {}
+
+    async def begin(self) -> None:
+        """Take up what an earlier process left open. Raises StorageError."""
+        for run in await self._store.list_runs(limit=1000, open_only=True):
+            self._waiting[run.id] = run
+            self._own(run.id, self._take_up(run))
+
+    async def close(self) -> None:
+        """Stop looking. Runs in flight stay open: the next process takes them up. Idempotent."""
+        tasks = tuple(self._tasks.values())
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    async def create(self, plan_id: str, vehicle_id: str, *, start: bool, by: str) -> Run:
+        """A new run, on its way to the vehicle.
+
+        Raises:
+            NotFoundError, VehicleBusyError, VehicleQuarantinedError, ConflictError, PlanRejectedError, LinkError,
+            StorageError.
+        """
+        stored = await self._plans.get(plan_id)
+        if stored is None:
+            raise NotFoundError(f"no plan {plan_id!r}", hint="POST the plan to /api/v1/plans first")
+        link = self._fleet.link(vehicle_id)
+        vehicle = self._fleet.vehicle(vehicle_id)
+        taken_by = next((run.id for run in self.open_runs() if run.vehicle_id == vehicle_id), vehicle.run_id)
+        _refuse_unfit(vehicle, taken_by)
+        run_id = f"run-{secrets.token_hex(6)}"
+        vehicle.run_id = run_id  # taken before the first await: a second request meets a busy vehicle
+        try:
+            return await self._create(run_id, stored, vehicle, link, start=start, by=by)
+        except BaseException:
+            vehicle.run_id = None
+            raise
+
+    async def get(self, run_id: str) -> Run:
+        """One run. Raises NotFoundError."""
+        if run_id in self._flights:
+            return self._flights[run_id].run
+        run = self._waiting.get(run_id) or await self._store.get(run_id)
+        if run is None:
+            raise NotFoundError(f"no run {run_id!r}", hint="GET /api/v1/runs lists them")
+        return run
+
+    async def list_runs(self, limit: int, vehicle_id: str | None = None) -> Sequence[Run]:
+        """Newest first."""
+        return await self._store.list_runs(limit=limit, vehicle_id=vehicle_id)
+
+    def open_runs(self) -> Sequence[Run]:
+        """Runs that are not over, as stored."""
+        waiting = [run for run_id, run in self._waiting.items() if run_id not in self._flights]
+        return [*(flight.run for flight in self._flights.values()), *waiting]
+
+    async def start(self, run_id: str, by: str) -> Run:
+        """Start an uploaded run, or as soon as it is uploaded. Raises NotFoundError, WrongStateError."""
+        flight = await self._flight(run_id)
+        flight.ask_start()
+        return flight.run
+
+    async def pause(self, run_id: str, by: str) -> Run:
+        """Hold. Raises NotFoundError, WrongStateError, LinkError."""
+        flight = await self._flight(run_id)
+        await flight.pause()
+        return flight.run
+
+    async def resume(self, run_id: str, by: str) -> Run:
+        """Fly on. Raises NotFoundError, WrongStateError, LinkError."""
+        flight = await self._flight(run_id)
+        await flight.resume()
+        return flight.run
+
+    async def return_to_launch(self, run_id: str, by: str) -> Run:
+        """Return. Raises NotFoundError, WrongStateError, LinkError."""
+        flight = await self._flight(run_id)
+        await flight.return_to_launch()
+        return flight.run
+
+    async def land(self, run_id: str, by: str) -> Run:
+        """Land where it is. Raises NotFoundError, WrongStateError, LinkError."""
+        flight = await self._flight(run_id)
+        await flight.land()
+        return flight.run
+
+    async def abort(self, run_id: str, by: str) -> Run:
+        """Before take-off: cancel. In flight: return. Raises NotFoundError, WrongStateError, LinkError."""
+        flight = await self._flight(run_id)
+        await flight.abort()
+        return flight.run
+
+    async def _create(
+        self, run_id: str, stored: StoredPlan, vehicle: FleetVehicle, link: VehicleLink, *, start: bool, by: str
+    ) -> Run:
+        plan = parse_plan(stored.document)
+        mission = await self._compile(plan, link)
+        now = self._clock.now()
+        run = Run(
+            id=run_id,
+            plan_id=stored.id,
+            plan_hash=stored.hash,
+            vehicle_id=vehicle.id,
+            vehicle_uid=link.identity.uid,
+            requested_by=by,
+            start_requested=start,
+            drops=drop_records(mission),
+            created_at=now,
+            updated_at=now,
+        )
+        made = assemble(run, plan, mission, link, self._journal, self._settings, self._clock)
+        made.recorder.note(EventKind.RUN_CREATED, **run.model_dump(mode="json"))
+        await made.recorder.flush()
+        self._flights[run_id] = made.flight
+        self._own(run_id, made.flight.fly())
+        return run
+
+    async def _compile(self, plan: Plan, link: VehicleLink) -> Mission:
+        facts = await link.read_facts()
+        findings = check_plan(plan, facts)
+        if any(finding.severity is Severity.ERROR for finding in findings):
+            raise PlanRejectedError(
+                "the plan cannot be flown by this vehicle",
+                hint="mend what the findings name, and post it as a new plan",
+                findings=[finding.model_dump(mode="json") for finding in findings],
+            )
+        return compile_plan(plan, facts)
+
+    async def _take_up(self, run: Run) -> None:
+        take_up = TakeUp(self._fleet, self._plans, self._journal, self._settings, self._clock)
+        made = await take_up.find(run)
+        if made is None:
+            return
+        self._flights[run.id] = made.flight
+        self._fleet.vehicle(run.vehicle_id).run_id = run.id
+        await made.flight.fly(uploaded=True, in_flight=run.state is not RunState.UPLOADED)
+
+    def _own(self, run_id: str, work: Coroutine[None, None, None]) -> None:
+        task = asyncio.create_task(work, name=f"run {run_id}")
+        self._tasks[run_id] = task
+        task.add_done_callback(lambda done: self._ended(run_id, done))
+
+    def _ended(self, run_id: str, task: asyncio.Task[None]) -> None:
+        self._tasks.pop(run_id, None)
+        flight = self._flights.pop(run_id, None)
+        waiting = self._waiting.pop(run_id, None)
+        run = flight.run if flight is not None else waiting
+        if not task.cancelled() and (error := task.exception()) is not None:
+            log.error("a run's task failed: it is taken up at the next start", run_id=run_id, exc_info=error)
+            return  # the vehicle stays taken: nobody else may start over what it does now
+        if run is not None:
+            self._fleet.release(run.vehicle_id, run_id)
+
+    async def _flight(self, run_id: str) -> RunFlight:
+        if run_id not in self._flights:
+            run = await self.get(run_id)
+            reason = "its vehicle has not been seen since the service started" if run_id in self._waiting else "over"
+            raise WrongStateError(f"run {run_id} is {run.state.value}: {reason}", state=run.state.value)
+        return self._flights[run_id]
+
+
+def _refuse_unfit(vehicle: FleetVehicle, taken_by: str | None) -> None:
+    state = vehicle.link.state()
+    if taken_by is not None:
+        raise VehicleBusyError(
+            f"vehicle {vehicle.id} already flies run {taken_by}", hint="wait for it, or abort it", run_id=taken_by
+        )
+    if not state.connected:
+        raise ConflictError(f"the link to vehicle {vehicle.id} is lost", hint="wait until it is connected")
+    if state.armed:
+        raise ConflictError(
+            f"vehicle {vehicle.id} is armed, and not by Waydrop", hint="land and disarm it first, then post the run"
+        )

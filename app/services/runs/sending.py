@@ -1,0 +1,115 @@
+"""What a drop's machine ordered goes out here: stored first, looked at once more, then sent."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import math
+from collections.abc import Coroutine, Sequence
+
+from app.domain.commands import CommandAck, CommandRequest
+from app.domain.errors import CommandExpiredError, LinkError, StorageError
+from app.domain.events import EventKind
+from app.domain.mission import NAN
+from app.domain.ports import VehicleLink
+from app.services.runs.recorder import RunRecorder
+from app.services.runs.releases import Order, ReleaseOrder, ResumeOrder
+from app.services.runs.settings import RunSettings
+from app.services.runs.watch import FlightWatch
+
+
+class OrderSender:
+    """Sends releases and resumes, each in a task of its own, and hands the answers back to the drop."""
+
+    def __init__(self, link: VehicleLink, recorder: RunRecorder, watch: FlightWatch, settings: RunSettings) -> None:
+        self._link = link
+        self._recorder = recorder
+        self._watch = watch
+        self._settings = settings
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    def carry_out(self, orders: Sequence[Order]) -> None:
+        """Begin to send."""
+        for order in orders:
+            match order:
+                case ReleaseOrder():
+                    self._spawn(self._release(order), f"release {order.drop.record.plan_item_id} #{order.attempt}")
+                case ResumeOrder():
+                    self._spawn(self._resume_at(order.seq), f"resume at {order.seq}")
+
+    async def close(self) -> None:
+        """End what is under way. A release that was sent stays recorded as commanded."""
+        for task in self._tasks:
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+
+    def _spawn(self, work: Coroutine[None, None, None], name: str) -> None:
+        task = asyncio.create_task(work, name=name)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def _release(self, order: ReleaseOrder) -> None:
+        drop = order.drop
+        params = [None if math.isnan(p) else p for p in drop.compiled.params]
+        self._recorder.note(
+            EventKind.RUN_COMMAND, command=drop.compiled.command.name, params=params, attempt=order.attempt
+        )
+        try:
+            await self._recorder.flush()
+        except StorageError:
+            self._withhold(order)
+            return
+        # the disk may have taken its time: what was right when it was ordered must be right now
+        seen = drop.observe(self._watch.now())
+        if not drop.machine.may_send(seen):
+            self._withhold(order)
+            return
+        await self._send(order, drop.machine.send_before_s(seen))
+        with contextlib.suppress(StorageError):  # it waits for the next flush
+            await self._recorder.flush()
+
+    async def _send(self, order: ReleaseOrder, send_before_s: float) -> None:
+        drop = order.drop
+        p1, p2, p3, p4, p5, p6, p7 = (*drop.compiled.params, *([NAN] * 7))[:7]
+        request = CommandRequest(
+            drop.compiled.command,
+            (p1, p2, p3, p4, p5, p6, p7),
+            timeout_s=self._settings.ack_s,
+            attempts=1,
+            in_progress_timeout_s=self._settings.gripper_s,
+            send_before_s=send_before_s,
+        )
+        try:
+            async for ack in self._link.command(request):
+                self._answered(order, ack)
+        except CommandExpiredError:
+            self._withhold(order)
+        except LinkError as error:
+            self._note_ack(order, error.detail)
+            self._take(order, drop.timed_out(order.attempt, self._watch.now()))
+
+    def _answered(self, order: ReleaseOrder, ack: CommandAck) -> None:
+        self._note_ack(order, ack.word, result_code=ack.result_code, progress=ack.progress)
+        self._take(order, order.drop.acked(order.attempt, ack, self._watch.now()))
+
+    def _withhold(self, order: ReleaseOrder) -> None:
+        self._note_ack(order, "not sent: its moment was over before it was recorded")
+        self._take(order, order.drop.withheld(order.attempt, self._watch.now()))
+
+    def _note_ack(self, order: ReleaseOrder, result: str, **data: object) -> None:
+        command = order.drop.compiled.command.name
+        self._recorder.note(EventKind.RUN_ACK, command=command, result=result, attempt=order.attempt, **data)
+
+    def _take(self, order: ReleaseOrder, following: Sequence[Order]) -> None:
+        self._watch.record(order.drop)
+        self.carry_out(following)
+
+    async def _resume_at(self, seq: int) -> None:
+        """Move the mission on after a drop. If it fails the bounded hold ends by itself."""
+        self._recorder.note(EventKind.RUN_COMMAND, command="set_current", params=[seq])
+        try:
+            await self._link.set_current(seq)
+            result = "accepted"
+        except LinkError as error:
+            result = error.detail
+        self._recorder.note(EventKind.RUN_ACK, command="set_current", result=result)

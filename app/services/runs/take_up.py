@@ -1,0 +1,101 @@
+"""After a restart of ours: find the vehicle of an open run, and go on where it is now."""
+
+from __future__ import annotations
+
+import asyncio
+
+import structlog
+
+from app.domain.compiler import compile_plan
+from app.domain.errors import LinkError, NotFoundError, VehicleQuarantinedError
+from app.domain.mission import Mission, MissionType
+from app.domain.plan import Plan, parse_plan
+from app.domain.ports import PlanStore, VehicleLink
+from app.domain.run import Run, RunState
+from app.services.clock import Clock
+from app.services.fleet import Fleet
+from app.services.journal import Journal
+from app.services.runs.assembly import Assembled, assemble
+from app.services.runs.closing import close_unseen
+from app.services.runs.settings import RunSettings
+
+log = structlog.get_logger(__name__)
+NOT_STARTED = frozenset({RunState.CREATED, RunState.UPLOADING})
+LOOK_AGAIN_S = 0.25
+
+
+class TakeUp:
+    """Never starts anything: it looks at what the vehicle does, and lets the run follow."""
+
+    def __init__(self, fleet: Fleet, plans: PlanStore, journal: Journal, settings: RunSettings, clock: Clock) -> None:
+        self._fleet = fleet
+        self._plans = plans
+        self._journal = journal
+        self._settings = settings
+        self._clock = clock
+
+    async def find(self, run: Run) -> Assembled | None:
+        """The flight to go on with; None if the run had to be ended, with its reason recorded."""
+        stored = await self._plans.get(run.plan_id)
+        plan = None if stored is None else parse_plan(stored.document)
+        link = None if run.state in NOT_STARTED else await self._vehicle(run)
+        if plan is None or link is None:
+            await self._give_up(run)
+            return None
+        mission = await self._mission(plan, link)
+        if mission is None or not _is_same_vehicle(run, link):
+            await self._give_up(run, "the vehicle carries another mission than the run's")
+            return None
+        made = assemble(run, plan, mission, link, self._journal, self._settings, self._clock)
+        if run.state is not RunState.UPLOADED:
+            made.watch.take_up(run.flown_item_ids, link.state().mission_seq)
+        return made
+
+    async def _vehicle(self, run: Run) -> VehicleLink | None:
+        """Wait for the vehicle to be seen, with its identity and mission known."""
+        deadline_s = self._clock.monotonic() + self._settings.lost_after_s
+        while self._clock.monotonic() < deadline_s:
+            try:
+                link = self._fleet.link(run.vehicle_id)
+            except (NotFoundError, VehicleQuarantinedError):
+                link = None
+            if link is not None and _is_known(link):
+                return link
+            await asyncio.sleep(LOOK_AGAIN_S)
+        return None
+
+    async def _mission(self, plan: Plan, link: VehicleLink) -> Mission | None:
+        """The run's mission if the vehicle still carries it, item by item; None if it carries another."""
+        deadline_s = self._clock.monotonic() + self._settings.lost_after_s
+        while True:
+            try:
+                mission = compile_plan(plan, await link.read_facts())
+                on_board = await link.download(MissionType.MISSION)
+            except LinkError as error:
+                if self._clock.monotonic() >= deadline_s:
+                    raise
+                log.warning("the vehicle's mission cannot be read yet", error=error.detail)
+                await asyncio.sleep(1.0)
+                continue
+            same = len(on_board) == len(mission.items) and all(
+                a.same_as(b) for a, b in zip(mission.items, on_board, strict=True)
+            )
+            return mission if same else None
+
+    async def _give_up(self, run: Run, reason: str = "") -> None:
+        """End a run that cannot be followed. What was commanded and not answered stays unknown."""
+        state = RunState.FAILED
+        if run.state in NOT_STARTED:
+            reason = "Waydrop restarted before the upload ended; nothing was started"
+        elif not reason:
+            state, reason = RunState.LOST, "the vehicle was not seen again after Waydrop restarted"
+        await close_unseen(run, state, reason, self._journal, self._clock)
+
+
+def _is_known(link: VehicleLink) -> bool:
+    state = link.state()
+    return state.connected and state.mode is not None and state.armed is not None and link.identity.uid is not None
+
+
+def _is_same_vehicle(run: Run, link: VehicleLink) -> bool:
+    return run.vehicle_uid is None or link.identity.uid == run.vehicle_uid

@@ -1,0 +1,175 @@
+"""The flight as it is seen: progress, drops and the run's state follow the vehicle; nothing is commanded here."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from app.domain.events import EventKind
+from app.domain.flight_phase import FlightView, how_it_ended, is_airborne, phase_of, says_complete
+from app.domain.mission import Mission
+from app.domain.ports import ItemReached, LinkFact, Rebooted, VehicleLink
+from app.domain.progress import Progress
+from app.domain.run import NEXT, RunState
+from app.domain.vehicle import FlightMode, VehicleState, VehicleType
+from app.domain.vehicle_clock import VehicleClock
+from app.services.clock import Clock
+from app.services.runs.recorder import RunRecorder
+from app.services.runs.releases import Look, Order, Release, SupervisedRelease
+from app.services.runs.settings import UNFINISHED_DROPS_S, RunSettings
+
+
+class FlightWatch:
+    """Looks at one vehicle in flight, and never commands it."""
+
+    def __init__(
+        self,
+        link: VehicleLink,
+        mission: Mission,
+        vehicle_type: VehicleType,
+        releases: Sequence[Release],
+        recorder: RunRecorder,
+        settings: RunSettings,
+        clock: Clock,
+    ) -> None:
+        self._link = link
+        self._vehicle_type = vehicle_type
+        self._releases = releases
+        self._recorder = recorder
+        self._settings = settings
+        self._clock = clock
+        self._rate = VehicleClock()
+        self._progress = Progress.of(mission)
+        self._mission_done = False
+        self._was_airborne = False
+        self._rebooted = False
+        self._landed_at_s: float | None = None
+        self._connected_at_s = clock.monotonic()
+
+    def take_up(self, flown: Sequence[str], current: int | None) -> None:
+        """Go on where an earlier process stopped looking."""
+        progress = self._progress if current is None else self._progress.now_current(current)
+        known = list(flown)
+        self._progress = Progress(
+            last_seq=progress.last_seq,
+            jumps=progress.jumps,
+            plan_item_of=progress.plan_item_of,
+            current=progress.current,
+            passed_to=progress.passed_to,
+            flown=tuple(known + [item for item in progress.flown if item not in known]),
+        )
+        self._was_airborne = True
+
+    def heard(self, fact: LinkFact) -> None:
+        """A fact from the link."""
+        match fact:
+            case ItemReached():
+                if self._link.state().mode is FlightMode.MISSION or fact.seq == self._progress.last_seq:
+                    self._recorder.note(EventKind.RUN_ITEM, seq=fact.seq, what="reached", item_id=self._item(fact.seq))
+                    self._advance(self._progress.reached(fact.seq))
+            case Rebooted():
+                self._rebooted = True
+            case _:
+                pass  # the next look reads the state
+
+    def now(self) -> Look:
+        """The vehicle at this moment."""
+        return Look(self._link.state(), self._clock.monotonic(), self._clock.now(), self._rate.rate)
+
+    def look(self) -> tuple[Order, ...]:
+        """Look once: update the run, and say what must be sent now."""
+        seen = self.now()
+        if seen.state.connected and seen.state.boot_time_s is not None and seen.state.position_age_s is not None:
+            self._rate = self._rate.seen(seen.now_s - seen.state.position_age_s, seen.state.boot_time_s)
+        if not seen.state.connected:
+            self._look_at_silence(seen)
+            return ()
+        self._connected_at_s = seen.now_s
+        if self._rebooted:
+            self.end(RunState.FAILED, "the vehicle rebooted in flight")
+            return ()
+        self._was_airborne = self._was_airborne or is_airborne(seen.state)
+        self._follow_mission(seen.state)
+        orders = self._look_at_drops(seen)
+        self._follow_phase(seen)
+        return orders
+
+    def _follow_mission(self, state: VehicleState) -> None:
+        if state.mode is FlightMode.MISSION and state.mission_seq is not None:
+            before = self._progress.current
+            self._advance(self._progress.now_current(state.mission_seq))
+            if self._progress.current != before:
+                item_id = self._progress.item_id
+                self._recorder.note(EventKind.RUN_ITEM, seq=state.mission_seq, what="current", item_id=item_id)
+                self._recorder.change(item_id=item_id)
+        near_end = self._progress.current == self._progress.last_seq or self._progress.is_complete
+        unasked = self._recorder.run.asked in ("", "pause")
+        if near_end and unasked and says_complete(state, last_seq=self._progress.last_seq):
+            self._advance(self._progress.completed())
+        if self._progress.is_complete and unasked:
+            self._mission_done = True
+
+    def _look_at_drops(self, seen: Look) -> tuple[Order, ...]:
+        orders: list[Order] = []
+        for release in self._releases:
+            if release.is_over:
+                continue
+            orders += release.look(seen, self._progress)
+            self.record(release)
+        return tuple(orders)
+
+    def record(self, release: Release) -> None:
+        """Take a drop's new record in; a supervised drop that is over counts as flown."""
+        was_over = self._recorder.run.drop(release.record.plan_item_id).phase == "done"
+        self._recorder.drop(release.record)
+        at_hold = self._progress.current is not None and self._progress.current >= min(release.compiled.hold_seqs)
+        if release.is_over and not was_over and release.compiled.supervised and at_hold:
+            through = max(release.compiled.hold_seqs)
+            self._advance(self._progress.also_flown(release.record.plan_item_id, through_seq=through))
+
+    def _follow_phase(self, seen: Look) -> None:
+        view = FlightView(
+            state=seen.state,
+            vehicle_type=self._vehicle_type,
+            at_drop=any(release.is_active for release in self._releases),
+            mission_done=self._mission_done,
+            was_airborne=self._was_airborne,
+            asked=self._recorder.run.asked,
+        )
+        phase, reason = phase_of(view)
+        if phase is not RunState.LANDED:
+            self._landed_at_s = None
+            if phase in NEXT[self._recorder.run.state] or phase is self._recorder.run.state:
+                self._recorder.move(phase, reason)
+            return
+        if self._landed_at_s is None:
+            self._landed_at_s = seen.now_s
+            self._recorder.move(RunState.LANDED, reason)
+        if not self._waits_for_answers(seen.now_s - self._landed_at_s):
+            last, why = how_it_ended(mission_done=self._mission_done, asked=self._recorder.run.asked, reason=reason)
+            self.end(last, why)
+
+    def _waits_for_answers(self, landed_s: float) -> bool:
+        open_answers = any(isinstance(r, SupervisedRelease) and r.awaits_answer for r in self._releases)
+        return open_answers and landed_s < UNFINISHED_DROPS_S
+
+    def _look_at_silence(self, seen: Look) -> None:
+        silent_s = seen.now_s - self._connected_at_s
+        if silent_s > self._settings.lost_after_s:
+            self.end(RunState.LOST, f"not heard for {silent_s:.0f} s")
+
+    def end(self, state: RunState, reason: str) -> None:
+        """The run's last state: every drop that is still open ends with it."""
+        for release in self._releases:
+            if not release.is_over:
+                release.end(reason or state.value, self._clock.monotonic())
+                self.record(release)
+        self._recorder.change(item_id=None)
+        self._recorder.move(state, reason)
+
+    def _advance(self, progress: Progress) -> None:
+        if progress.flown != self._progress.flown or progress.passed_to != self._progress.passed_to:
+            self._recorder.change(flown_item_ids=progress.flown, reached_seq=max(progress.passed_to, 0))
+        self._progress = progress
+
+    def _item(self, seq: int) -> str | None:
+        return self._progress.plan_item_of.get(seq)
