@@ -12,7 +12,9 @@ STOPPED_M_S = 0.3
 
 @dataclass(frozen=True, slots=True)
 class FlightView:
-    """`asked` is what a user asked for in flight: "pause", "return", "land" or "" for nothing."""
+    """`asked` is what a user asked for in flight: "pause", "return", "land" or "" for nothing; "contingency"
+    says that the plan itself asked to return after a failed drop.
+    """
 
     state: VehicleState
     vehicle_type: VehicleType
@@ -50,6 +52,8 @@ def how_it_ended(*, mission_done: bool, asked: str, reason: str) -> tuple[RunSta
         return RunState.COMPLETED, reason
     if asked in ("return", "land"):
         return RunState.ABORTED, f"asked to {asked} before the mission was done"
+    if asked == "contingency":
+        return RunState.ABORTED, "a drop failed: the vehicle returned, as the plan says"
     return RunState.FAILED, reason or "the vehicle ended its flight before the mission was done"
 
 
@@ -73,6 +77,8 @@ def _has_stopped(state: VehicleState) -> bool:
 def _why_returning(view: FlightView) -> str:
     if view.asked == "return":
         return "returning, as asked"
+    if view.asked == "contingency":
+        return "a drop failed: returning, as the plan says"
     if view.mission_done:
         return "the mission is done"
     return "a failsafe acts" if view.state.in_failsafe else "somebody else commanded Return mode"

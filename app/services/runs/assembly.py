@@ -50,11 +50,12 @@ def assemble(
 def _releases(run: Run, plan: Plan, drops: Sequence[CompiledDrop], settings: RunSettings) -> tuple[Release, ...]:
     offsets = {item.id: item.max_offset_m for item in plan.items if isinstance(item, Gripper | Winch)}
     made: list[Release] = []
+    on_failure = plan.contingency.on_drop_failure
     for drop in drops:
         record = run.drop(drop.plan_item_id)
         if drop.supervised:
             offset_m = offsets.get(drop.plan_item_id) or settings.default_max_offset_m
-            made.append(SupervisedRelease(drop, record, offset_m))
+            made.append(SupervisedRelease(drop, record, offset_m, on_failure))
         else:
-            made.append(EmbeddedRelease(drop, record))
+            made.append(EmbeddedRelease(drop, record, on_failure))
     return tuple(made)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from app.domain.commands import CommandAck
-from app.domain.drop import DropPhase, DropRecord
+from app.domain.drop import DropOutcome, DropPhase, DropRecord
 from app.domain.embedded_drop import EmbeddedDrop, EmbeddedSight
 from app.domain.geo import distance_m
 from app.domain.mission import CompiledDrop, MavCmd
@@ -25,7 +25,7 @@ from app.domain.supervised import (
     step,
 )
 from app.domain.supervised.inputs import DropInput
-from app.domain.vehicle import VehicleState
+from app.domain.vehicle import FlightMode, VehicleState
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +53,15 @@ class ResumeOrder:
     seq: int
 
 
-Order = ReleaseOrder | ResumeOrder
+@dataclass(frozen=True, slots=True)
+class FailureOrder:
+    """What must be sent now: a drop did not end released, and the plan says what then ("return" or "hold")."""
+
+    action: str
+    plan_item_id: str
+
+
+Order = ReleaseOrder | ResumeOrder | FailureOrder
 
 
 class Release(Protocol):
@@ -80,9 +88,10 @@ class Release(Protocol):
 class SupervisedRelease:
     """A drop that Waydrop commands itself."""
 
-    def __init__(self, compiled: CompiledDrop, record: DropRecord, max_offset_m: float) -> None:
+    def __init__(self, compiled: CompiledDrop, record: DropRecord, max_offset_m: float, on_failure: str) -> None:
         self.compiled = compiled
         self.record = record
+        self._on_failure = on_failure
         terms = DropTerms.of(compiled, max_offset_m)
         self.machine = DropMachine.taken_up(terms, record.attempts)
 
@@ -146,6 +155,8 @@ class SupervisedRelease:
         self._take(effects)
 
     def _hear(self, heard: DropInput, seen: Look) -> tuple[Order, ...]:
+        if self.machine.is_over:
+            return ()
         before = self.machine.phase
         self.machine, effects = step(self.machine, heard)
         if self.machine.phase is not before and self.machine.phase is not DropPhase.DONE:
@@ -157,6 +168,8 @@ class SupervisedRelease:
         if self.record.commanded_at is not None and output is not None and output != self.record.output_us:
             self.record = self.record.model_copy(update={"output_us": output, "output_at": seen.time_s})
         self._take(effects)
+        if failure := failure_order(self.record, self._on_failure, seen.state):
+            return (failure,)  # instead of moving on
         sends = [ReleaseOrder(self, e.attempt) for e in effects if isinstance(e, SendRelease)]
         return (*sends, *(ResumeOrder(e.seq) for e in effects if isinstance(e, Resume)))
 
@@ -169,9 +182,10 @@ class SupervisedRelease:
 class EmbeddedRelease:
     """A drop that is an item of the mission: it is only watched."""
 
-    def __init__(self, compiled: CompiledDrop, record: DropRecord) -> None:
+    def __init__(self, compiled: CompiledDrop, record: DropRecord, on_failure: str) -> None:
         self.compiled = compiled
         self.record = record
+        self._on_failure = on_failure
         self._drop = EmbeddedDrop()
 
     @property
@@ -207,6 +221,8 @@ class EmbeddedRelease:
         if self._drop.finish is not None:
             changes = {"output_us": state.gripper_output_us, "output_at": seen.time_s} if has_gripper else {}
             self.record = finished(self.record.model_copy(update=changes), self._drop.finish)
+            failure = failure_order(self.record, self._on_failure, state)
+            return (failure,) if failure else ()
         return ()
 
     def end(self, reason: str, now_s: float) -> None:
@@ -214,6 +230,18 @@ class EmbeddedRelease:
         self._drop = self._drop.ended(reason)
         if self._drop.finish is not None and not self.is_over:
             self.record = finished(self.record, self._drop.finish)
+
+
+def failure_order(record: DropRecord, on_failure: str, state: VehicleState) -> FailureOrder | None:
+    """What the plan says of a drop that has just ended otherwise than released; None if the mission simply goes on.
+
+    Nothing is ordered to a vehicle that somebody else has taken out of Mission mode, or that cannot be heard.
+    """
+    failed = record.phase is DropPhase.DONE and record.outcome is not DropOutcome.RELEASED
+    commandable = state.connected and state.mode is FlightMode.MISSION
+    if not failed or not commandable or on_failure == "continue":
+        return None
+    return FailureOrder(on_failure, record.plan_item_id)
 
 
 def offset_m(state: VehicleState, compiled: CompiledDrop) -> float | None:

@@ -13,7 +13,7 @@ from app.domain.events import EventKind
 from app.domain.mission import NAN
 from app.domain.ports import VehicleLink
 from app.services.runs.recorder import RunRecorder
-from app.services.runs.releases import Order, ReleaseOrder, ResumeOrder
+from app.services.runs.releases import FailureOrder, Order, ReleaseOrder, ResumeOrder
 from app.services.runs.settings import RunSettings
 from app.services.runs.watch import FlightWatch
 
@@ -36,6 +36,8 @@ class OrderSender:
                     self._spawn(self._release(order), f"release {order.drop.record.plan_item_id} #{order.attempt}")
                 case ResumeOrder():
                     self._spawn(self._resume_at(order.seq), f"resume at {order.seq}")
+                case FailureOrder():
+                    self._spawn(self._on_failure(order), f"{order.action} after {order.plan_item_id}")
 
     async def close(self) -> None:
         """End what is under way. A release that was sent stays recorded as commanded."""
@@ -47,6 +49,19 @@ class OrderSender:
         task = asyncio.create_task(work, name=name)
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
+
+    async def _on_failure(self, order: FailureOrder) -> None:
+        """Do what the plan says of a failed drop. If that fails too, the mission on board goes on."""
+        returns = order.action == "return"
+        self._recorder.change(asked="contingency" if returns else "pause")
+        self._recorder.note(EventKind.RUN_COMMAND, command=order.action, because=f"{order.plan_item_id} failed")
+        try:
+            await (self._link.return_to_launch() if returns else self._link.hold())
+            result = "accepted"
+        except LinkError as error:
+            result = error.detail
+            self._recorder.change(asked="")
+        self._recorder.note(EventKind.RUN_ACK, command=order.action, result=result)
 
     async def _release(self, order: ReleaseOrder) -> None:
         drop = order.drop
