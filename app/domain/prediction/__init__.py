@@ -1,0 +1,6 @@
+"""The prediction: what a plan will do, item by item."""
+
+from app.domain.prediction.predict import predict
+from app.domain.prediction.timeline import PredictedDrop, Timeline, TimelineEntry
+
+__all__ = ["PredictedDrop", "Timeline", "TimelineEntry", "predict"]

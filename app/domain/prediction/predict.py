@@ -1,0 +1,97 @@
+"""Predicts a flight: the same walk that the rules check, with times."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from app.domain.compiler import compile_plan
+from app.domain.compiler.drop_items import brakes_at_waypoint
+from app.domain.errors import PlanRejectedError
+from app.domain.mission import Mission
+from app.domain.plan.document import Plan
+from app.domain.plan.drops import DropUse, drops_of
+from app.domain.plan.items import Delay, Land, Loiter, ReturnToLaunch, Waypoint
+from app.domain.plan.walk import Carried, Step, reference_home, walk
+from app.domain.prediction.durations import Effort, Flight, effort
+from app.domain.prediction.flown_order import flown_order
+from app.domain.prediction.release import predicted_drop
+from app.domain.prediction.timeline import PredictedDrop, Timeline, TimelineEntry
+from app.domain.speeds import speeds_along
+from app.domain.vehicle import VehicleFacts
+
+
+def predict(plan: Plan, facts: VehicleFacts) -> Timeline:
+    """The timeline of a plan for a vehicle with these facts. Works for plans with errors too, as far as they go."""
+    home = reference_home(plan, facts)
+    order = flown_order(plan)
+    steps = walk(plan, home, order.indexes)
+    speeds = speeds_along(plan, facts, steps)
+    drops = {id(drop.step): drop for drop in drops_of(steps)}
+    braking = {id(drop.anchor): drop for drop in drops.values() if brakes_at_waypoint(drop)}
+    mission = _mission(plan, facts)
+    entries: list[TimelineEntry] = []
+    found: list[PredictedDrop] = []
+    visits: Counter[str] = Counter()
+    now_s = 0.0
+    for number, (step, speed_m_s) in enumerate(zip(steps, speeds, strict=True)):
+        visits[step.item.id] += 1
+        drop = drops.get(id(step)) or braking.get(id(step))
+        fly_m_s = speed_m_s or (speeds[number - 1] if number else 0.0)  # a landing flies at the speed before it
+        took = effort(Flight(facts, home), step, fly_m_s, drop)
+        brakes = _brakes(step, drop, steps[number + 1] if number + 1 < len(steps) else None)
+        seqs = mission.seqs_of(step.item.id) if mission is not None else ()
+        entries.append(_entry(step, seqs, visits[step.item.id], now_s, took, fly_m_s, brakes))
+        if drop is not None and drop.step is step and drop.anchor is not None:
+            found.append(predicted_drop(facts, drop, drop.anchor, visits[step.item.id], now_s, speed_m_s))
+        now_s += took.duration_s
+    return Timeline(
+        entries=tuple(entries),
+        drops=tuple(found),
+        order=tuple(entry.item_id for entry in entries),
+        distance_m=sum(entry.distance_m for entry in entries),
+        duration_s=now_s,
+        open_ended=order.open_ended,
+        truncated=order.truncated,
+    )
+
+
+def _mission(plan: Plan, facts: VehicleFacts) -> Mission | None:
+    """For the sequence numbers only: a plan that does not compile is still drawn."""
+    try:
+        return compile_plan(plan, facts)
+    except PlanRejectedError:
+        return None
+
+
+def _entry(
+    step: Step, seqs: tuple[int, ...], visit: int, start_s: float, took: Effort, speed_m_s: float, brakes: bool
+) -> TimelineEntry:
+    return TimelineEntry(
+        item_id=step.item.id,
+        type=step.item.type,
+        visit=visit,
+        seqs=seqs,
+        start_s=start_s,
+        end_s=start_s + took.duration_s,
+        duration_s=took.duration_s,
+        distance_m=took.distance_m,
+        ground_speed_m_s=speed_m_s if took.distance_m > 0 else 0.0,
+        latitude_deg=step.end.latitude_deg,
+        longitude_deg=step.end.longitude_deg,
+        relative_altitude_m=step.end.relative_altitude_m,
+        brakes=brakes,
+    )
+
+
+def _brakes(step: Step, drop: DropUse | None, following: Step | None) -> bool:
+    """Whether the vehicle stops at the end of the item."""
+    match step.item:
+        case Land() | ReturnToLaunch():
+            return True
+        case Waypoint() if step.after is Carried.ROTARY_WING:
+            return drop is not None or step.item.hold_s > 0
+        case Waypoint() if step.after is Carried.WHEELS:
+            return following is not None and isinstance(following.item, Delay)
+        case Loiter():
+            return step.after is Carried.ROTARY_WING
+    return False

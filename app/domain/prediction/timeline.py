@@ -1,0 +1,70 @@
+"""The timeline: what a plan is predicted to do. Times are seconds from the start of the flight, without wind."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict
+
+
+class _Frozen(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class TimelineEntry(_Frozen):
+    """One visit of one plan item. `seqs` are its mission items (none for a supervised drop at a waypoint).
+
+    Position and altitude (above home) are those at the end. `brakes`: the vehicle comes to a stop there.
+    """
+
+    item_id: str
+    type: str
+    visit: int
+    seqs: tuple[int, ...]
+    start_s: float
+    end_s: float
+    duration_s: float
+    distance_m: float
+    ground_speed_m_s: float
+    latitude_deg: float
+    longitude_deg: float
+    relative_altitude_m: float
+    brakes: bool
+
+
+class PredictedDrop(_Frozen):
+    """Where and how one drop is predicted to act.
+
+    `lead_m` is how far before the point, along the track, the release happens; `offset_m` the distance from the point
+    (the radius, on a circle). The release position is null on a circle: it can be anywhere there.
+    `fall_s` and `throw_m` are the fall to the height of home without drag, and how far the parcel flies on meanwhile.
+    """
+
+    item_id: str
+    visit: int
+    supervised: bool
+    release_motion: Literal["stopped", "moving"]
+    at_s: float
+    ground_speed_m_s: float
+    relative_altitude_m: float
+    lead_m: float
+    offset_m: float
+    release_latitude_deg: float | None
+    release_longitude_deg: float | None
+    fall_s: float
+    throw_m: float
+
+
+class Timeline(_Frozen):
+    """`order` is the ids of the items as flown, jumps unrolled; jumps themselves are not in it, they take no time.
+
+    `open_ended`: the last item never ends by itself. `truncated`: more visits than are predicted.
+    """
+
+    entries: tuple[TimelineEntry, ...]
+    drops: tuple[PredictedDrop, ...]
+    order: tuple[str, ...]
+    distance_m: float
+    duration_s: float
+    open_ended: bool = False
+    truncated: bool = False
