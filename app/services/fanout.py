@@ -93,11 +93,14 @@ class Fanout:
 
     def __init__(self) -> None:
         self._subscriptions: dict[int, EventSubscription] = {}
+        self._closed = False
 
     def subscribe(self, capacity: int, after: int) -> EventSubscription:
-        """A subscription to what is published from now on."""
+        """A subscription to what is published from now on; a closed one if nothing will be."""
         subscription = EventSubscription(capacity, after, self._forget)
         self._subscriptions[id(subscription)] = subscription
+        if self._closed:
+            subscription.close()
         return subscription
 
     def publish(self, events: Sequence[Event]) -> None:
@@ -107,6 +110,7 @@ class Fanout:
 
     def close(self) -> None:
         """Close every subscription; readers still get what was published before."""
+        self._closed = True
         for subscription in tuple(self._subscriptions.values()):
             subscription.close()
 
