@@ -8,7 +8,7 @@ import os
 import tempfile
 from pathlib import Path
 
-from pymavlink.generator import mavgen, mavparse
+from pymavlink.generator import mavgen, mavparse  # type: ignore[import-untyped]
 
 XML = Path(__file__).with_name("waydrop.xml")
 MODULE_NAME = "waydrop_dialect.py"

@@ -1,0 +1,55 @@
+"""`python -m app.simulator`: starts simulated vehicles and runs them until SIGINT or SIGTERM."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import signal
+import sys
+from collections.abc import Sequence
+from typing import TextIO
+
+from app.simulator.fleet import Fleet
+from app.simulator.options import Options, parse
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Exit status: 0 after a signal, 1 when a port is taken, 2 for a wrong command line."""
+    options = parse(sys.argv[1:] if arguments is None else arguments)
+    try:
+        asyncio.run(serve(options, sys.stdout))
+    except OSError as error:
+        _say(sys.stderr, f"the simulator cannot start: {error}")
+        return 1
+    return 0
+
+
+async def serve(options: Options, out: TextIO) -> None:
+    """Run the fleet; one line on `out` for each vehicle when all are ready. Raises OSError if a port is taken."""
+    stopped = asyncio.Event()
+    loop = asyncio.get_running_loop()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        loop.add_signal_handler(number, stopped.set)
+    fleet = Fleet(options)
+    try:
+        await fleet.open()
+        for vehicle, (local, remote) in zip(fleet.vehicles, fleet.addresses(), strict=True):
+            _say(out, f"ready: {vehicle.spec.airframe.name} system {vehicle.system_id} {local} -> {remote}")
+        running = asyncio.create_task(fleet.run())
+        waiting = asyncio.create_task(stopped.wait())
+        await asyncio.wait((running, waiting), return_when=asyncio.FIRST_COMPLETED)
+        for task in (running, waiting):
+            task.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await running
+    finally:
+        fleet.close()
+
+
+def _say(out: TextIO, line: str) -> None:
+    out.write(line + "\n")
+    out.flush()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

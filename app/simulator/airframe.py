@@ -1,0 +1,53 @@
+"""The kinds of vehicle, and what their airframe file sets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True, slots=True)
+class Airframe:
+    """A vehicle type as PX4's SITL airframes define it."""
+
+    name: str
+    mav_type: int
+    """MAV_TYPE of the heartbeat."""
+    gripper_servo: int
+    """Output with the gripper, 1-based: servoN_raw of SERVO_OUTPUT_RAW."""
+    params: dict[str, int | float] = field(default_factory=dict)
+    """Parameters that differ from the common defaults."""
+
+    @property
+    def is_fixed_wing(self) -> bool:
+        """Never hovers."""
+        return self.name == "plane"
+
+    @property
+    def is_vtol(self) -> bool:
+        """Changes between the two."""
+        return self.name == "vtol"
+
+    @property
+    def is_rover(self) -> bool:
+        """Drives."""
+        return self.name == "rover"
+
+    @property
+    def can_hover(self) -> bool:
+        """Takes off and lands vertically."""
+        return self.name in ("quad", "hexa", "vtol", "airship")
+
+
+_PLANE_SPEEDS = {"FW_AIRSPD_TRIM": 12.0, "FW_AIRSPD_MAX": 14.0, "FW_AIRSPD_MIN": 9.0}
+
+AIRFRAMES = {
+    airframe.name: airframe
+    for airframe in (
+        Airframe("quad", 2, 5, {"SYS_AUTOSTART": 10040}),
+        Airframe("hexa", 13, 7, {"SYS_AUTOSTART": 10044}),
+        Airframe("plane", 1, 5, {"SYS_AUTOSTART": 10041, "MIS_TKO_LAND_REQ": 2, **_PLANE_SPEEDS}),
+        Airframe("vtol", 22, 9, {"SYS_AUTOSTART": 10043, "MIS_TKO_LAND_REQ": 2, "FW_AIRSPD_TRIM": 10.0}),
+        Airframe("rover", 10, 3, {"SYS_AUTOSTART": 10045}),
+        Airframe("airship", 7, 5, {"SYS_AUTOSTART": 2507, "MPC_XY_CRUISE": 3.0, "MPC_Z_V_AUTO_UP": 1.0}),
+    )
+}

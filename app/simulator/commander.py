@@ -1,0 +1,217 @@
+"""The commander: modes, arming, disarming, home. What PX4 accepts when, and what it says then."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from app.simulator.clock import VehicleClock
+from app.simulator.navigator.mission_mode import MissionResult
+from app.simulator.params import Params
+from app.simulator.state import Home, VehicleState
+from app.simulator.wire import LandedState, Mode, Result, Severity, SystemStatus
+
+HOME_KNOWN_S = 2.3
+CHECKS_GOOD_S = 4.6
+FORCE_MAGIC = 21196.0
+MODES_LEFT_ON_DISARM = frozenset({Mode.RTL, Mode.LAND, Mode.TAKEOFF})
+
+Event = Callable[..., None]
+Text = Callable[[Severity, str], None]
+
+
+class Commander:
+    """Owns `status.mode` and `status.armed`. `intended` is the user's mode; a failsafe may fly another."""
+
+    def __init__(
+        self, state: VehicleState, params: Params, clock: VehicleClock, mission: MissionResult, text: Text, event: Event
+    ) -> None:
+        self._state = state
+        self._params = params
+        self._clock = clock
+        self._mission = mission
+        self._text = text
+        self._event = event
+        self.intended = Mode.LOITER
+        self._flown = False
+        """Taken off since arming."""
+        self._landed_at_s = 0.0
+        self._was_landed = True
+
+    def boot(self) -> None:
+        """Power-up: disarmed, hold, nothing known."""
+        status = self._state.status
+        status.armed = False
+        status.failsafe = False
+        status.home = None
+        status.system_status = SystemStatus.UNINIT
+        status.mode = self.intended = Mode.LOITER
+        self._was_landed = True
+
+    # modes --------------------------------------------------------------------------------------------------
+
+    def set_mode(self, mode: Mode) -> Result:
+        """DO_SET_MODE. Disarmed every mode is taken; armed only one that can run."""
+        if self._state.status.armed and not self._can_run(mode):
+            self._text(Severity.CRITICAL, f"Switching to {_mode_name(mode)} is currently not available")
+            self._event("commander_modeswitch_not_avail", mode)
+            return Result.TEMPORARILY_REJECTED
+        self.change_mode(mode)
+        return Result.ACCEPTED
+
+    def change_mode(self, mode: Mode) -> None:
+        """Change without a question: the user's intention, a command already checked, or the end of a mode."""
+        if mode is Mode.RTL and self._state.status.mode is not Mode.RTL:
+            self._text(Severity.INFO, "Returning to launch")
+            self._event("commander_rtl")
+        self.intended = mode
+        self._state.status.mode = mode
+        self._state.status.failsafe = False
+
+    def force_mode(self, mode: Mode) -> None:
+        """A failsafe takes the controls; the intention stays."""
+        self._state.status.mode = mode
+        self._state.status.failsafe = True
+
+    def unsupported_mode(self) -> Result:
+        """DO_SET_MODE with a sub mode that does not exist."""
+        self._text(Severity.CRITICAL, "Unsupported auto mode")
+        self._event("commander_unsupported_auto_mode")
+        return Result.TEMPORARILY_REJECTED
+
+    def _can_run(self, mode: Mode) -> bool:
+        if mode is Mode.MISSION:
+            return self._mission.valid
+        if mode.main in (Mode.MANUAL.main, Mode.ACRO.main, Mode.STABILIZED.main):
+            return False  # no manual control
+        return mode is not Mode.OFFBOARD  # no setpoint stream; see docs/simulator.md
+
+    def mission_start(self) -> Result:
+        """MISSION_START: mission mode, and arm."""
+        if not self._mission.valid:
+            self._text(Severity.CRITICAL, "Mission start denied! No valid mission")
+            self._event("commander_mission_start_denied_no_mission")
+            return Result.DENIED
+        before = self._state.status.mode
+        self.change_mode(Mode.MISSION)
+        if not self._state.status.armed and self.arm(force=False) is not Result.ACCEPTED:
+            self.change_mode(before)
+            return Result.TEMPORARILY_REJECTED
+        return Result.ACCEPTED
+
+    # arming -------------------------------------------------------------------------------------------------
+
+    @property
+    def checks_good(self) -> bool:
+        """All arming checks pass for the intended mode."""
+        if self._clock.now_s < CHECKS_GOOD_S or self._state.status.home is None:
+            return False
+        if self._params.integer("NAV_DLL_ACT") > 0 and self._state.status.gcs_lost:
+            return False
+        return self._state.status.battery_fraction > 0.05 and self._can_run(self.intended)
+
+    def arm(self, force: bool) -> Result:
+        """COMPONENT_ARM_DISARM 1."""
+        status = self._state.status
+        if status.armed:
+            return Result.ACCEPTED
+        if not force and not self.checks_good:
+            self._text(Severity.CRITICAL, "Arming denied: Resolve system health failures first")
+            self._event("commander_arm_denied_resolve_failures")
+            return Result.TEMPORARILY_REJECTED
+        status.armed = True
+        status.armed_at_s = self._clock.now_s
+        self._flown = False
+        self._was_landed = status.landed
+        self._set_home()
+        self._text(Severity.INFO, "Armed by external command")
+        self._event("commander_armed_by", 4)
+        return Result.ACCEPTED
+
+    def disarm(self, force: bool) -> Result:
+        """COMPONENT_ARM_DISARM 0: refused in the air unless forced."""
+        if not self._state.status.armed:
+            return Result.ACCEPTED
+        if not force and not self._state.status.landed and self._state.status.landed_state != LandedState.UNDEFINED:
+            self._text(Severity.CRITICAL, "Disarming denied: not landed")
+            return Result.TEMPORARILY_REJECTED
+        self._disarm("external command", 4)
+        return Result.ACCEPTED
+
+    def _disarm(self, by: str, reason: int) -> None:
+        status = self._state.status
+        status.armed = False
+        status.failsafe = False
+        self._text(Severity.INFO, f"Disarmed by {by}")
+        self._event("commander_disarmed_by", reason)
+        if self.intended in MODES_LEFT_ON_DISARM:
+            self.intended = Mode.LOITER
+        status.mode = self.intended
+        self._set_home()
+
+    # every cycle --------------------------------------------------------------------------------------------
+
+    def step(self) -> None:
+        """Home and arming checks after boot, taking off and landing, automatic mode changes and disarming."""
+        status = self._state.status
+        if status.home is None and self._clock.now_s >= HOME_KNOWN_S:
+            self._set_home()
+        self._follow_landing()
+        if status.armed:
+            self._end_of_mode()
+            self._auto_disarm()
+        if status.armed:
+            status.system_status = SystemStatus.CRITICAL if status.failsafe else SystemStatus.ACTIVE
+        else:
+            status.system_status = SystemStatus.STANDBY if self.checks_good else SystemStatus.UNINIT
+
+    def _set_home(self) -> None:
+        body = self._state.body
+        self._state.status.home = Home(body.north_m, body.east_m, body.up_m, body.yaw_rad, self._clock.now_s)
+
+    def _follow_landing(self) -> None:
+        landed = self._state.status.landed
+        if landed == self._was_landed or not self._state.status.armed:
+            return
+        self._was_landed = landed
+        if landed:
+            self._landed_at_s = self._clock.now_s
+            self._text(Severity.INFO, "Landing detected")
+            self._event("commander_landing_detected")
+        else:
+            self._flown = True
+            self._text(Severity.INFO, "Takeoff detected")
+            self._event("commander_takeoff_detected")
+
+    def _end_of_mode(self) -> None:
+        """A finished mission in the air goes over to hold."""
+        if self._state.status.mode is Mode.MISSION and self._mission.finished and not self._state.status.landed:
+            self.change_mode(Mode.LOITER)
+
+    def _auto_disarm(self) -> None:
+        """COM_DISARM_LAND after a landing, but not amid a mission; COM_DISARM_PRFLT without a take-off."""
+        status = self._state.status
+        if not status.landed:
+            return
+        if not self._flown:
+            limit_s = float(self._params["COM_DISARM_PRFLT"])
+            if 0.0 < limit_s <= self._clock.now_s - status.armed_at_s:
+                self._disarm("auto preflight disarming", 9)
+            return
+        in_mission = status.mode is Mode.MISSION
+        if in_mission and not self._mission.finished:
+            return
+        limit_s = float(self._params["COM_DISARM_LAND"])
+        wait_s = 0.0 if in_mission else limit_s
+        if limit_s > 0.0 and self._clock.now_s - self._landed_at_s >= wait_s:
+            self._disarm("landing", 7)
+
+
+def _mode_name(mode: Mode) -> str:
+    """As PX4's texts name a mode."""
+    return {Mode.LOITER: "Hold", Mode.RTL: "Return"}.get(mode, mode.name.title())
+
+
+def is_force(param2: float) -> bool:
+    """The magic number of a forced arming or disarming."""
+    return math.isclose(param2, FORCE_MAGIC)

@@ -1,0 +1,1 @@
+"""Vehicle commands: receiving, acknowledging, executing."""

@@ -1,0 +1,109 @@
+"""Commands that change how the vehicle flies: modes, arming, takeoff, landing, speed, mission index."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from app.simulator.commander import Commander, is_force
+from app.simulator.commands.link import Handler, Request
+from app.simulator.navigator.context import NavContext
+from app.simulator.navigator.hold_mode import HoldMode
+from app.simulator.navigator.mission_mode import MissionMode
+from app.simulator.navigator.takeoff_mode import TakeoffMode
+from app.simulator.wire import Cmd, Mode, Result
+
+CUSTOM_MODE_ENABLED = 1
+REPOSITION_CHANGES_MODE = 1
+AUTO_MAIN = 4
+
+
+class FlightCommands:
+    """Handlers for the command link."""
+
+    def __init__(
+        self,
+        context: NavContext,
+        commander: Commander,
+        mission: MissionMode,
+        hold: HoldMode,
+        takeoff: TakeoffMode,
+        transition: Callable[[float], Result],
+    ) -> None:
+        self._context = context
+        self._commander = commander
+        self._mission = mission
+        self._hold = hold
+        self._takeoff = takeoff
+        self._transition = transition
+
+    def handlers(self) -> dict[int, Handler]:
+        """Command number to handler."""
+        return {
+            Cmd.COMPONENT_ARM_DISARM: self._arm_disarm,
+            Cmd.DO_SET_MODE: self._set_mode,
+            Cmd.MISSION_START: lambda request: self._commander.mission_start(),
+            Cmd.NAV_TAKEOFF: self._nav_takeoff,
+            Cmd.NAV_LAND: lambda request: self._commander.set_mode(Mode.LAND),
+            Cmd.NAV_RETURN_TO_LAUNCH: lambda request: self._commander.set_mode(Mode.RTL),
+            Cmd.DO_REPOSITION: self._reposition,
+            Cmd.DO_CHANGE_SPEED: self._change_speed,
+            Cmd.DO_SET_MISSION_CURRENT: self._set_mission_current,
+            Cmd.DO_VTOL_TRANSITION: lambda request: self._transition(request.param1),
+        }
+
+    def _arm_disarm(self, request: Request) -> Result:
+        force = is_force(request.param2)
+        if round(request.param1) == 1:
+            return self._commander.arm(force)
+        if round(request.param1) == 0:
+            return self._commander.disarm(force)
+        return Result.UNSUPPORTED
+
+    def _set_mode(self, request: Request) -> Result:
+        if not int(request.param1) & CUSTOM_MODE_ENABLED:
+            return Result.TEMPORARILY_REJECTED
+        main, sub = int(request.param2), int(request.param3)
+        value = main << 16 | sub << 24
+        try:
+            mode = Mode(value if main in (AUTO_MAIN, Mode.ORBIT.main) else main << 16)
+        except ValueError:
+            return self._commander.unsupported_mode()
+        return self._commander.set_mode(mode)
+
+    def _nav_takeoff(self, request: Request) -> Result:
+        given = math.isfinite(request.z) and request.z != 0.0
+        self._takeoff.command_altitude(request.z - self._context.frame.altitude_m if given else None)
+        return self._commander.set_mode(Mode.TAKEOFF)
+
+    def _reposition(self, request: Request) -> Result:
+        """Whatever the frame says, z is above mean sea level [22_reposition_quad]."""
+        context = self._context
+        latitude, longitude = request.latitude_deg, request.longitude_deg
+        point = None
+        if math.isfinite(latitude) and math.isfinite(longitude):
+            point = context.frame.to_local(latitude, longitude)
+        up_m = request.z - context.frame.altitude_m if math.isfinite(request.z) else None
+        self._hold.reposition(point, up_m)
+        if request.param1 > 0.0:
+            context.cruise_speed_m_s = request.param1
+        if int(request.param2) & REPOSITION_CHANGES_MODE:
+            self._commander.change_mode(Mode.LOITER)
+        return Result.ACCEPTED
+
+    def _change_speed(self, request: Request) -> Result:
+        self.apply_speed(request.param2)
+        return Result.ACCEPTED
+
+    def apply_speed(self, speed_m_s: float) -> None:
+        """DO_CHANGE_SPEED: a speed of -1 or less is the default again."""
+        speed = speed_m_s if speed_m_s > 0.0 else math.nan
+        self._context.cruise_speed_m_s = speed
+        self._context.setpoint.cruise_speed_m_s = speed
+
+    def _set_mission_current(self, request: Request) -> Result:
+        """224. -1 keeps the item; outside mission mode it takes effect on entering it."""
+        seq = int(request.param1)
+        if seq < 0:
+            return Result.ACCEPTED
+        return Result.ACCEPTED if self._mission.set_current(seq, at_once=False) else Result.FAILED

@@ -1,0 +1,101 @@
+"""Commands that the autopilot gives itself: a mission's DO_ items and the grab at boot.
+
+They show on the wire as COMMAND_LONG from the vehicle to itself; their acks do not reach a ground station.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from app.simulator.clock import VehicleClock
+from app.simulator.dialect import mavlink
+from app.simulator.navigator.context import Command
+from app.simulator.payload import PayloadDeliverer
+from app.simulator.radio import Radio
+from app.simulator.wire import VEHICLE_COMPONENT, Cmd, Result
+
+REPEATS_AFTER_S = (0.5, 1.5, 2.0)
+"""confirmation 1, 2, 3 [06_quad_delivery_default]."""
+BOOT_REPEATS_AFTER_S = (0.5, 1.0, 1.5)
+BOOT_GRAB_S = 0.25
+BOOT_ACK_S = 1.2
+GARBAGE = -5.592216e14
+"""PX4's grab at boot leaves param1 uninitialised."""
+
+Params7 = tuple[float, float, float, float, float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class _Repeat:
+    due_s: float
+    command: int
+    confirmation: int
+    params: Params7
+    target: tuple[int, int]
+
+
+class InternalCommands:
+    """Issues them, executes them, and repeats them on the wire."""
+
+    def __init__(
+        self,
+        radio: Radio,
+        clock: VehicleClock,
+        payload: PayloadDeliverer,
+        actions: Mapping[int, Callable[[float, float], None]],
+    ) -> None:
+        self._radio = radio
+        self._clock = clock
+        self._payload = payload
+        self._actions = actions
+        """Command to what it does, given param1 and param2."""
+        self._repeats: list[_Repeat] = []
+        self._boot_ack_due = False
+        self._boot_grab_due = False
+
+    def boot(self) -> None:
+        """Power-up: the grab is announced shortly after."""
+        self._repeats.clear()
+        self._boot_grab_due = True
+        self._boot_ack_due = True
+
+    def issue(self, command: Command) -> None:
+        """A mission item's command."""
+        number, params = command
+        seven = (params[0], params[1], params[2], params[3], 0.0, 0.0, 0.0)
+        self._announce(number, seven, (self._radio.system_id, 0), REPEATS_AFTER_S)
+        if number == Cmd.DO_GRIPPER:
+            self._payload.command(params[1], _nobody)
+        elif number in self._actions:
+            self._actions[number](params[0], params[1])
+
+    def step(self) -> None:
+        """Send the repeats that are due."""
+        now_s = self._clock.now_s
+        if self._boot_grab_due and now_s >= BOOT_GRAB_S:
+            self._boot_grab_due = False
+            params = (GARBAGE, 1.0, 0.0, 0.0, 0.0, 0.0, GARBAGE)
+            self._announce(Cmd.DO_GRIPPER, params, (0, 0), BOOT_REPEATS_AFTER_S)
+        if self._boot_ack_due and now_s >= BOOT_ACK_S:
+            self._boot_ack_due = False
+            ack = mavlink.MAVLink_command_ack_message(Cmd.DO_GRIPPER, Result.ACCEPTED, 0, 0, 0, VEHICLE_COMPONENT)
+            self._radio.broadcast(ack)
+        if self._repeats and now_s >= self._repeats[0].due_s:
+            repeat = self._repeats.pop(0)
+            self._send(repeat.command, repeat.confirmation, repeat.params, repeat.target)
+
+    def _announce(
+        self, command: int, params: Params7, target: tuple[int, int], repeats_after_s: tuple[float, ...]
+    ) -> None:
+        self._send(command, 0, params, target)
+        for number, after_s in enumerate(repeats_after_s, start=1):
+            self._repeats.append(_Repeat(self._clock.now_s + after_s, command, number, params, target))
+        self._repeats.sort(key=lambda repeat: repeat.due_s)
+
+    def _send(self, command: int, confirmation: int, params: Params7, target: tuple[int, int]) -> None:
+        self._radio.broadcast(mavlink.MAVLink_command_long_message(*target, command, confirmation, *params))
+
+
+def _nobody(result: Result) -> None:
+    """The mission's gripper ack is addressed to the vehicle itself and never leaves it."""

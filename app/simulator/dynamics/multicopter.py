@@ -1,0 +1,162 @@
+"""A multicopter: a smoothed trajectory point runs ahead, and a velocity loop with drag follows it.
+
+The shape (a quick rise to about 80 % of the cruise speed, then a slow creep up; an overshoot of 0.8 m when stopping)
+comes from PX4's own structure: position gain, velocity gain and integrator against drag, not from curve fitting.
+"""
+
+from __future__ import annotations
+
+import math
+
+from app.simulator.dynamics.model import Wind
+from app.simulator.dynamics.trajectory import speed_in_turn_m_s, speed_to_stop_m_s
+from app.simulator.geo import wrap_pi
+from app.simulator.params import Params
+from app.simulator.setpoint import Setpoint, SetpointKind
+from app.simulator.state import Body
+
+POSITION_GAIN = 0.95  # MPC_XY_P
+VELOCITY_GAIN = 1.8  # MPC_XY_VEL_P_ACC
+VELOCITY_INTEGRAL_GAIN = 0.4  # MPC_XY_VEL_I_ACC
+DRAG_PER_S = 0.5
+VERTICAL_GAIN = 4.0  # MPC_Z_VEL_P_ACC
+TAKEOFF_DELAY_S = 4.1
+"""From the start of a takeoff to lifting off: spool-up and the thrust ramp (MPC_TKO_RAMP_T)."""
+YAW_RATE_RAD_S = math.radians(45.0)  # MPC_YAWRAUTO_MAX
+VERTICAL_ACCELERATION = 4.0  # MPC_ACC_UP_MAX
+LAND_CRAWL_M = 0.6
+LAND_CRAWL_M_S = 0.3
+
+
+class Multicopter:
+    """Dynamics of quads, hexas and hovering VTOLs."""
+
+    def __init__(self, params: Params) -> None:
+        self._params = params
+        self._trajectory = (0.0, 0.0)
+        self._trajectory_speed = 0.0
+        self._integral = (0.0, 0.0)
+        self._takeoff_s = 0.0
+        self._flying = False
+
+    def reset(self, body: Body) -> None:
+        """Take over a body in any state (after a transition, a reboot or on the ground)."""
+        self._trajectory = (body.north_m, body.east_m)
+        self._trajectory_speed = body.ground_speed_m_s
+        self._integral = (0.0, 0.0)
+        self._flying = not body.on_ground
+        self._takeoff_s = 0.0
+
+    def step(self, body: Body, setpoint: Setpoint, dt_s: float, wind: Wind) -> None:
+        """Advance by `dt_s`; the vehicle is armed."""
+        if not self._flying:
+            self._spool_up(body, setpoint, dt_s)
+            return
+        command = self._velocity_command(body, setpoint, dt_s)
+        self._horizontal(body, command, dt_s, wind)
+        self._vertical(body, self._climb_command(body, setpoint), dt_s)
+        self._turn(body, setpoint, dt_s)
+        if body.up_m <= 0.0 and setpoint.kind in (SetpointKind.LAND, SetpointKind.IDLE):
+            self._touch_down(body)
+
+    def transition(self, wanted: int) -> None:
+        """No VTOL."""
+
+    def _spool_up(self, body: Body, setpoint: Setpoint, dt_s: float) -> None:
+        wants_up = setpoint.kind not in (SetpointKind.IDLE, SetpointKind.LAND) and setpoint.up_m > body.up_m + 0.1
+        self._takeoff_s = self._takeoff_s + dt_s if wants_up else 0.0
+        body.throttle = 0.5 if wants_up else 0.1
+        if self._takeoff_s >= TAKEOFF_DELAY_S:
+            self.reset(body)
+            self._flying = True
+            body.up_m = 0.02
+
+    def _touch_down(self, body: Body) -> None:
+        body.up_m = body.v_up_m_s = body.v_north_m_s = body.v_east_m_s = 0.0
+        body.roll_rad = body.pitch_rad = 0.0
+        body.throttle = 0.1
+        self._flying = False
+        self._takeoff_s = 0.0
+
+    def _velocity_command(self, body: Body, setpoint: Setpoint, dt_s: float) -> tuple[float, float]:
+        """Move the trajectory point towards the setpoint and return the velocity that follows it."""
+        params = self._params
+        acceleration, jerk = float(params["MPC_ACC_HOR"]), float(params["MPC_JERK_AUTO"])
+        here = self._trajectory
+        to_target = (setpoint.north_m - here[0], setpoint.east_m - here[1])
+        distance_m = math.hypot(*to_target)
+        cruise = setpoint.cruise_speed_m_s
+        limit = min(cruise if cruise > 0.0 else float(params["MPC_XY_CRUISE"]), float(params["MPC_XY_VEL_MAX"]))
+        final = 0.0
+        if setpoint.next is not None and setpoint.kind is SetpointKind.POSITION:
+            radius_m = setpoint.acceptance_radius_m
+            final = min(limit, speed_in_turn_m_s(here, setpoint.point, setpoint.next, acceleration, radius_m))
+        wanted = min(limit, speed_to_stop_m_s(distance_m, acceleration, jerk, final))
+        step = acceleration * dt_s
+        self._trajectory_speed += max(-step, min(step, wanted - self._trajectory_speed))
+        move_m = min(self._trajectory_speed * dt_s, distance_m)
+        unit = (to_target[0] / distance_m, to_target[1] / distance_m) if distance_m > 1e-6 else (0.0, 0.0)
+        self._trajectory = (here[0] + unit[0] * move_m, here[1] + unit[1] * move_m)
+        error = (self._trajectory[0] - body.north_m, self._trajectory[1] - body.east_m)
+        lag_m = math.hypot(*error)
+        if lag_m > 2.0:  # the trajectory waits for the vehicle (MPC_XY_ERR_MAX)
+            keep = 2.0 / lag_m
+            self._trajectory = (body.north_m + error[0] * keep, body.east_m + error[1] * keep)
+        feed = move_m / dt_s
+        return unit[0] * feed + POSITION_GAIN * error[0], unit[1] * feed + POSITION_GAIN * error[1]
+
+    def _horizontal(self, body: Body, command: tuple[float, float], dt_s: float, wind: Wind) -> None:
+        error = (command[0] - body.v_north_m_s, command[1] - body.v_east_m_s)
+        self._integral = (
+            self._integral[0] + VELOCITY_INTEGRAL_GAIN * error[0] * dt_s,
+            self._integral[1] + VELOCITY_INTEGRAL_GAIN * error[1] * dt_s,
+        )
+        thrust = [VELOCITY_GAIN * error[axis] + self._integral[axis] for axis in (0, 1)]
+        size = math.hypot(*thrust)
+        limit = float(self._params["MPC_ACC_HOR"]) * 1.5
+        if size > limit:
+            thrust = [value * limit / size for value in thrust]
+        body.v_north_m_s += (thrust[0] - DRAG_PER_S * (body.v_north_m_s - wind.north_m_s)) * dt_s
+        body.v_east_m_s += (thrust[1] - DRAG_PER_S * (body.v_east_m_s - wind.east_m_s)) * dt_s
+        body.north_m += body.v_north_m_s * dt_s
+        body.east_m += body.v_east_m_s * dt_s
+        cos, sin = math.cos(body.yaw_rad), math.sin(body.yaw_rad)
+        body.pitch_rad = -(thrust[0] * cos + thrust[1] * sin) / 9.81
+        body.roll_rad = (-thrust[0] * sin + thrust[1] * cos) / 9.81
+
+    def _climb_command(self, body: Body, setpoint: Setpoint) -> float:
+        params = self._params
+        if setpoint.kind is SetpointKind.LAND:
+            return -self._land_speed(body.up_m)
+        height_m = setpoint.up_m - body.up_m
+        if setpoint.kind is SetpointKind.TAKEOFF:
+            up = float(params["MPC_TKO_SPEED"])
+        else:
+            up = float(params["MPC_Z_V_AUTO_UP"])
+        limit = up if height_m > 0.0 else float(params["MPC_Z_V_AUTO_DN"])
+        jerk = float(params["MPC_JERK_AUTO"])
+        return math.copysign(min(limit, speed_to_stop_m_s(abs(height_m), VERTICAL_ACCELERATION, jerk)), height_m)
+
+    def _land_speed(self, height_m: float) -> float:
+        params = self._params
+        high, low = float(params["MPC_LAND_ALT1"]), float(params["MPC_LAND_ALT2"])
+        fast, slow = float(params["MPC_Z_V_AUTO_DN"]), float(params["MPC_LAND_SPEED"])
+        if height_m < LAND_CRAWL_M:
+            return LAND_CRAWL_M_S
+        share = max(0.0, min(1.0, (height_m - low) / max(high - low, 0.1)))
+        return slow + share * (fast - slow)
+
+    def _vertical(self, body: Body, command_m_s: float, dt_s: float) -> None:
+        change = VERTICAL_GAIN * (command_m_s - body.v_up_m_s) * dt_s
+        limit = VERTICAL_ACCELERATION * dt_s
+        body.v_up_m_s += max(-limit, min(limit, change))
+        body.up_m = max(0.0, body.up_m + body.v_up_m_s * dt_s)
+        body.throttle = max(0.1, min(1.0, 0.5 + 0.05 * body.v_up_m_s))
+
+    def _turn(self, body: Body, setpoint: Setpoint, dt_s: float) -> None:
+        """Nose along the track (MPC_YAW_MODE 0), while the target is more than a metre away."""
+        to_target = (setpoint.north_m - body.north_m, setpoint.east_m - body.east_m)
+        if math.hypot(*to_target) > 1.0 and setpoint.kind in (SetpointKind.POSITION, SetpointKind.LOITER):
+            error = wrap_pi(math.atan2(to_target[1], to_target[0]) - body.yaw_rad)
+            step = YAW_RATE_RAD_S * dt_s
+            body.yaw_rad = wrap_pi(body.yaw_rad + max(-step, min(step, error)))

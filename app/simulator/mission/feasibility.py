@@ -1,0 +1,167 @@
+"""PX4's check of a whole mission, run after the upload was acknowledged; an infeasible mission is kept but never flown.
+
+Independent of Waydrop's own rules on purpose: whatever Waydrop accepts has to pass here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from app.simulator.airframe import Airframe
+from app.simulator.geo import LocalFrame
+from app.simulator.mission.geofence import Geofence
+from app.simulator.mission.item import LAND_COMMANDS, TAKEOFF_COMMANDS, Item
+from app.simulator.params import Params
+from app.simulator.state import Home
+from app.simulator.wire import Cmd
+
+VTOL_COMMANDS = frozenset({Cmd.NAV_VTOL_TAKEOFF, Cmd.NAV_VTOL_LAND, Cmd.DO_VTOL_TRANSITION})
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """Why a mission is not feasible. `text` is empty where PX4 says it only by an EVENT; `event` is its name."""
+
+    event: str
+    text: str = ""
+    argument: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class FeasibilityInput:
+    """What the check looks at."""
+
+    items: tuple[Item, ...]
+    airframe: Airframe
+    params: Params
+    frame: LocalFrame
+    home: Home | None
+    fence: Geofence
+    landed: bool
+
+
+def problems(mission: FeasibilityInput) -> Iterator[Problem]:
+    """All that is wrong, in the order of PX4's checks; nothing for a feasible mission."""
+    if not mission.items:
+        return
+    if mission.home is None:
+        yield Problem("navigator_mis_no_home")
+        return
+    yield from _commands(mission)
+    yield from _takeoff(mission)
+    yield from _land_start(mission)
+    yield from _required_items(mission)
+    if mission.airframe.is_fixed_wing:
+        yield from _fixed_wing_landing(mission)
+    yield from _fence(mission, mission.home)
+
+
+def height_above_home_m(item: Item, home: Home, frame: LocalFrame) -> float:
+    """An item's height above home."""
+    return item.z if item.is_relative else item.z - (frame.altitude_m + home.up_m)
+
+
+def _commands(mission: FeasibilityInput) -> Iterator[Problem]:
+    for seq, item in enumerate(mission.items):
+        if item.command in VTOL_COMMANDS and not mission.airframe.is_vtol:
+            yield Problem("navigator_mis_unsup_cmd", argument=seq + 1)
+    first = mission.items[0]
+    if mission.landed and first.command in LAND_COMMANDS:
+        yield Problem("navigator_mis_starts_w_landing")
+
+
+def _takeoff(mission: FeasibilityInput) -> Iterator[Problem]:
+    """A takeoff item has to come before every other position item and to lie above home."""
+    assert mission.home is not None
+    position_seen = False
+    for seq, item in enumerate(mission.items):
+        if item.command in TAKEOFF_COMMANDS:
+            if height_above_home_m(item, mission.home, mission.frame) <= 0.0:
+                yield Problem("navigator_mis_takeoff_too_low", argument=seq + 1)
+            if position_seen:
+                yield Problem("navigator_mis_takeoff_not_first")
+        position_seen = position_seen or item.has_position
+
+
+def _land_start(mission: FeasibilityInput) -> Iterator[Problem]:
+    if not (mission.airframe.is_fixed_wing or mission.airframe.is_vtol):
+        return
+    starts = [seq for seq, item in enumerate(mission.items) if item.command == Cmd.DO_LAND_START]
+    if len(starts) > 1:
+        yield Problem("navigator_mis_multiple_land_start")
+    for start in starts:
+        after = mission.items[start + 1 :]
+        if any(item.command == Cmd.NAV_RETURN_TO_LAUNCH for item in after):
+            yield Problem("navigator_mis_land_before_rtl")
+        if not any(item.command in LAND_COMMANDS for item in after):
+            yield Problem("navigator_mis_land_start_no_land")
+
+
+def _required_items(mission: FeasibilityInput) -> Iterator[Problem]:
+    """MIS_TKO_LAND_REQ. An RTL item is no landing."""
+    requirement = mission.params.integer("MIS_TKO_LAND_REQ")
+    takeoff = any(item.command in TAKEOFF_COMMANDS for item in mission.items)
+    land = any(item.command in LAND_COMMANDS for item in mission.items)
+    if requirement in (1, 3) and not takeoff:
+        yield Problem("navigator_mis_takeoff_missing")
+    if requirement in (2, 3) and not land:
+        yield Problem("navigator_mis_land_missing")
+    if (requirement == 4 or (requirement == 5 and mission.landed)) and takeoff != land:
+        yield Problem("navigator_mis_add_land_or_rm_to" if takeoff else "navigator_mis_add_to_or_rm_land")
+
+
+def _fixed_wing_landing(mission: FeasibilityInput) -> Iterator[Problem]:
+    """The approach to LAND: from a waypoint or a loiter down to altitude, higher, outside its orbit, not too steep."""
+    assert mission.home is not None
+    for seq, item in enumerate(mission.items):
+        if item.command != Cmd.NAV_LAND:
+            continue
+        if seq == 0:
+            yield Problem("navigator_mis_req_landing_approach")
+            continue
+        before = mission.items[seq - 1]
+        if before.command not in (Cmd.NAV_WAYPOINT, Cmd.NAV_LOITER_TO_ALT):
+            yield Problem("navigator_mis_req_landing_approach")
+            continue
+        yield from _glide_slope(mission, mission.home, before, item)
+
+
+def _glide_slope(mission: FeasibilityInput, home: Home, before: Item, land: Item) -> Iterator[Problem]:
+    distance_m = math.dist(_point(mission, before), _point(mission, land))
+    drop_m = height_above_home_m(before, home, mission.frame) - height_above_home_m(land, home, mission.frame)
+    if before.command == Cmd.NAV_LOITER_TO_ALT:
+        radius_m = abs(before.param2) if abs(before.param2) > 1e-3 else float(mission.params["NAV_LOITER_RAD"])
+        if distance_m <= radius_m:
+            yield Problem("navigator_mis_land_within_loiter")
+            return
+        distance_m = math.sqrt(distance_m**2 - radius_m**2)
+    if drop_m <= 0.0:
+        yield Problem("navigator_mis_land_above_approach")
+        return
+    steepest = math.tan(math.radians(float(mission.params["FW_LND_ANG"]) + 0.1))
+    if distance_m <= 0.0 or drop_m / distance_m > steepest:
+        yield Problem("navigator_mis_glide_slope")
+
+
+def _fence(mission: FeasibilityInput, home: Home) -> Iterator[Problem]:
+    """Waypoints only, not legs. PX4 names the first offender, counted from 1."""
+    if not mission.fence.empty and not mission.fence.allows((home.north_m, home.east_m)):
+        return  # the fence is invalid against home and then not used
+    horizontal_m = float(mission.params["GF_MAX_HOR_DIST"])
+    vertical_m = float(mission.params["GF_MAX_VER_DIST"])
+    for seq, item in enumerate(mission.items):
+        if not item.has_position:
+            continue
+        point = _point(mission, item)
+        too_far = 0.0 < horizontal_m < math.dist(point, (home.north_m, home.east_m))
+        too_high = 0.0 < vertical_m < height_above_home_m(item, home, mission.frame)
+        if too_far or too_high or not mission.fence.allows(point):
+            text = f"Geofence violation for waypoint {seq + 1}"
+            yield Problem("navigator_mis_geofence_violation", text, seq + 1)
+            return
+
+
+def _point(mission: FeasibilityInput, item: Item) -> tuple[float, float]:
+    return mission.frame.to_local(item.latitude_deg, item.longitude_deg)

@@ -1,0 +1,72 @@
+"""The fence as the autopilot sees it: points inside inclusions and outside exclusions, distances from home."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from app.simulator.geo import LocalFrame
+from app.simulator.mission.fence_item import (
+    CIRCLE_EXCLUSION,
+    CIRCLE_INCLUSION,
+    POLYGON_EXCLUSION,
+    POLYGON_INCLUSION,
+)
+from app.simulator.mission.item import Item
+
+Point = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class _Area:
+    inclusion: bool
+    vertices: tuple[Point, ...] = ()
+    centre: Point = (0.0, 0.0)
+    radius_m: float = 0.0
+
+    def contains(self, point: Point) -> bool:
+        if not self.vertices:
+            return math.dist(point, self.centre) < self.radius_m
+        inside = False
+        previous = self.vertices[-1]
+        for vertex in self.vertices:
+            if (vertex[1] >= point[1]) != (previous[1] >= point[1]):
+                slope = (previous[0] - vertex[0]) / (previous[1] - vertex[1])
+                if point[0] <= slope * (point[1] - vertex[1]) + vertex[0]:
+                    inside = not inside
+            previous = vertex
+        return inside
+
+
+class Geofence:
+    """Built from the stored fence items; a polygon with missing vertices is dropped, as PX4 drops it."""
+
+    def __init__(self, items: tuple[Item, ...], frame: LocalFrame) -> None:
+        self._areas: list[_Area] = []
+        index = 0
+        while index < len(items):
+            item = items[index]
+            if item.command in (POLYGON_INCLUSION, POLYGON_EXCLUSION):
+                count = int(item.param1)
+                points = [frame.to_local(i.latitude_deg, i.longitude_deg) for i in items[index : index + count]]
+                if len(points) == count:
+                    self._areas.append(_Area(item.command == POLYGON_INCLUSION, tuple(points)))
+                index += count
+                continue
+            if item.command in (CIRCLE_INCLUSION, CIRCLE_EXCLUSION):
+                centre = frame.to_local(item.latitude_deg, item.longitude_deg)
+                inclusion = item.command == CIRCLE_INCLUSION
+                self._areas.append(_Area(inclusion, centre=centre, radius_m=item.param1))
+            index += 1
+
+    @property
+    def empty(self) -> bool:
+        """No usable area."""
+        return not self._areas
+
+    def allows(self, point: Point) -> bool:
+        """In at least one inclusion, if there are any, and in no exclusion."""
+        inclusions = [area for area in self._areas if area.inclusion]
+        if inclusions and not any(area.contains(point) for area in inclusions):
+            return False
+        return not any(area.contains(point) for area in self._areas if not area.inclusion)

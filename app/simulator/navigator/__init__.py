@@ -1,0 +1,1 @@
+"""The navigator: turns a mode and a mission into setpoints for the dynamics."""

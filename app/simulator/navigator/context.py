@@ -1,0 +1,98 @@
+"""What every flight mode reads and writes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from app.simulator.airframe import Airframe
+from app.simulator.clock import VehicleClock
+from app.simulator.dynamics.trajectory import stopping_distance_m
+from app.simulator.firmware import FirmwareProfile
+from app.simulator.geo import LocalFrame
+from app.simulator.params import Params
+from app.simulator.setpoint import Setpoint, SetpointKind
+from app.simulator.state import Home, VehicleState
+from app.simulator.wire import Severity, VtolState
+
+Command = tuple[int, tuple[float, ...]]
+
+
+@dataclass(slots=True)
+class NavContext:
+    """`setpoint` is what the dynamics follow; `command` issues a vehicle command as the autopilot does internally."""
+
+    state: VehicleState
+    params: Params
+    airframe: Airframe
+    profile: FirmwareProfile
+    frame: LocalFrame
+    clock: VehicleClock
+    text: Callable[[Severity, str], None]
+    event: Callable[..., None]
+    command: Callable[[Command], None]
+    setpoint: Setpoint = field(default_factory=Setpoint)
+    cruise_speed_m_s: float = math.nan
+    """Set by DO_CHANGE_SPEED until the mode changes."""
+
+    @property
+    def now_s(self) -> float:
+        """Vehicle time."""
+        return self.clock.now_s
+
+    @property
+    def home(self) -> Home:
+        """Home, or the origin while it is unknown."""
+        return self.state.status.home or Home(0.0, 0.0, 0.0)
+
+    @property
+    def hovers(self) -> bool:
+        """Rotary-wing state: the vehicle can stop in the air."""
+        if self.airframe.is_vtol:
+            return self.state.status.vtol_state in (VtolState.MC, VtolState.TRANSITION_TO_MC)
+        return self.airframe.can_hover
+
+    @property
+    def flies_like_plane(self) -> bool:
+        """Fixed-wing state: the vehicle has to keep moving."""
+        return self.airframe.is_fixed_wing or (self.airframe.is_vtol and not self.hovers)
+
+    def stop_point(self) -> tuple[float, float]:
+        """Where the vehicle can come to rest (preproject_stop_point); a plane's own place."""
+        body = self.state.body
+        if self.flies_like_plane:
+            return body.north_m, body.east_m
+        speed = body.ground_speed_m_s
+        if speed < 0.1:
+            return body.north_m, body.east_m
+        ahead_m = stopping_distance_m(speed, float(self.params["MPC_ACC_HOR"]), float(self.params["MPC_JERK_AUTO"]))
+        return (
+            body.north_m + body.v_north_m_s / speed * ahead_m,
+            body.east_m + body.v_east_m_s / speed * ahead_m,
+        )
+
+    def set_point(
+        self,
+        kind: SetpointKind,
+        point: tuple[float, float],
+        up_m: float,
+        *,
+        next_point: tuple[float, float] | None = None,
+        previous: tuple[float, float] | None = None,
+        acceptance_radius_m: float | None = None,
+    ) -> Setpoint:
+        """Write the setpoint; everything not given is the vehicle's default."""
+        setpoint = self.setpoint
+        setpoint.kind = kind
+        setpoint.north_m, setpoint.east_m = point
+        setpoint.up_m = up_m
+        setpoint.next = next_point
+        setpoint.previous = previous
+        radius_m = acceptance_radius_m if acceptance_radius_m else float(self.params["NAV_ACC_RAD"])
+        setpoint.acceptance_radius_m = radius_m
+        setpoint.cruise_speed_m_s = self.cruise_speed_m_s
+        setpoint.loiter_radius_m = abs(float(self.params["NAV_LOITER_RAD"]))
+        setpoint.loiter_clockwise = float(self.params["NAV_LOITER_RAD"]) >= 0.0
+        setpoint.approach_slope = math.nan
+        return setpoint

@@ -1,0 +1,40 @@
+"""AUTO.LOITER: stop (or circle) here, or at the point of the last DO_REPOSITION."""
+
+from __future__ import annotations
+
+import math
+
+from app.simulator.navigator.context import NavContext
+from app.simulator.setpoint import SetpointKind
+
+
+class HoldMode:
+    """Hold. `reposition` moves the held point, also before the mode is entered."""
+
+    def __init__(self, context: NavContext) -> None:
+        self._context = context
+        self._wanted: tuple[float | None, float | None, float | None] | None = None
+
+    def reposition(self, point: tuple[float, float] | None, up_m: float | None) -> None:
+        """DO_REPOSITION: None keeps the present place or height."""
+        north, east = point if point is not None else (None, None)
+        self._wanted = (north, east, up_m)
+
+    def activate(self) -> None:
+        context = self._context
+        body = context.state.body
+        if context.state.status.landed:
+            context.set_point(SetpointKind.IDLE, (body.north_m, body.east_m), body.up_m)
+        else:
+            context.set_point(SetpointKind.LOITER, context.stop_point(), body.up_m)
+
+    def step(self) -> None:
+        context = self._context
+        if self._wanted is not None:
+            north, east, up_m = self._wanted
+            self._wanted = None
+            point = context.stop_point() if north is None or east is None else (north, east)
+            height = context.state.body.up_m if up_m is None or not math.isfinite(up_m) else up_m
+            context.set_point(SetpointKind.LOITER, point, height)
+        elif context.setpoint.kind is SetpointKind.IDLE and not context.state.status.landed:
+            self.activate()

@@ -1,0 +1,43 @@
+"""DO_JUMP: which item comes next, and how often a jump was taken."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from app.simulator.mission.item import Item
+from app.simulator.wire import Cmd
+
+FOREVER = 65535
+"""DO_JUMP with repeat -1, as PX4 stores it."""
+
+
+class JumpCounter:
+    """Counts the jumps of one mission; reset with a new mission or a new start."""
+
+    def __init__(self) -> None:
+        self._taken: dict[int, int] = {}
+
+    def reset(self) -> None:
+        """Begin to count again."""
+        self._taken.clear()
+
+    def after(self, items: Sequence[Item], seq: int) -> int | None:
+        """The item after `seq`, or None at the end of the mission."""
+        return self.resolve(items, seq + 1)
+
+    def resolve(self, items: Sequence[Item], seq: int) -> int | None:
+        """`seq` itself, or where the jumps from there lead. None past the end or for jumps in a circle."""
+        for _ in range(len(items) + 1):
+            if not 0 <= seq < len(items):
+                return None
+            item = items[seq]
+            if item.command != Cmd.DO_JUMP:
+                return seq
+            limit = FOREVER if item.param2 < 0 else int(item.param2)
+            if self._taken.get(seq, 0) < limit:
+                if limit != FOREVER:
+                    self._taken[seq] = self._taken.get(seq, 0) + 1
+                seq = int(item.param1)
+            else:
+                seq += 1
+        return None

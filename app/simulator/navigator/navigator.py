@@ -1,0 +1,140 @@
+"""Runs the flight mode that the commander chose, and checks missions when they or the fence change."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from app.simulator.mission.feasibility import FeasibilityInput, problems
+from app.simulator.mission.geofence import Geofence
+from app.simulator.mission.store import MissionStore
+from app.simulator.navigator.context import NavContext
+from app.simulator.navigator.hold_mode import HoldMode
+from app.simulator.navigator.land_mode import LandMode
+from app.simulator.navigator.mission_mode import MissionMode
+from app.simulator.navigator.mode import FlightMode
+from app.simulator.navigator.return_mode import ReturnMode
+from app.simulator.navigator.takeoff_mode import TakeoffMode
+from app.simulator.setpoint import SetpointKind
+from app.simulator.wire import Mode, Severity
+
+FENCE_CHECK_S = 0.6
+"""A changed fence is looked at this late [05_fence_rally]."""
+
+
+class Navigator:
+    """One cycle per step: mission checks, mode change, the mode itself."""
+
+    def __init__(
+        self,
+        context: NavContext,
+        store: MissionStore,
+        mission: MissionMode,
+        hold: HoldMode,
+        takeoff: TakeoffMode,
+        change_mode: Callable[[Mode], None],
+    ) -> None:
+        self._context = context
+        self._store = store
+        self._mission = mission
+        self._takeoff = takeoff
+        self._land = LandMode(context)
+        self._return = ReturnMode(context)
+        self._change_mode = change_mode
+        self._modes: dict[Mode, FlightMode] = {
+            Mode.MISSION: mission,
+            Mode.LOITER: hold,
+            Mode.RTL: self._return,
+            Mode.LAND: self._land,
+            Mode.TAKEOFF: takeoff,
+        }
+        self._hold = hold
+        self._active: tuple[Mode, bool] | None = None
+        self._mission_serial = -1
+        self._fence_serial = -1
+        self._fence_due_s: float | None = None
+        self._fence = Geofence((), context.frame)
+
+    def boot(self) -> None:
+        """Power-up: everything stored is read and checked again once home is known."""
+        self._active = None
+        self._mission_serial = self._fence_serial = -1
+        self._mission.active = False
+        self._mission.result.valid = False
+        self._mission.result.started = False
+        self._mission.result.finished = False
+        self._mission.result.seq_reached = -1
+        self._context.set_point(SetpointKind.IDLE, (0.0, 0.0), 0.0)
+
+    def step(self) -> None:
+        """One cycle."""
+        status = self._context.state.status
+        self._check_stored()
+        wanted = (status.mode, status.armed)
+        if wanted != self._active:
+            self._enter(*wanted)
+        mode = self._modes.get(status.mode, self._hold)
+        if status.armed:
+            mode.step()
+        if status.mode is Mode.TAKEOFF and self._takeoff.finished and status.armed:
+            self._change_mode(Mode.LOITER)
+
+    def _enter(self, mode: Mode, armed: bool) -> None:
+        self._active = (mode, armed)
+        self._mission.active = mode is Mode.MISSION and armed
+        if armed:
+            self._modes.get(mode, self._hold).activate()
+        else:
+            body = self._context.state.body
+            self._context.set_point(SetpointKind.IDLE, (body.north_m, body.east_m), body.up_m)
+
+    # mission checks -----------------------------------------------------------------------------------------
+
+    def _check_stored(self) -> None:
+        if self._context.state.status.home is None:
+            return
+        now_s = self._context.now_s
+        if self._store.fence_serial != self._fence_serial:
+            first = self._fence_serial < 0
+            self._fence_serial = self._store.fence_serial
+            self._fence = Geofence(self._store.fence.items, self._context.frame)
+            self._fence_due_s = now_s if first else now_s + FENCE_CHECK_S
+        if self._fence_due_s is not None and now_s >= self._fence_due_s:
+            self._fence_due_s = None
+            self._check_fence()
+            if len(self._store.mission):
+                self._mission.result.valid = self._check_mission()
+        if self._store.mission_serial != self._mission_serial:
+            self._mission_serial = self._store.mission_serial
+            self._take_mission()
+
+    def _check_fence(self) -> None:
+        home = self._context.home
+        if not self._fence.empty and not self._fence.allows((home.north_m, home.east_m)):
+            self._context.text(Severity.CRITICAL, "Geofence invalid, doesn't contain Home position")
+            self._context.event("navigator_geofence_invalid_against_home")
+
+    def _take_mission(self) -> None:
+        self._mission.result.valid = self._check_mission()
+        self._mission.mission_changed()
+        if self._mission.active and not self._mission.result.valid:
+            self._context.text(Severity.CRITICAL, "No valid mission available, loitering")
+            self._context.event("mission_not_valid_loiter")
+            self._change_mode(Mode.LOITER)
+
+    def _check_mission(self) -> bool:
+        context = self._context
+        mission = FeasibilityInput(
+            items=self._store.mission.items,
+            airframe=context.airframe,
+            params=context.params,
+            frame=context.frame,
+            home=context.state.status.home,
+            fence=self._fence,
+            landed=context.state.status.landed,
+        )
+        found = list(problems(mission))
+        for problem in found:
+            if problem.text:
+                context.text(Severity.CRITICAL, problem.text)
+            context.event(problem.event, problem.argument)
+        return not found and len(mission.items) > 0

@@ -1,0 +1,96 @@
+"""AUTO.RTL: climb, fly home, land (a plane circles home)."""
+
+from __future__ import annotations
+
+import math
+from enum import Enum, auto
+
+from app.simulator.navigator.context import NavContext
+from app.simulator.setpoint import SetpointKind
+from app.simulator.wire import Severity
+
+CONE_HALF_ANGLE_RAD = math.radians(45.0)  # RTL_CONE_ANG
+ALTITUDE_TOLERANCE_M = 0.8
+
+
+class _Stage(Enum):
+    CLIMB = auto()
+    RETURN = auto()
+    LAND = auto()
+    LOITER = auto()
+
+
+class ReturnMode:
+    """Return to the home position as it was when the mode was entered."""
+
+    def __init__(self, context: NavContext) -> None:
+        self._context = context
+        self._stage = _Stage.CLIMB
+        self._destination = (0.0, 0.0)
+        self._ground_m = 0.0
+        self._return_up_m = 0.0
+        self.finished = False
+
+    def activate(self) -> None:
+        context = self._context
+        body = context.state.body
+        self.finished = False
+        self._destination = (context.home.north_m, context.home.east_m)
+        self._ground_m = context.home.up_m
+        if context.state.status.landed:
+            context.set_point(SetpointKind.IDLE, (body.north_m, body.east_m), body.up_m)
+            self._stage = _Stage.LAND
+            return
+        self._return_up_m = max(self._cone_altitude(), body.up_m)
+        above_m = self._return_up_m - self._ground_m
+        amsl_m = context.frame.altitude_m + self._return_up_m
+        context.text(Severity.INFO, f"RTL: start return at {amsl_m:.0f} m ({above_m:.0f} m above destination)")
+        context.event("vrtl_return_at")
+        self._stage = _Stage.CLIMB
+        context.set_point(SetpointKind.LOITER, context.stop_point(), self._return_up_m)
+
+    def step(self) -> None:
+        if self._stage is _Stage.CLIMB and self._at_altitude():
+            self._stage = _Stage.RETURN
+            self._context.set_point(SetpointKind.POSITION, self._destination, self._return_up_m)
+        elif self._stage is _Stage.RETURN and self._arrived():
+            self._arrive()
+        elif self._stage is _Stage.LAND:
+            self.finished = self._context.state.status.landed
+
+    def _arrive(self) -> None:
+        context = self._context
+        if context.flies_like_plane:
+            self._stage = _Stage.LOITER
+            descend_m = self._ground_m + float(context.params["RTL_DESCEND_ALT"])
+            context.set_point(SetpointKind.LOITER, self._destination, min(self._return_up_m, descend_m))
+            return
+        self._stage = _Stage.LAND
+        context.text(Severity.INFO, "RTL: land at destination")
+        context.event("rtl_land_at_destination")
+        context.set_point(SetpointKind.LAND, self._destination, self._ground_m)
+
+    def _cone_altitude(self) -> float:
+        """RTL_RETURN_ALT, less when the vehicle is near home already (calculate_return_alt_from_cone_half_angle)."""
+        params = self._context.params
+        body = self._context.state.body
+        distance_m = math.dist((body.north_m, body.east_m), self._destination)
+        radius_m = float(params["NAV_ACC_RAD"])
+        if distance_m <= radius_m:
+            return self._ground_m + 2.0 * distance_m
+        height_m = float(params["RTL_RETURN_ALT"])
+        if distance_m <= float(params["RTL_MIN_DIST"]):
+            height_m = distance_m / math.tan(CONE_HALF_ANGLE_RAD)
+        return self._ground_m + max(height_m, 2.0 * radius_m)
+
+    def _at_altitude(self) -> bool:
+        context = self._context
+        if context.airframe.is_rover:
+            return True
+        tolerance_m = float(context.params["NAV_FW_ALT_RAD"]) if context.flies_like_plane else ALTITUDE_TOLERANCE_M
+        return context.state.body.up_m >= self._return_up_m - tolerance_m
+
+    def _arrived(self) -> bool:
+        body = self._context.state.body
+        distance_m = math.dist((body.north_m, body.east_m), self._destination)
+        return distance_m <= float(self._context.params["NAV_ACC_RAD"])

@@ -1,0 +1,95 @@
+"""The payload deliverer: one gripper, commanded by a ground station or by the mission.
+
+ACCEPTED after PD_GRIPPER_TO is a timer, not a sensor: it comes with a stuck gripper too.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from app.simulator.clock import VehicleClock
+from app.simulator.faults import VehicleFaults
+from app.simulator.params import Params
+from app.simulator.state import GripperState
+from app.simulator.wire import Result
+
+OUTPUT_DELAY_S = 0.06
+"""From the command to the servo output [08_quad_supervised: 70 ms, 07: 20-80 ms]."""
+
+Ack = Callable[[Result], None]
+
+
+@dataclass(slots=True)
+class _Action:
+    release: bool
+    started_s: float
+    ack: Ack
+
+
+class PayloadDeliverer:
+    """Executes DO_GRIPPER. `ack` is called with every result for the one who asked."""
+
+    def __init__(self, gripper: GripperState, params: Params, faults: VehicleFaults, clock: VehicleClock) -> None:
+        self._gripper = gripper
+        self._params = params
+        self._faults = faults
+        self._clock = clock
+        self._action: _Action | None = None
+        self._output_due_s: float | None = None
+        self._valid = False
+        self.boot()
+
+    @property
+    def in_progress(self) -> bool:
+        """The gripper is moving, as far as its timer knows."""
+        return self._action is not None
+
+    def boot(self) -> None:
+        """Power-up: PD_GRIPPER_TYPE is read only here, and the gripper grabs."""
+        enabled = "PD_GRIPPER_EN" not in self._params or self._params.integer("PD_GRIPPER_EN") == 1
+        self._valid = enabled and self._params.integer("PD_GRIPPER_TYPE") >= 0
+        self._action = None
+        self._output_due_s = None
+        self._gripper.released = False
+        if not self._faults.stuck_gripper:
+            self._gripper.output_released = False
+
+    def command(self, param2: float, ack: Ack) -> None:
+        """DO_GRIPPER: param2 0 releases, 1 grabs; instance and everything else are ignored."""
+        if not self._valid:
+            ack(Result.FAILED)
+            return
+        wanted = math.floor(param2 + 0.5) if math.isfinite(param2) else -1
+        if wanted not in (0, 1):
+            ack(Result.DENIED)
+            return
+        release = wanted == 0
+        running = self._action
+        if running is not None and running.release == release:
+            ack(Result.TEMPORARILY_REJECTED)
+            return
+        if running is None and self._gripper.released == release:
+            ack(Result.ACCEPTED)
+            return
+        if running is not None:
+            running.ack(Result.CANCELLED)
+        self._action = _Action(release, self._clock.now_s, ack)
+        self._gripper.released = release
+        self._output_due_s = self._clock.now_s + OUTPUT_DELAY_S + self._faults.slow_gripper_s
+        ack(Result.IN_PROGRESS)
+
+    def step(self) -> None:
+        """Move the output, end the timer."""
+        now_s = self._clock.now_s
+        if self._output_due_s is not None and now_s >= self._output_due_s:
+            self._output_due_s = None
+            if not self._faults.stuck_gripper:
+                self._gripper.output_released = self._gripper.released
+        action = self._action
+        if action is not None:
+            duration_s = float(self._params["PD_GRIPPER_TO"]) + self._faults.slow_gripper_s
+            if now_s - action.started_s >= duration_s:
+                self._action = None
+                action.ack(Result.ACCEPTED)

@@ -1,0 +1,44 @@
+"""What the navigator asks of the dynamics: PX4's position setpoint triplet, in the vehicle's local frame."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum, auto
+
+
+class SetpointKind(Enum):
+    """position_setpoint_s.type."""
+
+    IDLE = auto()
+    """Motors idle on the ground."""
+    TAKEOFF = auto()
+    POSITION = auto()
+    LOITER = auto()
+    LAND = auto()
+
+
+@dataclass(slots=True)
+class Setpoint:
+    """The current point, with what is needed of its neighbours."""
+
+    kind: SetpointKind = SetpointKind.IDLE
+    north_m: float = 0.0
+    east_m: float = 0.0
+    up_m: float = 0.0
+    previous: tuple[float, float] | None = None
+    """Where the leg came from: fixed wings and rovers follow the line."""
+    next: tuple[float, float] | None = None
+    """Where it goes on without a stop; None: stop here (PX4: next setpoint invalid)."""
+    acceptance_radius_m: float = 10.0
+    cruise_speed_m_s: float = math.nan
+    """NaN: the vehicle's own."""
+    loiter_radius_m: float = 80.0
+    loiter_clockwise: bool = True
+    approach_slope: float = math.nan
+    """Fixed wing LAND: height over distance."""
+
+    @property
+    def point(self) -> tuple[float, float]:
+        """North, east."""
+        return self.north_m, self.east_m

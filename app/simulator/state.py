@@ -1,0 +1,85 @@
+"""What is true about one vehicle at this moment; written by one component each, read by many."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from app.simulator.wire import LandedState, Mode, SystemStatus, VtolState
+
+
+@dataclass(slots=True)
+class Body:
+    """Kinematics in the vehicle's local frame (metres, m/s, radians). Written by the dynamics."""
+
+    north_m: float = 0.0
+    east_m: float = 0.0
+    up_m: float = 0.0
+    """Above the ground, which is flat."""
+    v_north_m_s: float = 0.0
+    v_east_m_s: float = 0.0
+    v_up_m_s: float = 0.0
+    yaw_rad: float = 0.0
+    roll_rad: float = 0.0
+    pitch_rad: float = 0.0
+    throttle: float = 0.0
+    """0..1, of the lifting or pushing motors."""
+
+    @property
+    def ground_speed_m_s(self) -> float:
+        """Horizontal speed over ground."""
+        return float((self.v_north_m_s**2 + self.v_east_m_s**2) ** 0.5)
+
+    @property
+    def on_ground(self) -> bool:
+        """Touches the ground."""
+        return self.up_m <= 0.01
+
+
+@dataclass(slots=True)
+class Home:
+    """HOME_POSITION, in the local frame."""
+
+    north_m: float
+    east_m: float
+    up_m: float
+    yaw_rad: float = 0.0
+    set_at_s: float = 0.0
+
+
+@dataclass(slots=True)
+class Status:
+    """What the commander knows."""
+
+    mode: Mode = Mode.LOITER
+    armed: bool = False
+    armed_at_s: float = 0.0
+    failsafe: bool = False
+    system_status: SystemStatus = SystemStatus.UNINIT
+    landed_state: LandedState = LandedState.ON_GROUND
+    vtol_state: VtolState = VtolState.UNDEFINED
+    home: Home | None = None
+    battery_fraction: float = 1.0
+    gcs_lost: bool = False
+
+    @property
+    def landed(self) -> bool:
+        """The land detector's verdict."""
+        return self.landed_state == LandedState.ON_GROUND
+
+
+@dataclass(slots=True)
+class GripperState:
+    """The gripper as the payload deliverer commanded it; `released` outlives landing and disarming."""
+
+    released: bool = False
+    output_released: bool = False
+    """What the servo really does: differs while stuck or slow."""
+
+
+@dataclass(slots=True)
+class VehicleState:
+    """One vehicle, whole."""
+
+    body: Body = field(default_factory=Body)
+    status: Status = field(default_factory=Status)
+    gripper: GripperState = field(default_factory=GripperState)

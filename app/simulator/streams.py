@@ -1,0 +1,75 @@
+"""Which message goes out how often. Rates are those of PX4's onboard link, the fast ones at 10 Hz."""
+
+from __future__ import annotations
+
+from app.simulator.clock import VehicleClock
+from app.simulator.radio import Radio
+from app.simulator.telemetry import Telemetry
+
+DEFAULT_HZ: dict[int, float] = {
+    0: 1.0,  # HEARTBEAT
+    1: 2.0,  # SYS_STATUS
+    24: 2.0,  # GPS_RAW_INT
+    30: 10.0,  # ATTITUDE
+    32: 4.0,  # LOCAL_POSITION_NED
+    33: 10.0,  # GLOBAL_POSITION_INT
+    36: 10.0,  # SERVO_OUTPUT_RAW
+    74: 4.0,  # VFR_HUD
+    141: 1.0,  # ALTITUDE
+    147: 0.5,  # BATTERY_STATUS
+    242: 0.5,  # HOME_POSITION
+    245: 5.0,  # EXTENDED_SYS_STATE
+    436: 0.5,  # CURRENT_MODE
+}
+FIRST_S: dict[int, float] = {0: 1.2, 33: 1.5, 32: 1.5, 436: 2.2, 242: 2.2}
+"""Vehicle time of a message's first sending; the others start with the link."""
+LINK_UP_S = 0.25
+FASTEST_WALL_HZ = 25.0
+"""At high speed factors a stream is thinned to this many a second of wall time."""
+
+
+class Streams:
+    """Sends what is due; `speed` is the factor between vehicle and wall time."""
+
+    def __init__(self, telemetry: Telemetry, radio: Radio, clock: VehicleClock, speed: float) -> None:
+        self._telemetry = telemetry
+        self._radio = radio
+        self._clock = clock
+        self._fastest_s = speed / FASTEST_WALL_HZ if speed > 1.0 else 0.0
+        self._interval_s: dict[int, float] = {}
+        self._due_s: dict[int, float] = {}
+        self.boot()
+
+    def boot(self) -> None:
+        """Power-up: default rates again."""
+        self._interval_s = {message_id: 1.0 / hz for message_id, hz in DEFAULT_HZ.items()}
+        self._due_s = {message_id: FIRST_S.get(message_id, LINK_UP_S) for message_id in DEFAULT_HZ}
+
+    def step(self) -> None:
+        """Send the messages whose time has come."""
+        now_s = self._clock.now_s
+        for message_id, due_s in self._due_s.items():
+            if now_s < due_s:
+                continue
+            interval_s = max(self._interval_s[message_id], self._fastest_s)
+            self._due_s[message_id] = max(due_s + interval_s, now_s + interval_s * 0.5)
+            message = self._telemetry.builders[message_id]()
+            if message is not None:
+                self._radio.broadcast(message)
+
+    def set_interval(self, message_id: int, interval_us: float) -> bool:
+        """SET_MESSAGE_INTERVAL: 0 is the default rate, -1 stops. False when there is no such stream."""
+        if message_id not in self._telemetry.builders:
+            return False
+        if interval_us < 0.0:
+            self._interval_s.pop(message_id, None)
+            self._due_s.pop(message_id, None)
+            return True
+        default_s = 1.0 / DEFAULT_HZ.get(message_id, 1.0)
+        self._interval_s[message_id] = interval_us / 1e6 if interval_us > 0.0 else default_s
+        self._due_s[message_id] = self._clock.now_s
+        return True
+
+    def interval_us(self, message_id: int) -> int:
+        """GET_MESSAGE_INTERVAL: 0 for a message that is not sent regularly."""
+        return round(self._interval_s.get(message_id, 0.0) * 1e6)

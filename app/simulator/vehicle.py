@@ -1,0 +1,229 @@
+"""One simulated vehicle, put together: every component with exactly what it uses."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from app.simulator.airframe import Airframe
+from app.simulator.clock import VehicleClock
+from app.simulator.commander import Commander
+from app.simulator.commands.flight import FlightCommands
+from app.simulator.commands.internal import InternalCommands
+from app.simulator.commands.link import CommandLink, Request
+from app.simulator.commands.messages import MessageCommands
+from app.simulator.commands.payload import PayloadCommands
+from app.simulator.dialect import Message
+from app.simulator.dynamics.factory import dynamics_for
+from app.simulator.dynamics.model import Wind
+from app.simulator.events import EventLog
+from app.simulator.faults import VehicleFaults
+from app.simulator.firmware import FirmwareProfile
+from app.simulator.geo import LocalFrame
+from app.simulator.identity import Identity
+from app.simulator.land_detector import LandDetector
+from app.simulator.link_loss import LinkLossFailsafe
+from app.simulator.mission.reporter import MissionReporter
+from app.simulator.mission.store import MissionStore
+from app.simulator.mission.transfer import MissionTransfer
+from app.simulator.navigator.context import NavContext
+from app.simulator.navigator.hold_mode import HoldMode
+from app.simulator.navigator.mission_mode import MissionMode, MissionResult
+from app.simulator.navigator.navigator import Navigator
+from app.simulator.navigator.takeoff_mode import TakeoffMode
+from app.simulator.param_link import ParamLink
+from app.simulator.params import Params
+from app.simulator.payload import PayloadDeliverer
+from app.simulator.radio import Radio, Sender
+from app.simulator.router import Router
+from app.simulator.state import Body, VehicleState
+from app.simulator.streams import Streams
+from app.simulator.telemetry import Telemetry
+from app.simulator.wire import Cmd, Mode, Result, VtolState
+
+REBOOT_SILENCE_S = 0.2
+FALL_M_S = 8.0
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleSpec:
+    """What makes one vehicle different from another."""
+
+    airframe: Airframe
+    system_id: int
+    profile: FirmwareProfile
+    frame: LocalFrame
+    params: Params
+    seed: int
+    speed: float
+    salt: str = ""
+
+
+class Vehicle:
+    """Call `step` once for every step of vehicle time, and `poll` every few milliseconds of wall time."""
+
+    def __init__(self, spec: VehicleSpec, wall: Callable[[], float]) -> None:
+        self.spec = spec
+        self.system_id = spec.system_id
+        self.faults = VehicleFaults()
+        self.state = VehicleState()
+        self.store = MissionStore()
+        self.radio = Radio(spec.system_id)
+        self.params = spec.params
+        self.clock = VehicleClock()
+        self._build_flight()
+        self._build_wire(wall)
+        self.boot()
+
+    def _build_flight(self) -> None:
+        spec, state = self.spec, self.state
+        self._events = EventLog(self.radio, self.clock)
+        result = MissionResult()
+        self.payload = PayloadDeliverer(state.gripper, self.params, self.faults, self.clock)
+        self.commander = Commander(state, self.params, self.clock, result, self.radio.text, self._events.emit)
+        self.context = NavContext(
+            state, self.params, spec.airframe, spec.profile, spec.frame, self.clock,
+            self.radio.text, self._events.emit, lambda command: self._internal.issue(command),
+        )  # fmt: skip
+        self.mission = MissionMode(self.context, self.store, result, self.payload)
+        self._hold = HoldMode(self.context)
+        self._takeoff = TakeoffMode(self.context)
+        self._navigator = Navigator(
+            self.context, self.store, self.mission, self._hold, self._takeoff, self.commander.change_mode
+        )
+        self._detector = LandDetector(state, spec.airframe, self.clock)
+        self._dynamics = dynamics_for(spec.airframe, self.params, state.status)
+
+    def _build_wire(self, wall: Callable[[], float]) -> None:
+        spec, state = self.spec, self.state
+        flight = FlightCommands(self.context, self.commander, self.mission, self._hold, self._takeoff, self._transition)
+        self._internal = InternalCommands(
+            self.radio,
+            self.clock,
+            self.payload,
+            {
+                Cmd.DO_CHANGE_SPEED: lambda _kind, speed: flight.apply_speed(speed),
+                Cmd.NAV_RETURN_TO_LAUNCH: lambda _p1, _p2: self.commander.change_mode(Mode.RTL),
+                Cmd.DO_VTOL_TRANSITION: lambda wanted, _p2: self._transition_in_mission(wanted),
+            },
+        )
+        identity = Identity(spec.profile, spec.seed, spec.system_id, spec.salt)
+        telemetry = Telemetry(state, spec.airframe, spec.frame, self.clock, self.faults, identity)
+        self._streams = Streams(telemetry, self.radio, self.clock, spec.speed)
+        payload_commands = PayloadCommands(self.payload)
+        self._commands = CommandLink(
+            self.radio,
+            self.faults,
+            {
+                **flight.handlers(),
+                **MessageCommands(telemetry, self._streams, self.radio).handlers(),
+                **payload_commands.handlers(),
+                Cmd.PREFLIGHT_REBOOT_SHUTDOWN: self._on_reboot,
+            },
+        )
+        payload_commands.connect(self._commands)
+        self._link_loss = LinkLossFailsafe(
+            state.status, self.params, self.clock, self.commander, self.radio.text, self._events.emit, spec.speed
+        )
+        self._transfer = MissionTransfer(self.store, self.radio, spec.profile, self.faults, wall)
+        self._param_link = ParamLink(self.params, self.radio)
+        self._reporter = MissionReporter(
+            self.mission.result, self.store, state.status, self.radio, self.clock, spec.profile
+        )
+        self._router = Router(
+            self.radio, self._transfer, self.mission, self._param_link, self._commands, self._link_loss, self.clock
+        )
+        self._reboot_wanted = False
+
+    # life ---------------------------------------------------------------------------------------------------
+
+    def boot(self) -> None:
+        """Power-up at the start point: missions and parameters are kept, everything else begins again."""
+        self._put_back()
+        self.radio.silent = False
+        self.clock.restart()
+        self._events.reset()
+        self.commander.boot()
+        self._detector.boot()
+        self.payload.boot()
+        self._navigator.boot()
+        self._link_loss.boot()
+        self._internal.boot()
+        self._streams.boot()
+        self._reporter.boot()
+        self._transfer.reset()
+        self._commands.reset()
+
+    def reboot(self) -> None:
+        """Restart the autopilot: in the next cycle, the mission begins at item 0 again."""
+        self._reboot_wanted = True
+
+    def _put_back(self) -> None:
+        body, fresh = self.state.body, Body()
+        for name in Body.__slots__:
+            setattr(body, name, getattr(fresh, name))
+        vtol = self.spec.airframe.is_vtol
+        self.state.status.vtol_state = VtolState.MC if vtol else VtolState.UNDEFINED
+        self._dynamics.reset(body)
+
+    # running ------------------------------------------------------------------------------------------------
+
+    def receive(self, channel: Sender, message: Message) -> None:
+        """One message from a channel."""
+        self._router.receive(channel, message)
+
+    def step(self) -> None:
+        """One step of vehicle time."""
+        if self._reboot_wanted:
+            self._reboot_wanted = False
+            self.store.current_seq = 0
+            self.mission.result.seq_current = 0
+            self.boot()
+        self.clock.advance()
+        self._commands.step()
+        self._navigator.step()
+        self._internal.step()
+        self.payload.step()
+        self._move()
+        self._detector.step(self.context.setpoint)
+        self.commander.step()
+        self._link_loss.step()
+        self._streams.step()
+
+    def poll(self) -> None:
+        """Timers of the wire: repeats, lists, reports."""
+        self._transfer.poll()
+        self._param_link.poll()
+        self._reporter.poll()
+
+    def _move(self) -> None:
+        body, dt_s = self.state.body, VehicleClock.STEP_S
+        if self.state.status.armed:
+            wind = Wind(self.faults.wind_north_m_s, self.faults.wind_east_m_s)
+            self._dynamics.step(body, self.context.setpoint, dt_s, wind)
+            return
+        if body.up_m > 0.0:  # disarmed in the air: it falls
+            body.up_m = max(0.0, body.up_m - FALL_M_S * dt_s)
+        if body.ground_speed_m_s > 0.0 or body.v_up_m_s != 0.0:
+            body.v_north_m_s = body.v_east_m_s = body.v_up_m_s = 0.0
+            self._dynamics.reset(body)
+
+    # commands that need more than one component -------------------------------------------------------------
+
+    def _on_reboot(self, request: Request) -> Result:
+        if round(request.param1) != 1:
+            return Result.DENIED
+        self.reboot()
+        return Result.ACCEPTED
+
+    def _transition(self, wanted: float) -> Result:
+        if not self.spec.airframe.is_vtol or not math.isfinite(wanted):
+            return Result.DENIED
+        if round(wanted) == VtolState.FW and self.state.body.on_ground:
+            return Result.TEMPORARILY_REJECTED
+        self._dynamics.transition(round(wanted))
+        return Result.ACCEPTED
+
+    def _transition_in_mission(self, wanted: float) -> None:
+        self._transition(wanted)
