@@ -37,8 +37,9 @@ class RunRecorder:
         if len(self._waiting) >= MOST_WAITING:
             log.error("run event not recorded: the journal is stuck", run_id=self.run.id, kind=kind.value)
             return
-        event = self._journal.new_event(kind, vehicle_id=self.run.vehicle_id, run_id=self.run.id, **data)
-        self._waiting.append(event)
+        self._waiting.append(
+            NewEvent(kind=kind, time=self._clock.now(), vehicle_id=self.run.vehicle_id, run_id=self.run.id, data=data)
+        )
 
     def move(self, state: RunState, reason: str = "") -> None:
         """The run's next state; staying in it only changes the reason. Raises WrongStateError."""

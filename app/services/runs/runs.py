@@ -74,8 +74,7 @@ class Runs:
             raise NotFoundError(f"no plan {plan_id!r}", hint="POST the plan to /api/v1/plans first")
         link = self._fleet.link(vehicle_id)
         vehicle = self._fleet.vehicle(vehicle_id)
-        taken_by = next((run.id for run in self.open_runs() if run.vehicle_id == vehicle_id), vehicle.run_id)
-        _refuse_unfit(vehicle, taken_by)
+        _refuse_unfit(vehicle, self._taken_by(vehicle))
         run_id = f"run-{secrets.token_hex(6)}"
         vehicle.run_id = run_id  # taken before the first await: a second request meets a busy vehicle
         try:
@@ -162,6 +161,15 @@ class Runs:
         self._flights[run_id] = made.flight
         self._own(run_id, made.flight.fly())
         return run
+
+    def _taken_by(self, vehicle: FleetVehicle) -> str | None:
+        """The run that has the vehicle. One whose end is stored, and so may be known, has it no longer."""
+        for run in self.open_runs():
+            if run.vehicle_id == vehicle.id:
+                if not run.is_over:
+                    return run.id
+                self._fleet.release(vehicle.id, run.id)
+        return vehicle.run_id
 
     async def _compile(self, plan: Plan, link: VehicleLink) -> Mission:
         facts = await link.read_facts()

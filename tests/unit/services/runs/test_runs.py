@@ -1,0 +1,291 @@
+"""A run ends in a known state, and nothing is started or dropped that should not be."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.domain.commands import MavResult
+from app.domain.drop import Certainty, DropOutcome
+from app.domain.errors import (
+    ConflictError,
+    LinkTimeoutError,
+    NotFoundError,
+    StorageError,
+    UploadError,
+    VehicleBusyError,
+    VehicleRefusedError,
+    WrongStateError,
+)
+from app.domain.events import EventKind
+from app.domain.ports import DuplicateSystem, Rebooted
+from app.domain.run import RunState
+from app.domain.vehicle import FlightMode, LandedState
+from tests.unit.services.runs.scripted import Desk, desk, restarted
+
+
+async def land(at: Desk, *, complete: bool = True) -> None:
+    at.vehicle.touch_down(complete=complete, last_seq=len(at.mission.items) - 1)
+    await at.until(lambda: at.run.is_over, "the run must end after the landing")
+
+
+async def test_a_delivery_is_uploaded_started_dropped_resumed_and_completed() -> None:
+    async with desk() as at:
+        await at.create()
+        await at.fly_to_drop()
+        await at.until(lambda: at.drop.outcome is DropOutcome.RELEASED, "the parcel must be released")
+        assert at.drop.certainty is Certainty.ACKNOWLEDGED
+        assert at.vehicle.sent == ["wait_ready", "DO_GRIPPER 1", "set_current 0", "arm", "start", "set_current 3"]
+        await land(at)
+        assert at.run.state is RunState.COMPLETED
+        assert at.run.flown_item_ids == ("takeoff", "corner", "clinic", "drop", "home")
+        at.vehicle.put(mode=FlightMode.HOLD)
+        assert (await at.create(start=False)).id != "", "the vehicle is free as soon as the end can be known"
+
+
+async def test_a_release_is_stored_before_it_is_sent() -> None:
+    async with desk() as at:
+        await at.create()
+        await at.fly_to_drop()
+        await at.until(lambda: bool(at.vehicle.releases), "the release must be sent")
+        commands = [
+            e for e in at.events.events if e.kind is EventKind.RUN_COMMAND and e.data["command"] == "DO_GRIPPER"
+        ]
+        assert any(e.data.get("attempt") == 1 for e in commands)
+        assert at.drop.attempts >= 1
+
+
+async def test_no_release_is_sent_while_the_journal_cannot_store_it() -> None:
+    async with desk() as at:
+        await at.create()
+        await at.until_state(RunState.FLYING)
+        at.events.refuse = lambda event: StorageError("disk full")
+        await at.fly_to_drop()
+        await at.until(lambda: not at.journal.healthy, "the journal must fail")
+        at.vehicle.put(mission_seq=3)
+        at.events.refuse = lambda event: None
+        await at.until(lambda: at.drop.outcome is not DropOutcome.PENDING, "the drop must end when the disk is back")
+        assert at.vehicle.releases == []
+        assert at.drop.outcome is DropOutcome.KEPT
+
+
+async def test_an_upload_that_fails_starts_nothing() -> None:
+    async with desk() as at:
+        at.vehicle.upload_error = UploadError("item 2 was refused", item_seq=2)
+        await at.create()
+        await at.until_state(RunState.FAILED)
+        assert at.vehicle.sent == []
+        assert "item 2" in at.run.reason
+        assert at.drop.outcome is DropOutcome.KEPT
+
+
+async def test_an_abort_during_the_upload_ends_the_transfer() -> None:
+    async with desk() as at:
+        at.vehicle.upload_gate.clear()
+        await at.create()
+        await at.until(lambda: "run.upload_progress" in at.kinds(), "the upload must begin")
+        await at.runs.abort(at.run_id, "test")
+        await at.until_state(RunState.ABORTED)
+        assert at.vehicle.upload_closed
+        assert at.vehicle.sent == []
+
+
+async def test_arming_is_tried_again_until_the_vehicle_is_armable() -> None:
+    async with desk() as at:
+        at.vehicle.arm_refusals = 2
+        await at.create()
+        await at.until_state(RunState.FLYING)
+        assert at.vehicle.sent.count("arm") == 3
+
+
+async def test_a_start_that_fails_on_the_ground_disarms() -> None:
+    async with desk() as at:
+        at.vehicle.start_error = VehicleRefusedError("Mission start denied! No valid mission")
+        await at.create()
+        await at.until_state(RunState.FAILED)
+        assert at.vehicle.sent[-1] == "disarm"
+        assert not at.vehicle.truth.armed
+        assert "denied" in at.run.reason
+
+
+async def test_a_start_asked_later_may_fail_and_be_asked_again() -> None:
+    async with desk() as at:
+        at.vehicle.start_error = VehicleRefusedError("not now")
+        await at.create(start=False)
+        await at.until_state(RunState.UPLOADED)
+        assert "arm" not in at.vehicle.sent, "an upload alone must not arm"
+        await at.runs.start(at.run_id, "test")
+        await at.until(lambda: "not now" in at.run.reason, "the failed start must be told")
+        assert at.run.state is RunState.UPLOADED
+        at.vehicle.start_error = None
+        await at.runs.start(at.run_id, "test")
+        await at.until_state(RunState.FLYING)
+
+
+async def test_a_second_run_of_a_vehicle_is_refused() -> None:
+    async with desk() as at:
+        await at.create()
+        with pytest.raises(VehicleBusyError):
+            await at.runs.create("plan-1", "v1", start=True, by="test")
+
+
+async def test_a_vehicle_that_somebody_else_armed_is_left_alone() -> None:
+    async with desk() as at:
+        at.vehicle.put(armed=True)
+        with pytest.raises(ConflictError):
+            await at.create()
+        assert at.fleet.view("v1").run_id is None
+
+
+async def test_a_quarantined_vehicle_gets_no_run() -> None:
+    async with desk() as at:
+        at.vehicle.put(DuplicateSystem("two vehicles answer to system id 1"))
+        with pytest.raises(ConflictError, match="quarantined"):
+            await at.create()
+
+
+async def test_unknown_plans_and_vehicles_are_named() -> None:
+    async with desk() as at:
+        with pytest.raises(NotFoundError, match="v9"):
+            await at.runs.create("plan-1", "v9", start=True, by="test")
+        with pytest.raises(NotFoundError, match="plan-9"):
+            await at.runs.create("plan-9", "v1", start=True, by="test")
+
+
+async def test_a_lost_ack_is_retried_and_a_refusal_keeps_the_parcel() -> None:
+    async with desk() as at:
+        at.vehicle.answers = [LinkTimeoutError("no ack"), [MavResult.FAILED]]
+        await at.create()
+        await at.fly_to_drop()
+        await at.until(lambda: at.drop.outcome is not DropOutcome.PENDING, "the drop must end")
+        assert len(at.vehicle.releases) == 2
+        assert at.drop.outcome is DropOutcome.UNKNOWN, "the first release may have acted"
+
+
+async def test_after_a_failed_drop_the_plan_decides() -> None:
+    async with desk() as at:
+        at.vehicle.answers = [[MavResult.FAILED]]
+        await at.create()
+        await at.fly_to_drop()
+        await at.until_state(RunState.RETURNING)
+        assert at.vehicle.sent[-1] == "return"
+        await land(at, complete=False)
+        assert at.run.state is RunState.ABORTED
+        assert at.drop.outcome is DropOutcome.KEPT
+
+
+async def test_a_failed_drop_goes_on_if_the_plan_says_so() -> None:
+    async with desk(changes=lambda plan: plan.update(contingency={"on_drop_failure": "continue"})) as at:
+        at.vehicle.answers = [[MavResult.FAILED]]
+        await at.create()
+        await at.fly_to_drop()
+        await at.until(lambda: at.vehicle.sent[-1] == "set_current 3", "the mission must go on")
+        await land(at)
+        assert at.run.state is RunState.COMPLETED
+        assert at.drop.outcome is DropOutcome.KEPT
+
+
+async def test_another_pilots_mode_freezes_the_run() -> None:
+    async with desk() as at:
+        await at.create()
+        await at.until_state(RunState.FLYING)
+        before = list(at.vehicle.sent)
+        at.vehicle.put(mode=FlightMode.POSITION, landed=LandedState.IN_AIR)
+        await at.until_state(RunState.PAUSED)
+        assert "somebody else" in at.run.reason
+        assert at.vehicle.sent == before, "Waydrop never fights for a mode"
+
+
+async def test_pause_and_resume() -> None:
+    async with desk() as at:
+        await at.create()
+        await at.until_state(RunState.FLYING)
+        await at.runs.pause(at.run_id, "test")
+        await at.until_state(RunState.PAUSED)
+        await at.runs.resume(at.run_id, "test")
+        await at.until_state(RunState.FLYING)
+        with pytest.raises(WrongStateError):
+            await at.runs.resume(at.run_id, "test")
+
+
+async def test_a_return_asked_for_ends_aborted_with_the_parcel_kept() -> None:
+    async with desk() as at:
+        await at.create()
+        await at.until_state(RunState.FLYING)
+        at.vehicle.put(landed=LandedState.IN_AIR)
+        await at.runs.return_to_launch(at.run_id, "test")
+        await at.until_state(RunState.RETURNING)
+        await land(at, complete=False)
+        assert at.run.state is RunState.ABORTED
+        assert at.drop.outcome is DropOutcome.KEPT
+
+
+async def test_a_reboot_in_flight_fails_the_run_and_starts_nothing_again() -> None:
+    async with desk() as at:
+        await at.create()
+        await at.until_state(RunState.FLYING)
+        before = list(at.vehicle.sent)
+        at.vehicle.put(Rebooted(), armed=False, mission_seq=0)
+        await at.until_state(RunState.FAILED)
+        assert "rebooted" in at.run.reason
+        assert at.vehicle.sent == before
+
+
+async def test_a_vehicle_not_heard_any_more_is_lost_in_the_end() -> None:
+    async with desk() as at:
+        await at.create()
+        await at.until_state(RunState.FLYING)
+        at.vehicle.put(connected=False)
+        await at.until_state(RunState.LOST)
+        assert at.drop.outcome is DropOutcome.KEPT
+
+
+async def test_after_a_restart_the_run_goes_on_where_the_vehicle_is() -> None:
+    async with desk() as at:
+        await at.create()
+        await at.until_state(RunState.FLYING)
+        at.vehicle.put(mission_seq=1, landed=LandedState.IN_AIR)
+        await at.until(lambda: at.run.item_id == "corner", "progress must show")
+        sent = list(at.vehicle.sent)
+        await restarted(at)
+        assert at.fleet.view("v1").run_id == at.run_id or at.runs.open_runs()
+        await at.fly_to_drop()
+        await at.until(lambda: at.drop.outcome is DropOutcome.RELEASED, "the taken-up run must drop")
+        assert at.vehicle.sent == [*sent, "set_current 3"], "nothing is armed or started again"
+        await land(at)
+        assert at.run.state is RunState.COMPLETED
+        assert at.run.flown_item_ids == ("takeoff", "corner", "clinic", "drop", "home")
+
+
+async def test_after_a_restart_a_commanded_release_is_not_sent_again() -> None:
+    async with desk() as at:
+        at.vehicle.answers = [LinkTimeoutError("killed meanwhile")] * 9
+        at.vehicle.put(connected=True)
+        await at.create()
+        await at.fly_to_drop()
+        await at.until(lambda: bool(at.vehicle.releases), "the release must be sent")
+        await at.until(lambda: at.drop.attempts >= 1, "the release must be recorded")
+        at.vehicle.releases.clear()
+        await restarted(at)
+        await at.until(lambda: at.drop.outcome is not DropOutcome.PENDING, "the drop must end")
+        assert at.vehicle.releases == []
+        assert at.drop.outcome is DropOutcome.UNKNOWN
+
+
+async def test_after_a_restart_a_vehicle_with_another_mission_is_not_followed() -> None:
+    async with desk() as at:
+        await at.create()
+        await at.until_state(RunState.FLYING)
+        at.vehicle.on_board = at.vehicle.on_board[:-1]
+        await restarted(at)
+        await at.until_state(RunState.FAILED)
+        assert "another mission" in at.run.reason
+
+
+async def test_after_a_restart_during_an_upload_nothing_is_started() -> None:
+    async with desk() as at:
+        at.vehicle.upload_gate.clear()
+        await at.create()
+        await at.until(lambda: at.run.state is RunState.UPLOADING, "the upload must begin")
+        await restarted(at)
+        await at.until_state(RunState.FAILED)
+        assert at.vehicle.sent == []
