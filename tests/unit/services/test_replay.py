@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Sequence
 from contextlib import aclosing
 from dataclasses import dataclass
 
@@ -11,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.domain.errors import InvalidInputError
-from app.domain.events import EventKind, NewEvent
+from app.domain.events import Event, EventKind, NewEvent
 from app.services.fanout import SubscriptionClosedError, SubscriptionOverflowError
 from app.services.journal import Journal
 from app.services.replay import follow
@@ -61,6 +62,23 @@ async def test_a_long_backlog_does_not_overflow_the_live_queue() -> None:
     await journal.close()
 
 
+async def test_what_is_recorded_while_the_backlog_is_read_comes_once() -> None:
+    store = MemoryEventStore()
+    await store.append([event(1), event(2)])
+    journal = Journal(store, ManualClock())
+    await journal.start()
+    read = journal.read
+
+    async def slow_read(after: int, limit: int, run_id: str | None = None) -> Sequence[Event]:
+        await journal.record(event())  # one more event after each decision to read
+        return await read(after, limit, run_id)
+
+    journal.read = slow_read  # type: ignore[method-assign]
+    async with aclosing(follow(journal, 0, capacity=10, page_events=10)) as following:
+        assert [(await anext(following)).seq for _ in range(3)] == [1, 2, 3]
+    await journal.close()
+
+
 @dataclass
 class Reader:
     """A client that reads slowly, and connects again after the last event seen when it is cut off."""
@@ -106,7 +124,7 @@ programs = st.builds(
             st.sampled_from(["record", "record", "subscribe", "wait"]),
             st.integers(1, 6),
             st.integers(1, 8),
-            st.integers(1, 5),
+            st.integers(1, 12),
             st.integers(0, 4),
         ),
         max_size=40,
