@@ -1,0 +1,54 @@
+"""Serves the application on one address, and says plainly when that cannot be."""
+
+from __future__ import annotations
+
+import errno
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from typing import Final
+
+from aiohttp import web
+
+from app.domain.errors import WaydropError
+
+SHUTDOWN_S: Final = 1.0
+"""How long requests under way may take to end at a shutdown."""
+
+
+class ListenError(WaydropError):
+    """The address cannot be listened on."""
+
+    code = "listen.failed"
+
+
+@asynccontextmanager
+async def serving(app: web.Application, host: str, port: int) -> AsyncIterator[str]:
+    """Serve until the block ends; yields the URL that it can be reached at.
+
+    Raises:
+        ListenError: the port is taken, or the host is none of this machine's.
+    """
+    runner = web.AppRunner(app, access_log=None, handle_signals=False, shutdown_timeout=SHUTDOWN_S)
+    await runner.setup()
+    try:
+        site = web.TCPSite(runner, host, port)
+        try:
+            await site.start()
+        except OSError as error:
+            raise _in_words(error, host, port) from error
+        bound_port = runner.addresses[0][1] if runner.addresses else port
+        shown = f"[{host}]" if ":" in host else host
+        yield f"http://{shown}:{bound_port}"
+    finally:
+        await runner.cleanup()
+
+
+def _in_words(error: OSError, host: str, port: int) -> ListenError:
+    if error.errno == errno.EADDRINUSE:
+        return ListenError(
+            f"port {port} on {host} is in use",
+            hint="end what uses it (another Waydrop?), or choose another port: WAYDROP_PORT or --port",
+        )
+    if error.errno == errno.EACCES:
+        return ListenError(f"no right to listen on port {port}", hint="choose a port above 1023")
+    return ListenError(f"cannot listen on {host}:{port}: {error.strerror or error}", hint="choose another host")

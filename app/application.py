@@ -1,0 +1,130 @@
+"""The composition root: the one file that sees every part and puts them together."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+from collections.abc import AsyncIterator, Callable
+from contextlib import AsyncExitStack, asynccontextmanager, suppress
+from typing import Any
+
+import structlog
+
+from app import __version__
+from app.api import ApiServices, ApiSettings, build_app
+from app.api.openapi import openapi_document as describe
+from app.api.routes import ROUTES
+from app.api.server import serving
+from app.config import Settings, require_access_control
+from app.domain.errors import StorageError
+from app.domain.events import EventKind
+from app.services.access import Access
+from app.services.clock import SystemClock
+from app.services.fleet import Fleet
+from app.services.journal import Journal
+from app.services.plans import Plans
+from app.services.runs import Runs
+from app.services.telemetry import TelemetryFeed
+from app.services.vehicle_commands import VehicleCommands
+from app.storage import Storage, open_storage
+from app.vehicles import MavsdkLinkSource
+
+log = structlog.get_logger(__name__)
+
+
+async def serve(settings: Settings, *, on_ready: Callable[[str], None] = lambda url: None) -> None:
+    """Run the service until SIGINT, SIGTERM or cancellation. `on_ready` gets the URL once it answers.
+
+    Raises:
+        SettingsError, StorageError, LinkError, ListenError: it could not start; what was begun is undone.
+    """
+    async with running(settings) as url, _stop_signal() as stop:
+        log.info("waydrop serves", url=url, version=__version__, connections=list(settings.connections))
+        on_ready(url)
+        await stop.wait()
+        log.info("waydrop stops; vehicles fly on by themselves")
+
+
+@asynccontextmanager
+async def running(settings: Settings) -> AsyncIterator[str]:
+    """The whole service, from its journal to its port; yields its URL. It is taken down in the opposite order."""
+    async with AsyncExitStack() as stack:
+        settings.data_dir.mkdir(parents=True, exist_ok=True)
+        storage = await stack.enter_async_context(open_storage(settings.journal_path))
+        clock = SystemClock()
+        access = _access(storage, settings)
+        require_access_control(settings, has_tokens=await access.has_tokens())
+        journal = Journal(storage.events, clock)
+        await journal.start()
+        stack.push_async_callback(journal.close)
+        await _tell(journal, EventKind.SERVICE_STARTED, version=__version__)
+        stack.push_async_callback(_tell, journal, EventKind.SERVICE_STOPPED)
+        fleet = Fleet(MavsdkLinkSource(settings.connections), journal)
+        stack.push_async_callback(fleet.close)
+        await fleet.start()
+        runs = Runs(fleet, storage.plans, storage.runs, journal, clock)
+        stack.push_async_callback(runs.close)
+        await runs.begin()
+        telemetry = TelemetryFeed(fleet, settings.telemetry_period_s)
+        stack.push_async_callback(telemetry.close)
+        await telemetry.start()
+        services = ApiServices(
+            journal=journal,
+            plans=Plans(storage.plans, journal, clock),
+            access=access,
+            fleet=fleet,
+            telemetry=telemetry,
+            runs=runs,
+            commands=VehicleCommands(fleet, journal),
+            answers=storage.answers,
+            clock=clock,
+        )
+        app = build_app(services, _api_settings(settings, storage.gateway_id))
+        yield await stack.enter_async_context(serving(app, settings.host, settings.port))
+
+
+@asynccontextmanager
+async def open_access(settings: Settings) -> AsyncIterator[Access]:
+    """The tokens alone, for the command line. Raises StorageError."""
+    settings.data_dir.mkdir(parents=True, exist_ok=True)
+    async with open_storage(settings.journal_path) as storage:
+        yield _access(storage, settings)
+
+
+def openapi_document() -> dict[str, Any]:
+    """The OpenAPI 3.1 document of the REST interface, without a running service."""
+    return describe(ROUTES, version=__version__)
+
+
+def _access(storage: Storage, settings: Settings) -> Access:
+    secret = settings.bootstrap_token
+    return Access(storage.tokens, SystemClock(), None if secret is None else secret.get_secret_value())
+
+
+def _api_settings(settings: Settings, gateway_id: str) -> ApiSettings:
+    return ApiSettings(
+        gateway=gateway_id,
+        version=__version__,
+        web_root=settings.page_dir,
+        allowed_hosts=settings.allowed_hosts,
+        allowed_origins=settings.allowed_origins,
+        max_body_bytes=settings.max_body_bytes,
+    )
+
+
+async def _tell(journal: Journal, kind: EventKind, **data: Any) -> None:
+    with suppress(StorageError):  # logged there; a full disk must not keep the service from stopping
+        await journal.record(journal.new_event(kind, **data))
+
+
+@asynccontextmanager
+async def _stop_signal() -> AsyncIterator[asyncio.Event]:
+    """Set by SIGINT or SIGTERM."""
+    stop, loop = asyncio.Event(), asyncio.get_running_loop()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        loop.add_signal_handler(number, stop.set)
+    try:
+        yield stop
+    finally:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            loop.remove_signal_handler(number)
