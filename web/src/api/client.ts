@@ -1,0 +1,64 @@
+/** Calls of the REST API. Every failure is a ProblemError. */
+
+import { ProblemError, problemFrom, unreachable } from "./problem";
+import { readToken } from "./token";
+import type { Plan, PlanCheck, PlanSummary, Run, StoredPlan, Vehicle } from "./types";
+import type { RunAction } from "../state/runs";
+
+const BASE = "/api/v1";
+
+export const api = {
+  vehicles: async (): Promise<Vehicle[]> => (await get<{ vehicles: Vehicle[] }>("/vehicles")).vehicles,
+  plans: async (): Promise<PlanSummary[]> => (await get<{ plans: PlanSummary[] }>("/plans")).plans,
+  plan: (id: string): Promise<StoredPlan> => get(`/plans/${encodeURIComponent(id)}`),
+  run: (id: string): Promise<Run> => get(`/runs/${encodeURIComponent(id)}`),
+
+  checkPlan: (plan: Plan, vehicle: string | null, signal: AbortSignal): Promise<PlanCheck> =>
+    send("/plan-checks", vehicle === null ? { plan } : { plan, vehicle }, { signal }),
+  createPlan: (plan: Plan): Promise<StoredPlan> => send("/plans", plan, { once: true }),
+  createRun: (plan: string, vehicle: string, start: boolean): Promise<Run> =>
+    send("/runs", { plan, vehicle, start }, { once: true }),
+
+  runAction: (id: string, action: RunAction): Promise<Run> => send(`/runs/${encodeURIComponent(id)}/${action}`, {}, {}),
+  vehicleAction: (id: string, action: "hold" | "return" | "land"): Promise<unknown> =>
+    send(`/vehicles/${encodeURIComponent(id)}/${action}`, {}, {}),
+};
+
+interface SendOptions {
+  signal?: AbortSignal;
+  /** Goes with an Idempotency-Key, so that a repeat by the network is not done twice. */
+  once?: boolean;
+}
+
+function get<T>(path: string): Promise<T> {
+  return call<T>(path, { method: "GET" });
+}
+
+function send<T>(path: string, body: unknown, { signal, once = false }: SendOptions): Promise<T> {
+  const headers: Record<string, string> = { "Content-Type": "application/json" };
+  if (once) headers["Idempotency-Key"] = randomKey();
+  return call<T>(path, { method: "POST", headers, body: JSON.stringify(body), signal: signal ?? null });
+}
+
+async function call<T>(path: string, init: RequestInit): Promise<T> {
+  const token = readToken();
+  const headers = new Headers(init.headers);
+  headers.set("Accept", "application/json, application/problem+json");
+  if (token !== null) headers.set("Authorization", `Bearer ${token}`);
+  let answer: Response;
+  try {
+    answer = await fetch(BASE + path, { ...init, headers });
+  } catch (error) {
+    if (error instanceof DOMException && error.name === "AbortError") throw error;
+    throw unreachable();
+  }
+  const body: unknown = await answer.json().catch(() => null);
+  if (answer.ok && body !== null) return body as T;
+  if (answer.ok) throw new ProblemError(answer.status, "answer.unreadable", "The service's answer cannot be read", "", "", []);
+  throw problemFrom(answer.status, body);
+}
+
+/** 128 random bits. crypto.randomUUID would need https where the service is not on this machine. */
+function randomKey(): string {
+  return Array.from(crypto.getRandomValues(new Uint8Array(16)), (byte) => byte.toString(16).padStart(2, "0")).join("");
+}

@@ -1,0 +1,36 @@
+import { live } from "./state/store";
+import { panel, view } from "./state/selection";
+import { Feed } from "./ui/feed";
+import { Fleet } from "./ui/fleet";
+import { Header } from "./ui/header";
+import { MapView } from "./ui/map-view";
+import { Notices } from "./ui/notices";
+import { PlanPanel } from "./ui/plan-panel";
+import { RunPanel } from "./ui/run-panel";
+import { PanelTabs, ViewBar } from "./ui/tabs";
+import { TokenDialog } from "./ui/token-dialog";
+
+export function App() {
+  return (
+    <div class={`page${live.value ? "" : " not-live"}`} data-view={view.value}>
+      <a class="skip" href="#panel">
+        Skip to plan and run
+      </a>
+      <Header />
+      <main>
+        <MapView />
+        <Fleet />
+        <Feed />
+        <section class="card panel" aria-label="Plan and run">
+          <PanelTabs />
+          <div id="panel" role="tabpanel" aria-labelledby={`tab-${panel.value}`} tabIndex={-1}>
+            {panel.value === "plan" ? <PlanPanel /> : <RunPanel />}
+          </div>
+        </section>
+      </main>
+      <ViewBar />
+      <Notices />
+      <TokenDialog />
+    </div>
+  );
+}

@@ -1,0 +1,121 @@
+/** Each event of the stream as a sentence that can be read aloud. Unknown kinds still say what they are. Pure. */
+
+import type { DropRecord, Run } from "../api/types";
+import type { StreamEvent } from "../stream/frames";
+import { percent } from "./units";
+import { certaintyName, plain, runStateName, runStateTone, type Tone } from "./words";
+
+export interface Sentence {
+  readonly text: string;
+  readonly tone: Tone;
+}
+
+type Say = (event: StreamEvent, vehicle: string) => Sentence;
+
+const SAY: Readonly<Record<string, Say>> = {
+  "service.started": (e) => ({ text: `The service started${after(" (version ", e.data["version"], ")")}.`, tone: "neutral" }),
+  "service.stopped": () => ({ text: "The service stopped.", tone: "warn" }),
+  "vehicle.seen": (e, v) => ({ text: `${v} was seen${after(": ", lower(e.data["vehicle_type"]))}${after(", firmware ", e.data["firmware"])}.`, tone: "info" }),
+  "vehicle.link_lost": (_, v) => ({ text: `The link to ${v} is lost.`, tone: "danger" }),
+  "vehicle.link_restored": (_, v) => ({ text: `The link to ${v} is back.`, tone: "ok" }),
+  "vehicle.changed": sayChanged,
+  "vehicle.rebooted": (_, v) => ({ text: `${v} rebooted.`, tone: "danger" }),
+  "vehicle.status_text": (e, v) => ({ text: `${v} says: “${str(e.data["text"])}”`, tone: severityTone(str(e.data["severity"])) }),
+  "vehicle.quarantined": (e, v) => ({ text: `${v} is quarantined: ${str(e.data["reason"])}`, tone: "danger" }),
+  "vehicle.command": (e, v) => ({ text: `${v} was told to ${lower(e.data["command"])}${after(" by ", e.data["by"])}${after(": ", lower(e.data["outcome"]))}.`, tone: "info" }),
+  "plan.created": (e) => ({ text: `Plan “${str(e.data["name"])}” was stored.`, tone: "neutral" }),
+  "run.created": (e, v) => ({ text: `Run ${short(e.run_id)} was created for ${v}.`, tone: "neutral" }),
+  "run.changed": sayRun,
+  "run.upload_progress": sayUpload,
+  "run.item": (e, v) => ({ text: `${v} ${e.data["what"] === "reached" ? "has done" : "is on its way to"} ${str(e.data["item_id"])}.`, tone: "info" }),
+  "run.command": (e, v) => ({ text: `Sent ${command(e.data["command"])} to ${v}${again(e.data["attempt"])}.`, tone: "drop" }),
+  "run.ack": (e, v) => ({ text: `${v} answered ${command(e.data["command"])}: ${lower(e.data["result"])}${e.data["progress"] ? ` (${percent(Number(e.data["progress"]))})` : ""}.`, tone: ackTone(str(e.data["result"])) }),
+  "run.drop": sayDrop,
+  "page.missing": (e) => ({ text: `Events ${str(e.data["first"])} to ${str(e.data["last"])} are no longer kept by the service.`, tone: "warn" }),
+};
+
+export function sentence(event: StreamEvent): Sentence {
+  const vehicle = event.vehicle_id ?? "A vehicle";
+  return SAY[event.kind]?.(event, vehicle) ?? { text: `${plain(event.kind.replaceAll(".", " "))}.`, tone: "neutral" };
+}
+
+function sayChanged(event: StreamEvent, vehicle: string): Sentence {
+  const { mode, armed, landed, in_failsafe: failsafe } = event.data;
+  if (failsafe === true) return { text: `${vehicle} is in failsafe${after(", mode ", lower(mode))}.`, tone: "danger" };
+  const parts = [
+    typeof mode === "string" ? `${lower(mode)} mode` : "",
+    armed === true ? "armed" : armed === false ? "disarmed" : "",
+    landed === "undefined" ? "" : lower(landed),
+  ].filter((part) => part !== "");
+  return { text: `${vehicle}: ${parts.join(", ") || "changed"}.`, tone: "neutral" };
+}
+
+function sayRun(event: StreamEvent): Sentence {
+  const run = event.data as unknown as Run;
+  if (typeof run.state !== "string") return { text: `Run ${short(event.run_id)} changed.`, tone: "neutral" };
+  const reason = run.reason ? ` ${ended(run.reason)}` : "";
+  return { text: `Run ${short(run.id)} of ${run.vehicle_id}: ${runStateName(run.state).toLowerCase()}.${reason}`, tone: runStateTone(run.state) };
+}
+
+function sayUpload(event: StreamEvent, vehicle: string): Sentence {
+  const { mission_type: list, sent, total, percent: done } = event.data;
+  const what = `Uploading the ${lower(list) || "mission"} to ${vehicle}`;
+  if (typeof sent === "number" && typeof total === "number") return { text: `${what}: ${sent} of ${total}.`, tone: "info" };
+  return { text: `${what}${typeof done === "number" ? `: ${percent(done)}` : ""}.`, tone: "info" };
+}
+
+function sayDrop(event: StreamEvent, vehicle: string): Sentence {
+  const drop = event.data as unknown as DropRecord;
+  const reason = drop.reason ? ` ${ended(plain(drop.reason))}` : "";
+  const item = drop.plan_item_id;
+  switch (drop.outcome) {
+    case "released":
+      return { text: `${vehicle} released ${item}${after(", ", certaintyName(drop.certainty))}.${reason}`, tone: "ok" };
+    case "kept":
+      return { text: `${vehicle} kept ${item} on board.${reason}`, tone: "warn" };
+    case "unknown":
+      return { text: `Whether ${vehicle} released ${item} is not known.${reason}`, tone: "danger" };
+    default:
+      return { text: `Drop ${item}: ${lower(drop.phase)}.`, tone: "drop" };
+  }
+}
+
+function severityTone(severity: string): Tone {
+  if (/emergency|alert|critical|error/i.test(severity)) return "danger";
+  return /warning/i.test(severity) ? "warn" : "neutral";
+}
+
+function ackTone(result: string): Tone {
+  if (/accepted/i.test(result)) return "ok";
+  return /progress/i.test(result) ? "info" : "danger";
+}
+
+/** Commands keep their MAVLink name, which is what an engineer looks for. */
+function command(value: unknown): string {
+  return str(value).replace(/^MAV_CMD_/, "").toUpperCase();
+}
+
+function again(attempt: unknown): string {
+  return typeof attempt === "number" && attempt > 1 ? ` (try ${attempt})` : "";
+}
+
+function after(before: string, value: unknown, behind = ""): string {
+  const text = str(value);
+  return text === "" ? "" : before + text + behind;
+}
+
+function ended(text: string): string {
+  return /[.!?]$/.test(text) ? text : `${text}.`;
+}
+
+export function short(id: string | null): string {
+  return id === null ? "?" : id.length > 12 ? `${id.slice(0, 8)}…` : id;
+}
+
+function lower(value: unknown): string {
+  return str(value).replaceAll("_", " ").toLowerCase();
+}
+
+function str(value: unknown): string {
+  return typeof value === "string" || typeof value === "number" ? String(value) : "";
+}

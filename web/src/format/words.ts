@@ -1,0 +1,85 @@
+/** The API's words in plain English. Unknown ones are shown as they are, never hidden. Pure. */
+
+import type { DropRecord, RunState, VehicleType } from "../api/types";
+
+export type Tone = "neutral" | "info" | "ok" | "warn" | "danger" | "drop";
+
+const VEHICLE_TYPES: Readonly<Record<VehicleType, string>> = {
+  multicopter: "Multicopter",
+  fixed_wing: "Fixed wing",
+  vtol: "VTOL",
+  rover: "Rover",
+  airship: "Airship",
+};
+
+export function vehicleTypeName(type: VehicleType | string | null): string {
+  return type === null ? "Unknown type" : (VEHICLE_TYPES[type as VehicleType] ?? plain(type));
+}
+
+const RUN_STATES: Readonly<Record<RunState, readonly [string, Tone]>> = {
+  created: ["Created", "neutral"],
+  uploading: ["Uploading", "info"],
+  uploaded: ["Ready to start", "info"],
+  starting: ["Starting", "info"],
+  flying: ["Flying", "info"],
+  at_drop: ["At the drop", "drop"],
+  paused: ["Paused", "warn"],
+  returning: ["Returning", "warn"],
+  landed: ["Landed", "ok"],
+  completed: ["Completed", "ok"],
+  aborted: ["Aborted", "warn"],
+  failed: ["Failed", "danger"],
+  lost: ["Lost", "danger"],
+};
+
+export function runStateName(state: RunState): string {
+  return RUN_STATES[state]?.[0] ?? plain(state);
+}
+
+export function runStateTone(state: RunState): Tone {
+  return RUN_STATES[state]?.[1] ?? "neutral";
+}
+
+const OUTCOMES: Readonly<Record<DropRecord["outcome"], readonly [string, Tone]>> = {
+  pending: ["Not yet", "neutral"],
+  released: ["Released", "ok"],
+  kept: ["Kept on board", "warn"],
+  unknown: ["Not known", "danger"],
+};
+
+export function outcomeName(outcome: DropRecord["outcome"]): string {
+  return OUTCOMES[outcome]?.[0] ?? plain(outcome);
+}
+
+export function outcomeTone(outcome: DropRecord["outcome"]): Tone {
+  return OUTCOMES[outcome]?.[1] ?? "neutral";
+}
+
+const CERTAINTIES: Readonly<Record<DropRecord["certainty"], string>> = {
+  sensed: "sensed",
+  acknowledged: "acknowledged by the vehicle",
+  inferred: "inferred from the flight",
+  none: "",
+};
+
+export function certaintyName(certainty: DropRecord["certainty"]): string {
+  return CERTAINTIES[certainty] ?? plain(certainty);
+}
+
+const LANDED: Readonly<Record<string, string>> = {
+  undefined: "Not known",
+  on_ground: "On ground",
+  in_air: "In the air",
+  taking_off: "Taking off",
+  landing: "Landing",
+};
+
+export function landedName(landed: string): string {
+  return LANDED[landed] ?? plain(landed);
+}
+
+/** "in_failsafe" -> "In failsafe". */
+export function plain(word: string): string {
+  const spaced = word.replaceAll("_", " ");
+  return spaced.charAt(0).toUpperCase() + spaced.slice(1);
+}

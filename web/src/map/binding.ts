@@ -1,0 +1,146 @@
+/** Ties the scene to the signals: each source is drawn anew when, and only when, what it shows has changed. */
+
+import { computed, effect, untracked } from "@preact/signals";
+import { viewPlan, type PlanView } from "../plan/document";
+import type { Run } from "../api/types";
+import { draftView } from "../state/draft";
+import { plansById } from "../state/plans";
+import { itemId, panel, selectedRun, selectedVehicle, selectVehicle, vehicleId } from "../state/selection";
+import { live, tracks, vehicles } from "../state/store";
+import { theme } from "../state/theme";
+import { boundsAround, following, homeOf, planPoints, ringStep, vehiclePoint } from "./camera";
+import { dropFeatures, fenceFeatures, itemProgress, pathFeatures, placeFeatures, ringFeatures, trackFeatures, vehicleFeatures, collection } from "./features";
+import { metresBetween } from "./geometry";
+import { graticule, type View } from "./graticule";
+import { gridLabels, type Label } from "./grid-labels";
+import { PALETTES } from "./palette";
+import { Scene } from "./scene";
+
+/** The plan on the map: the draft while it is being prepared, else the chosen run's. */
+export const shownPlan = computed<{ readonly key: string; readonly view: PlanView; readonly run: Run | null } | null>(() => {
+  const draft = draftView.value;
+  if (panel.value === "plan" && draft !== null) return { key: `draft ${draft.name}`, view: draft, run: null };
+  const run = selectedRun.value;
+  const view = runPlan.value;
+  return run === null || view === null ? null : { key: run.plan_id, view, run };
+});
+
+const runPlan = computed(() => {
+  const stored = selectedRun.value === null ? undefined : plansById.value[selectedRun.value.plan_id];
+  return stored ? viewPlan(stored.plan) : null;
+});
+
+const home = computed(() => homeOf(selectedVehicle.value ?? Object.values(vehicles.value)[0] ?? null, shownPlan.value?.view ?? null));
+/** As text: telemetry brings the same place again and again, and nothing is drawn anew for that. */
+const homeKey = computed(() => JSON.stringify(home.value));
+
+export function bindScene(container: HTMLElement, onLabels: (labels: readonly Label[]) => void): { scene: Scene; dispose: () => void } {
+  const grid = new Grid(onLabels);
+  const scene = new Scene(container, PALETTES[theme.peek()], {
+    onView: (view) => grid.show(scene, view),
+    onVehicle: selectVehicle,
+    onPlace: (id) => (itemId.value = id),
+    onGrab: () => (following.value = false),
+  });
+  const effects = [
+    effect(() => scene.setPalette(PALETTES[theme.value])),
+    effect(() => scene.setData("vehicles", vehicleFeatures(vehicles.value, vehicleId.value, live.value))),
+    effect(() => scene.setData("tracks", trackFeatures(tracks.value))),
+    effect(() => drawPlan(scene)),
+    effect(() => {
+      void homeKey.value;
+      grid.home(scene);
+    }),
+    effect(() => follow(scene)),
+    effect(() => lookAtItem(scene)),
+    lookAtNews(scene),
+  ];
+  return {
+    scene,
+    dispose: () => {
+      for (const end of effects) end();
+      scene.destroy();
+    },
+  };
+}
+
+function drawPlan(scene: Scene): void {
+  const plan = shownPlan.value;
+  const nothing = collection([]);
+  if (plan === null) {
+    for (const source of ["path", "places", "drops", "fences"] as const) scene.setData(source, nothing);
+    return;
+  }
+  void homeKey.value;
+  const start = home.peek() ?? plan.view.home;
+  const progress = itemProgress(plan.view, plan.run);
+  scene.setData("path", pathFeatures(plan.view, start, progress));
+  scene.setData("places", placeFeatures(plan.view, progress, itemId.value));
+  scene.setData("drops", dropFeatures(plan.view, plan.run));
+  scene.setData("fences", fenceFeatures(plan.view));
+}
+
+function follow(scene: Scene): void {
+  const at = vehiclePoint(selectedVehicle.value);
+  if (following.value && at !== null) scene.centre(at);
+}
+
+function lookAtItem(scene: Scene): void {
+  const id = itemId.value;
+  const at = untracked(() => shownPlan.value?.view.items.find((item) => item.id === id)?.at);
+  if (at) scene.centre(at, 16);
+}
+
+/** Show the fleet once it is known, and each other plan once: then the map is the operator's. */
+function lookAtNews(scene: Scene): () => void {
+  const seen = new Set<string>();
+  return effect(() => {
+    const plan = shownPlan.value;
+    const points = Object.values(vehicles.value).map(vehiclePoint).filter((at) => at !== null);
+    const key = plan?.key ?? (points.length > 0 ? "fleet" : null);
+    if (key === null || seen.has(key)) return;
+    seen.add(key);
+    const bounds = boundsAround(plan === null ? points : planPoints(plan.view));
+    if (bounds !== null && !following.peek()) scene.fit(bounds);
+  });
+}
+
+/** Graticule and range rings: they depend on the view and on home alone. */
+class Grid {
+  #view: View | null = null;
+  #covered: View | null = null;
+
+  constructor(private readonly onLabels: (labels: readonly Label[]) => void) {}
+
+  show(scene: Scene, view: View): void {
+    this.#view = view;
+    const grid = graticule(view);
+    this.onLabels(gridLabels(grid, view, (at) => scene.project(at)));
+    if (this.#covered !== null && covers(this.#covered, view)) return;
+    this.#covered = view;
+    scene.setData("gridMinor", collection([{ type: "Feature", properties: {}, geometry: { type: "MultiLineString", coordinates: grid.minor } }]));
+    scene.setData("gridMajor", collection([{ type: "Feature", properties: {}, geometry: { type: "MultiLineString", coordinates: grid.major } }]));
+    this.home(scene);
+  }
+
+  home(scene: Scene): void {
+    const view = this.#view;
+    if (view === null) return;
+    const height_m = metresBetween([view.west, view.south], [view.west, view.north]);
+    scene.setData("rings", ringFeatures(home.peek(), ringStep(height_m)));
+  }
+}
+
+/** Whether the lines drawn for one view still serve another: near enough in place and scale. */
+function covers(drawn: View, view: View): boolean {
+  const scale = (view.east - view.west) / (drawn.east - drawn.west);
+  const marginLon = (drawn.east - drawn.west) / 2;
+  const marginLat = (drawn.north - drawn.south) / 2;
+  return (
+    Math.abs(scale - 1) < 0.02 &&
+    view.west > drawn.west - marginLon &&
+    view.east < drawn.east + marginLon &&
+    view.south > drawn.south - marginLat &&
+    view.north < drawn.north + marginLat
+  );
+}

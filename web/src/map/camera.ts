@@ -1,0 +1,38 @@
+/** Where the map looks by itself: the fleet or plan when there is something new to see, and a vehicle being followed. */
+
+import { signal } from "@preact/signals";
+import type { Vehicle } from "../api/types";
+import type { PlanView } from "../plan/document";
+import { boundsOf, circleRing, type Point } from "./geometry";
+
+/** Keep the chosen vehicle in the middle, until somebody moves the map by hand. */
+export const following = signal(false);
+
+export function vehiclePoint(vehicle: Vehicle | null): Point | null {
+  const lat = vehicle?.state.latitude_deg ?? null;
+  const lon = vehicle?.state.longitude_deg ?? null;
+  return lat === null || lon === null ? null : [lon, lat];
+}
+
+export function homeOf(vehicle: Vehicle | null, plan: PlanView | null): Point | null {
+  const home = vehicle?.state.home;
+  return home ? [home.longitude_deg, home.latitude_deg] : (plan?.home ?? null);
+}
+
+/** All that a plan spans. */
+export function planPoints(plan: PlanView): Point[] {
+  const fences = plan.fences.flatMap(({ shape }) => ("ring" in shape ? shape.ring : circleRing(shape.centre, shape.radius_m, 8)));
+  return [...plan.items.map((item) => item.at).filter((at) => at !== null), ...fences, ...(plan.home ? [plan.home] : [])];
+}
+
+/** Bounds with room around a single point, so that one parked vehicle is not shown at the deepest zoom. */
+export function boundsAround(points: readonly Point[]): [number, number, number, number] | null {
+  return boundsOf(points.flatMap((point) => circleRing(point, 60, 4)));
+}
+
+/** The round distance for range rings: three of them fill about the shorter half of the view. */
+export function ringStep(viewHeight_m: number): number {
+  const wished = viewHeight_m / 8;
+  const power = 10 ** Math.floor(Math.log10(Math.max(wished, 1)));
+  return [1, 2, 5, 10].map((m) => m * power).find((step) => step >= wished) ?? 10 * power;
+}

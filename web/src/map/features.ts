@@ -1,0 +1,114 @@
+/** What the map shows, as GeoJSON: plan, run, vehicles, tracks. Pure. */
+
+import type { Feature, FeatureCollection, Geometry } from "geojson";
+import type { Run, Vehicle } from "../api/types";
+import { metres } from "../format/units";
+import { dropPlaces, isDrop, type PlanItemView, type PlanView } from "../plan/document";
+import { trackLines, type Tracks } from "../state/tracks";
+import { circleRing, offset, type Point } from "./geometry";
+
+type Properties = Record<string, string | number | boolean>;
+
+export function collection(features: Feature[]): FeatureCollection {
+  return { type: "FeatureCollection", features };
+}
+
+/** A heartbeat older than this is shown as stale, before the service calls the link lost. */
+export const STALE_S = 2.5;
+
+export function vehicleFeatures(vehicles: Readonly<Record<string, Vehicle>>, selected: string | null, live: boolean): FeatureCollection {
+  return collection(
+    Object.values(vehicles).flatMap((vehicle) => {
+      const { latitude_deg: lat, longitude_deg: lon, heading_deg, relative_altitude_m: altitude } = vehicle.state;
+      if (lat === null || lon === null) return [];
+      return feature({ type: "Point", coordinates: [lon, lat] }, {
+        id: vehicle.id,
+        type: vehicle.vehicle_type ?? "unknown",
+        tone: vehicleTone(vehicle, live),
+        heading_deg: heading_deg ?? 0,
+        selected: vehicle.id === selected,
+        label: altitude === null || altitude < 1 ? vehicle.id : `${vehicle.id} · ${metres(Math.round(altitude))}`,
+      });
+    }),
+  );
+}
+
+function vehicleTone({ state, quarantined }: Vehicle, live: boolean): string {
+  if (quarantined !== null || state.in_failsafe) return "danger";
+  return live && state.connected && (state.heartbeat_age_s ?? 0) < STALE_S ? "ok" : "stale";
+}
+
+export function trackFeatures(tracks: Tracks): FeatureCollection {
+  return collection(Object.entries(tracks).map(([id, track]) => feature({ type: "MultiLineString", coordinates: trackLines(track) }, { id })));
+}
+
+export type Progress = "ahead" | "current" | "done";
+
+/** How far a run is with each item of its plan; without a run all is ahead. */
+export function itemProgress(plan: PlanView, run: Run | null): Map<string, Progress> {
+  const done = new Set(run?.flown_item_ids ?? []);
+  const current = run && run.item_id !== null && run.state !== "completed" ? run.item_id : null;
+  return new Map(plan.items.map(({ id }) => [id, id === current ? "current" : done.has(id) ? "done" : "ahead"]));
+}
+
+/** One line for each leg; the leg to an item has the item's progress. A take-off without a position starts at home. */
+export function pathFeatures(plan: PlanView, home: Point | null, progress: ReadonlyMap<string, Progress>): FeatureCollection {
+  const legs: Feature[] = [];
+  let last = home;
+  for (const item of plan.items) {
+    const to = item.type === "return_to_launch" ? home : item.at;
+    if (to === null) continue;
+    if (last !== null) legs.push(feature({ type: "LineString", coordinates: [last, to] }, { state: progress.get(item.id) ?? "ahead" }));
+    last = to;
+  }
+  return collection(legs);
+}
+
+export function placeFeatures(plan: PlanView, progress: ReadonlyMap<string, Progress>, pointedAt: string | null): FeatureCollection {
+  const placed = plan.items.filter((item): item is PlanItemView & { at: Point } => item.at !== null);
+  return collection(
+    placed.map((item) =>
+      feature({ type: "Point", coordinates: item.at }, {
+        id: item.id,
+        label: String(item.index + 1),
+        state: progress.get(item.id) ?? "ahead",
+        pointed: item.id === pointedAt,
+      }),
+    ),
+  );
+}
+
+export function dropFeatures(plan: PlanView, run: Run | null): FeatureCollection {
+  const places = dropPlaces(plan.items);
+  const outcomes = new Map(run?.drops.map((drop) => [drop.plan_item_id, drop.outcome]));
+  return collection(
+    plan.items.filter(isDrop).flatMap((item) => {
+      const at = places.get(item.id);
+      return at ? feature({ type: "Point", coordinates: at }, { id: item.id, label: item.id, outcome: outcomes.get(item.id) ?? "pending" }) : [];
+    }),
+  );
+}
+
+export function fenceFeatures(plan: PlanView): FeatureCollection {
+  return collection(
+    plan.fences.map(({ kind, shape }) => {
+      const ring = "ring" in shape ? shape.ring : circleRing(shape.centre, shape.radius_m);
+      return feature({ type: "Polygon", coordinates: [[...ring]] }, { kind });
+    }),
+  );
+}
+
+/** Home and rings around it at round distances: the scale of an otherwise empty map. */
+export function ringFeatures(home: Point | null, step_m: number): FeatureCollection {
+  if (home === null) return collection([]);
+  const features = [feature({ type: "Point", coordinates: home }, { kind: "home" })];
+  for (const n of [1, 2, 3]) {
+    features.push(feature({ type: "LineString", coordinates: circleRing(home, n * step_m) }, { kind: "ring" }));
+    features.push(feature({ type: "Point", coordinates: offset(home, n * step_m, 45) }, { kind: "label", label: metres(n * step_m) }));
+  }
+  return collection(features);
+}
+
+function feature(geometry: Geometry, properties: Properties): Feature {
+  return { type: "Feature", geometry, properties };
+}

@@ -1,0 +1,121 @@
+/** The MapLibre map behind a small face: data in by source, view changes out. Draws at most once per frame. */
+
+import { Map as GlMap, ScaleControl, setWorkerUrl, type GeoJSONSource } from "maplibre-gl";
+import workerUrl from "maplibre-gl/dist/maplibre-gl-worker.mjs?url";
+import type { FeatureCollection } from "geojson";
+import type { View } from "./graticule";
+import { drawIcon } from "./icons";
+import type { Palette } from "./palette";
+import { buildStyle, NO_DATA, type MapData, type SourceId } from "./style";
+
+setWorkerUrl(workerUrl); // from our own origin, so that the page's content security policy needs no blob:
+
+export interface SceneEvents {
+  onView(view: View): void;
+  onVehicle(id: string): void;
+  onPlace(id: string): void;
+  /** Somebody moved the map by hand. */
+  onGrab(): void;
+}
+
+export class Scene {
+  readonly #map: GlMap;
+  readonly #data: MapData = { ...NO_DATA };
+  readonly #dirty = new Set<SourceId>();
+  #palette: Palette;
+  #frame = 0;
+
+  constructor(container: HTMLElement, palette: Palette, private readonly events: SceneEvents) {
+    this.#palette = palette;
+    this.#map = new GlMap({
+      container,
+      style: buildStyle(palette, this.#data),
+      center: [8.5, 47.4],
+      zoom: 3,
+      maxZoom: 21,
+      attributionControl: false, // there is nothing to attribute: no map data
+      dragRotate: false,
+      pitchWithRotate: false,
+      touchPitch: false,
+      fadeDuration: 0,
+      locale: { "Map.Title": "Map: arrow keys move, plus and minus zoom" },
+    });
+    this.#map.touchZoomRotate.disableRotation();
+    this.#map.keyboard.disableRotation();
+    this.#map.addControl(new ScaleControl({ maxWidth: 120 }), "bottom-left");
+    this.#map.setMissingStyleImageResolver((name) => this.#addIcon(name));
+    this.#listen();
+  }
+
+  setData(source: SourceId, data: FeatureCollection): void {
+    this.#data[source] = data;
+    this.#dirty.add(source);
+    this.#frame ||= requestAnimationFrame(() => this.#flush());
+  }
+
+  setPalette(palette: Palette): void {
+    if (palette === this.#palette) return;
+    this.#palette = palette;
+    this.#map.setStyle(buildStyle(palette, this.#data), { diff: false }); // icons are coloured: all are drawn anew
+  }
+
+  fit(bounds: [number, number, number, number]): void {
+    this.#map.fitBounds(bounds, { padding: 70, maxZoom: 17.5, duration: 500 });
+  }
+
+  centre(at: [number, number], zoom?: number): void {
+    this.#map.easeTo({ center: at, duration: 300, ...(zoom === undefined ? {} : { zoom: Math.max(zoom, this.#map.getZoom()) }) });
+  }
+
+  zoomBy(levels: number): void {
+    this.#map.easeTo({ zoom: this.#map.getZoom() + levels, duration: 200 });
+  }
+
+  project(at: [number, number]): { x: number; y: number } {
+    return this.#map.project(at);
+  }
+
+  destroy(): void {
+    cancelAnimationFrame(this.#frame);
+    this.#map.remove();
+  }
+
+  #listen(): void {
+    const map = this.#map;
+    map.on("style.load", () => this.#flush());
+    const tellView = () => this.events.onView(this.#view());
+    map.on("load", tellView);
+    map.on("move", tellView);
+    map.on("resize", tellView);
+    map.on("dragstart", () => this.events.onGrab());
+    for (const [layer, tell] of [["vehicles", this.events.onVehicle], ["places", this.events.onPlace]] as const) {
+      map.on("click", layer, ({ features }) => {
+        const id: unknown = features?.[0]?.properties?.["id"];
+        if (typeof id === "string") tell(id);
+      });
+      map.on("mouseenter", layer, () => (map.getCanvas().style.cursor = "pointer"));
+      map.on("mouseleave", layer, () => (map.getCanvas().style.cursor = ""));
+    }
+  }
+
+  #addIcon(name: string): void {
+    const icon = drawIcon(name, this.#palette);
+    if (icon !== null && !this.#map.hasImage(name)) this.#map.addImage(name, icon.image, { pixelRatio: icon.pixelRatio });
+  }
+
+  #view(): View {
+    const bounds = this.#map.getBounds();
+    const { clientWidth: width_px, clientHeight: height_px } = this.#map.getContainer();
+    return { west: bounds.getWest(), south: bounds.getSouth(), east: bounds.getEast(), north: bounds.getNorth(), width_px, height_px };
+  }
+
+  #flush(): void {
+    this.#frame = 0;
+    for (const id of this.#dirty) {
+      const source = this.#map.getSource<GeoJSONSource>(id);
+      if (!source) return; // the style is still loading; it is built with the data, and what changed since stays dirty
+      source.setData(this.#data[id]);
+      this.#dirty.delete(id);
+    }
+  }
+}

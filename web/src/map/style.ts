@@ -1,0 +1,139 @@
+/** The map's style: our own sources and layers only. No tiles, no sprite, no glyph server: nothing is ever fetched. */
+
+import type { ExpressionSpecification, LayerSpecification, LineLayerSpecification, StyleSpecification } from "maplibre-gl";
+import type { FeatureCollection } from "geojson";
+import type { Palette } from "./palette";
+
+export const SOURCES = ["gridMinor", "gridMajor", "rings", "fences", "tracks", "path", "places", "drops", "vehicles"] as const;
+export type SourceId = (typeof SOURCES)[number];
+export type MapData = Record<SourceId, FeatureCollection>;
+
+export const NOTHING: FeatureCollection = { type: "FeatureCollection", features: [] };
+export const NO_DATA: MapData = Object.fromEntries(SOURCES.map((id) => [id, NOTHING])) as MapData;
+
+/** Without a glyph server MapLibre draws text with the page's own fonts. */
+const FONT = ["Inter", "system-ui", "sans-serif"];
+const ROUND: LineLayerSpecification["layout"] = { "line-cap": "round", "line-join": "round" };
+
+export function buildStyle(palette: Palette, data: MapData): StyleSpecification {
+  return {
+    version: 8,
+    sources: Object.fromEntries(SOURCES.map((id) => [id, { type: "geojson", data: data[id], tolerance: 0.1 }])),
+    layers: [
+      { id: "background", type: "background", paint: { "background-color": palette.background } },
+      ...backgroundLayers(palette),
+      ...planLayers(palette),
+      ...vehicleLayers(palette),
+    ],
+  };
+}
+
+function backgroundLayers(p: Palette): LayerSpecification[] {
+  const kind: ExpressionSpecification = ["get", "kind"];
+  return [
+    { id: "gridMinor", type: "line", source: "gridMinor", paint: { "line-color": p.gridMinor } },
+    { id: "gridMajor", type: "line", source: "gridMajor", paint: { "line-color": p.gridMajor } },
+    { id: "rings", type: "line", source: "rings", filter: ["==", kind, "ring"], paint: { "line-color": p.ring, "line-dasharray": [2, 4] } },
+    { id: "ringText", type: "symbol", source: "rings", filter: ["==", kind, "label"], layout: text("label", 11), paint: textPaint(p.ringText, p) },
+    { id: "home", type: "symbol", source: "rings", filter: ["==", kind, "home"], layout: { "icon-image": "home", "icon-allow-overlap": true } },
+    {
+      id: "fenceFill",
+      type: "fill",
+      source: "fences",
+      paint: { "fill-color": ["match", kind, "exclusion", p.danger, p.inclusion], "fill-opacity": ["match", kind, "exclusion", 0.14, 0.04] },
+    },
+    {
+      id: "fenceLine",
+      type: "line",
+      source: "fences",
+      layout: { ...ROUND },
+      paint: { "line-color": ["match", kind, "exclusion", p.danger, p.inclusion], "line-width": 1.5, "line-dasharray": [4, 3] },
+    },
+  ];
+}
+
+function planLayers(p: Palette): LayerSpecification[] {
+  const state: ExpressionSpecification = ["get", "state"];
+  return [
+    { id: "pathCasing", type: "line", source: "path", layout: { ...ROUND }, paint: { "line-color": p.pathCasing, "line-width": 6, "line-opacity": 0.8 } },
+    {
+      id: "path",
+      type: "line",
+      source: "path",
+      layout: { ...ROUND },
+      paint: { "line-color": ["match", state, "done", p.pathDone, p.path], "line-width": ["match", state, "current", 4, 2.5] },
+    },
+    { id: "tracks", type: "line", source: "tracks", layout: { ...ROUND }, paint: { "line-color": p.track, "line-width": 2, "line-opacity": 0.75 } },
+    {
+      id: "places",
+      type: "circle",
+      source: "places",
+      paint: {
+        "circle-radius": ["case", ["get", "pointed"], 13, 9],
+        "circle-color": ["match", state, "done", p.pathDone, "current", p.path, p.background],
+        "circle-stroke-color": ["match", state, "done", p.pathDone, p.path],
+        "circle-stroke-width": 2,
+      },
+    },
+    {
+      id: "placeText",
+      type: "symbol",
+      source: "places",
+      layout: { ...text("label", 11), "text-allow-overlap": true },
+      paint: { "text-color": ["match", state, "current", p.background, p.text] },
+    },
+    {
+      id: "drops",
+      type: "symbol",
+      source: "drops",
+      layout: { "icon-image": ["concat", "drop:", ["get", "outcome"]], "icon-anchor": "bottom", "icon-offset": [0, -10], "icon-allow-overlap": true },
+    },
+    {
+      id: "dropText",
+      type: "symbol",
+      source: "drops",
+      layout: { ...text("label", 12), "text-anchor": "left", "text-offset": [1.3, -2] },
+      paint: textPaint(p.text, p),
+    },
+  ];
+}
+
+function vehicleLayers(p: Palette): LayerSpecification[] {
+  return [
+    {
+      id: "selected",
+      type: "circle",
+      source: "vehicles",
+      filter: ["get", "selected"],
+      paint: { "circle-radius": 22, "circle-color": p.path, "circle-opacity": 0.16, "circle-stroke-color": p.path, "circle-stroke-width": 1.5 },
+    },
+    {
+      id: "vehicles",
+      type: "symbol",
+      source: "vehicles",
+      layout: {
+        "icon-image": ["concat", "vehicle:", ["get", "type"], ":", ["get", "tone"]],
+        "icon-rotate": ["get", "heading_deg"],
+        "icon-rotation-alignment": "map",
+        "icon-allow-overlap": true,
+        "symbol-sort-key": ["case", ["get", "selected"], 1, 0],
+      },
+    },
+    {
+      id: "vehicleText",
+      type: "symbol",
+      source: "vehicles",
+      layout: { ...text("label", 12), "text-anchor": "top", "text-offset": [0, 1.7] },
+      paint: textPaint(p.text, p),
+    },
+  ];
+}
+
+function text(field: string, size: number) {
+  const value: ExpressionSpecification = ["get", field];
+  return { "text-field": value, "text-font": FONT, "text-size": size };
+}
+
+function textPaint(color: string, p: Palette) {
+  return { "text-color": color, "text-halo-color": p.halo, "text-halo-width": 1.6 };
+}

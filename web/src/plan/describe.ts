@@ -1,0 +1,56 @@
+/** A plan item in a few words, as the lists show it. Pure. */
+
+import { metres, seconds, speed } from "../format/units";
+import type { PlanItemView } from "./document";
+
+const TITLES: Readonly<Record<string, string>> = {
+  takeoff: "Take off",
+  waypoint: "Waypoint",
+  loiter: "Loiter",
+  delay: "Wait",
+  gripper: "Gripper",
+  winch: "Winch",
+  change_speed: "Change speed",
+  transition: "Transition",
+  land: "Land",
+  return_to_launch: "Return to launch",
+  jump: "Jump",
+};
+
+export function itemTitle(item: PlanItemView): string {
+  const title = TITLES[item.type] ?? item.type;
+  const { action, to } = item.fields;
+  if (item.type === "gripper" || item.type === "winch") return `${title}: ${words(action) || "?"}`;
+  if (item.type === "transition") return `${title} to ${words(to) || "?"}`;
+  return title;
+}
+
+/** Altitude, hold, speed and what else the item says: "30 m above home · hold 5 s". */
+export function itemSummary(item: PlanItemView): string {
+  const f = item.fields;
+  const parts: (string | null)[] = [
+    num(f["relative_altitude_m"], (m) => `${metres(m)} above home`),
+    num(f["absolute_altitude_m"], (m) => `${metres(m)} above sea level`),
+    item.type === "loiter" ? words(f["kind"]) : null,
+    num(f["turns"], (n) => `${n} turns`),
+    num(f["radius_m"], (m) => `radius ${metres(Math.abs(m))}${m < 0 ? " counter-clockwise" : ""}`),
+    num(f["hold_s"], (s) => (s > 0 ? `hold ${item.type === "waypoint" ? "" : "up to "}${seconds(s)}` : null)),
+    num(f["duration_s"], seconds),
+    num(f["speed_m_s"], speed),
+    num(f["acceptance_radius_m"], (m) => `within ${metres(m)}`),
+    num(f["length_m"], metres),
+    f["release_motion"] === "stopped" ? "while stopped" : f["release_motion"] === "moving" ? "while moving" : null,
+    words(f["mode"]) || null,
+    item.type === "jump" ? `to ${words(f["target"])}` : null,
+    num(f["repeats"], (n) => (n === 1 ? "once" : `${n} times`)),
+  ];
+  return parts.filter((part) => part !== null && part !== "").join(" · ");
+}
+
+function num(value: unknown, say: (value: number) => string | null): string | null {
+  return typeof value === "number" ? say(value) : null;
+}
+
+function words(value: unknown): string {
+  return typeof value === "string" ? value.replaceAll("_", " ") : "";
+}

@@ -1,0 +1,44 @@
+/** What can be said and done in each state of a run. Pure. */
+
+import type { Run, RunState, Vehicle } from "../api/types";
+
+const OVER: ReadonlySet<RunState> = new Set(["completed", "aborted", "failed", "lost"]);
+
+export type RunAction = "start" | "pause" | "resume" | "return" | "land" | "abort";
+
+/** What an operator may ask for. The service decides; this only keeps useless buttons away. */
+const ALLOWED: Readonly<Record<RunState, readonly RunAction[]>> = {
+  created: ["abort"],
+  uploading: ["abort"],
+  uploaded: ["start", "abort"],
+  starting: ["return", "land"],
+  flying: ["pause", "return", "land"],
+  at_drop: ["pause", "return", "land"],
+  paused: ["resume", "return", "land"],
+  returning: ["land"],
+  landed: [],
+  completed: [],
+  aborted: [],
+  failed: [],
+  lost: [],
+};
+
+export function isOver(run: Run): boolean {
+  return OVER.has(run.state);
+}
+
+export function allowedActions(run: Run): readonly RunAction[] {
+  return ALLOWED[run.state] ?? [];
+}
+
+/** Newest first. */
+export function newestRuns(runs: Readonly<Record<string, Run>>): Run[] {
+  return Object.values(runs).sort((a, b) => b.created_at - a.created_at || b.id.localeCompare(a.id));
+}
+
+/** The run that a vehicle flies now: what the service says, else the newest of its open runs. */
+export function currentRun(vehicle: Vehicle, runs: Readonly<Record<string, Run>>): Run | null {
+  const named = vehicle.run_id === null ? undefined : runs[vehicle.run_id];
+  if (named && !isOver(named)) return named;
+  return newestRuns(runs).find((run) => run.vehicle_id === vehicle.id && !isOver(run)) ?? null;
+}

@@ -1,0 +1,48 @@
+/** The track tails drawn behind vehicles: bounded, thinned by distance, broken where the link was silent. Pure. */
+
+import type { VehicleState } from "../api/types";
+import { metresBetween, type Point } from "../map/geometry";
+
+const POINTS_PER_VEHICLE = 600;
+const MIN_STEP_M = 1;
+/** A longer silence is drawn as a break: where the vehicle was in between is not known. */
+const BREAK_S = 5;
+
+export interface TrackPoint {
+  readonly at: Point;
+  readonly time: number;
+  /** First point after a silence. */
+  readonly breaks: boolean;
+}
+
+export type Tracks = Readonly<Record<string, readonly TrackPoint[]>>;
+
+/** Tracks with the newest positions added. `time` is Unix seconds. */
+export function extendTracks(tracks: Tracks, states: Readonly<Record<string, VehicleState>>, time: number): Tracks {
+  let next: Record<string, readonly TrackPoint[]> | null = null;
+  for (const [id, state] of Object.entries(states)) {
+    const track = extendTrack(tracks[id] ?? [], state, time);
+    if (track !== null) (next ??= { ...tracks })[id] = track;
+  }
+  return next ?? tracks;
+}
+
+function extendTrack(track: readonly TrackPoint[], state: VehicleState, time: number): readonly TrackPoint[] | null {
+  const { latitude_deg, longitude_deg, position_age_s } = state;
+  if (latitude_deg === null || longitude_deg === null || (position_age_s ?? 0) > BREAK_S) return null;
+  const at: Point = [longitude_deg, latitude_deg];
+  const last = track.at(-1);
+  if (last && metresBetween(last.at, at) < MIN_STEP_M) return null;
+  const breaks = last !== undefined && time - last.time > BREAK_S && metresBetween(last.at, at) > 10 * MIN_STEP_M;
+  return [...track.slice(-(POINTS_PER_VEHICLE - 1)), { at, time, breaks }];
+}
+
+/** A track as lines, split at its breaks. */
+export function trackLines(track: readonly TrackPoint[]): Point[][] {
+  const lines: Point[][] = [];
+  for (const point of track) {
+    if (point.breaks || lines.length === 0) lines.push([]);
+    lines.at(-1)?.push(point.at);
+  }
+  return lines.filter((line) => line.length > 1);
+}

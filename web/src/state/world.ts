@@ -1,0 +1,146 @@
+/**
+ * What the page knows of the world, and how each frame of the stream changes it. Pure: no clock, no socket, no DOM.
+ *
+ * The promise is "no gap and no double": `seq` is the last event taken in, an older one is ignored, and one that
+ * leaves a hole sets `resync`, upon which the connection is opened again with `after=seq`.
+ */
+
+import type { Run, Vehicle } from "../api/types";
+import type { EventFrame, Frame, HelloFrame, SnapshotFrame, StreamEvent, TelemetryFrame } from "../stream/frames";
+import { applyEvent } from "./events";
+
+/** Events kept for the feed. */
+export const FEED_LIMIT = 500;
+/** Events asked for when the page is new and knows none. */
+export const HISTORY = 200;
+
+export interface World {
+  readonly gateway: string | null;
+  /** Last event taken in; null before the first hello. The next connection asks for what comes after it. */
+  readonly seq: number | null;
+  /** Events up to here are already in the snapshot's state: they are for the feed only. */
+  readonly snapshotSeq: number;
+  readonly vehicles: Readonly<Record<string, Vehicle>>;
+  readonly runs: Readonly<Record<string, Run>>;
+  /** Newest first. */
+  readonly feed: readonly StreamEvent[];
+  /** The page's own clock (ms) when the vehicles' states were last measured; null before. */
+  readonly measuredAt: number | null;
+  /** The stream must be opened again at once, after `seq`. */
+  readonly resync: boolean;
+  /** Where a hole was found and asked for again; if it is still there, the service has it no more. */
+  readonly holeAfter: number | null;
+  /** A vehicle was heard of that is not in the list: the list must be read again. */
+  readonly listStale: boolean;
+}
+
+export const EMPTY_WORLD: World = {
+  gateway: null,
+  seq: null,
+  snapshotSeq: 0,
+  vehicles: {},
+  runs: {},
+  feed: [],
+  measuredAt: null,
+  resync: false,
+  holeAfter: null,
+  listStale: false,
+};
+
+export type Action =
+  | { readonly type: "frame"; readonly frame: Frame; readonly at: number }
+  | { readonly type: "opened" }
+  | { readonly type: "after_refused" }
+  | { readonly type: "vehicles_read"; readonly vehicles: readonly Vehicle[] }
+  | { readonly type: "run_read"; readonly run: Run };
+
+export function reduce(world: World, action: Action): World {
+  switch (action.type) {
+    case "opened":
+      return { ...world, resync: false };
+    case "after_refused":
+      return { ...world, gateway: null, seq: null, holeAfter: null, feed: [] };
+    case "vehicles_read":
+      return { ...world, vehicles: indexById(action.vehicles), listStale: false };
+    case "run_read":
+      return onRunRead(world, action.run);
+    case "frame":
+      return reduceFrame(world, action.frame, action.at);
+  }
+}
+
+function reduceFrame(world: World, frame: Frame, at: number): World {
+  if (world.resync) return world; // frames of a connection that is being given up
+  switch (frame.type) {
+    case "hello":
+      return onHello(world, frame);
+    case "snapshot":
+      return onSnapshot(world, frame, at);
+    case "event":
+      return onEvent(world, frame);
+    case "telemetry":
+      return onTelemetry(world, frame, at);
+  }
+}
+
+/** A page that knows nothing of this gateway's journal comes again for the newest part of it. */
+function onHello(world: World, hello: HelloFrame): World {
+  if (world.seq !== null && world.gateway === hello.gateway) return world;
+  const seq = Math.max(0, hello.seq - HISTORY);
+  return { ...world, gateway: hello.gateway, seq, holeAfter: null, feed: [], resync: hello.seq > seq };
+}
+
+function onSnapshot(world: World, snapshot: SnapshotFrame, at: number): World {
+  return {
+    ...world,
+    snapshotSeq: snapshot.seq,
+    vehicles: indexById(snapshot.vehicles),
+    runs: indexById(snapshot.runs),
+    measuredAt: at,
+    listStale: false,
+  };
+}
+
+function onEvent(world: World, { event }: EventFrame): World {
+  if (world.seq === null || event.seq <= world.seq) return world;
+  const hole = event.seq > world.seq + 1;
+  if (hole && world.holeAfter !== world.seq) return { ...world, resync: true, holeAfter: world.seq };
+  const feed = hole ? withNewest(world.feed, missing(world.seq, event)) : world.feed;
+  const seen = { ...world, seq: event.seq, feed: withNewest(feed, event), holeAfter: null };
+  return event.seq <= world.snapshotSeq ? seen : applyEvent(seen, event);
+}
+
+/** Stands in the feed for events that the service could not give again: a hole is said, never hidden. */
+function missing(after: number, next: StreamEvent): StreamEvent {
+  const data = { first: after + 1, last: next.seq - 1 };
+  return { seq: next.seq - 0.5, time: next.time, kind: "page.missing", vehicle_id: null, run_id: null, data };
+}
+
+function onTelemetry(world: World, frame: TelemetryFrame, at: number): World {
+  const vehicles = { ...world.vehicles };
+  let listStale = world.listStale;
+  for (const [id, state] of Object.entries(frame.vehicles)) {
+    const known = vehicles[id];
+    if (known) vehicles[id] = { ...known, state };
+    else listStale = true;
+  }
+  return { ...world, vehicles, measuredAt: at, listStale };
+}
+
+/** An answer to a request may be older than what the stream has already told. */
+function onRunRead(world: World, run: Run): World {
+  const known = world.runs[run.id];
+  return known && known.updated_at >= run.updated_at ? world : withRun(world, run);
+}
+
+export function withRun(world: World, run: Run): World {
+  return { ...world, runs: { ...world.runs, [run.id]: run } };
+}
+
+function withNewest(feed: readonly StreamEvent[], event: StreamEvent): readonly StreamEvent[] {
+  return [event, ...feed.slice(0, FEED_LIMIT - 1)];
+}
+
+function indexById<T extends { id: string }>(list: readonly T[]): Record<string, T> {
+  return Object.fromEntries(list.map((item) => [item.id, item]));
+}

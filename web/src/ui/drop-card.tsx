@@ -1,0 +1,42 @@
+import type { DropRecord } from "../api/types";
+import { clockTime, fullTime, metres, speed } from "../format/units";
+import { certaintyName, outcomeName, outcomeTone, plain } from "../format/words";
+import { Badge } from "./badge";
+
+/** One drop with its evidence. What was sent, answered, put out and sensed are four facts, and stay four. */
+export function DropCard({ drop }: { drop: DropRecord }) {
+  const certainty = certaintyName(drop.certainty);
+  return (
+    <article class={`drop-card tone-${outcomeTone(drop.outcome)}`} aria-label={`Drop ${drop.plan_item_id}`}>
+      <header>
+        <b>{drop.plan_item_id}</b>
+        <small>{drop.supervised ? "supervised" : "embedded in the mission"}</small>
+        <Badge tone={outcomeTone(drop.outcome)}>{drop.outcome === "pending" ? plain(drop.phase) : outcomeName(drop.outcome)}</Badge>
+      </header>
+      <ol class="evidence">
+        <Evidence name="Commanded" at={drop.commanded_at} note={drop.attempts > 1 ? `${drop.attempts} tries` : ""} missing={drop.supervised ? "not sent" : "by the mission"} />
+        <Evidence name="Acknowledged" at={drop.acknowledged_at} note={(drop.acknowledged_result ?? "").replaceAll("_", " ").toLowerCase()} missing={drop.supervised ? "no answer" : "no answer comes"} />
+        <Evidence name="Output" at={drop.output_at} note={drop.output_us === null ? "" : `${drop.output_us} µs`} missing="not seen" />
+        <Evidence name="Sensed" at={drop.sensed_at} note="" missing="no sensor report" />
+      </ol>
+      {(certainty !== "" || drop.offset_m !== null) && (
+        <p class="drop-result">
+          {[certainty === "" ? "" : plain(certainty), drop.offset_m === null ? "" : `${metres(drop.offset_m)} from the point`, drop.ground_speed_m_s === null ? "" : `at ${speed(drop.ground_speed_m_s)}`]
+            .filter((part) => part !== "")
+            .join(" · ")}
+        </p>
+      )}
+      {drop.reason !== "" && <p class="drop-reason">{drop.reason}</p>}
+    </article>
+  );
+}
+
+function Evidence({ name, at, note, missing }: { name: string; at: number | null; note: string; missing: string }) {
+  return (
+    <li class={at === null ? "absent" : "present"}>
+      <span>{name}</span>
+      {at === null ? <small>{missing}</small> : <time title={fullTime(at)}>{clockTime(at)}</time>}
+      {note !== "" && at !== null && <small>{note}</small>}
+    </li>
+  );
+}

@@ -1,0 +1,68 @@
+import { age } from "../format/units";
+import { now, secondsSince } from "../state/clock";
+import { status, world } from "../state/store";
+import { retryNow } from "../state/sync";
+import { theme, toggleTheme } from "../state/theme";
+import { Icon, Mark } from "./icons";
+
+export function Header() {
+  return (
+    <header class="top">
+      <a class="brand" href="/" aria-label="Waydrop">
+        <Mark />
+        <span>Waydrop</span>
+      </a>
+      <ConnectionState />
+      <a class="top-link" href="/api/v1/docs">
+        API
+      </a>
+      <button type="button" class="icon-button" onClick={toggleTheme} aria-label={`Switch to the ${theme.value === "dark" ? "light" : "dark"} theme`}>
+        <Icon name={theme.value === "dark" ? "sun" : "moon"} />
+      </button>
+    </header>
+  );
+}
+
+/** Whether what is shown is live, and how old it is if not. */
+function ConnectionState() {
+  const current = status.value;
+  const shown = world.value.measuredAt;
+  const old = shown === null ? null : secondsSince(shown);
+  switch (current.kind) {
+    case "live":
+      return (
+        <p class={`connection ${old !== null && old > 2 ? "slow" : "live"}`} role="status">
+          <i />
+          {old !== null && old > 2 ? `Silent for ${age(old)}` : "Live"}
+          {world.value.gateway !== null && <small>{world.value.gateway}</small>}
+        </p>
+      );
+    case "connecting":
+      return (
+        <p class="connection" role="status">
+          <i />
+          Connecting…
+        </p>
+      );
+    case "token_needed":
+      return (
+        <p class="connection lost" role="status">
+          <i />
+          Access token needed
+        </p>
+      );
+    case "waiting":
+      return (
+        <p class="connection lost" role="status">
+          <i />
+          <span>
+            No connection{shown === null ? "" : `, shown is ${age(old)} old`}
+            <small title={current.reason}>again in {Math.max(0, Math.ceil((current.retryAt - now.value) / 1000))} s</small>
+          </span>
+          <button type="button" class="small" onClick={retryNow}>
+            Try now
+          </button>
+        </p>
+      );
+  }
+}

@@ -1,0 +1,60 @@
+/** Icons of the page, drawn with the text colour. Decorative: the text beside them says what they mean. */
+
+import type { VehicleType } from "../api/types";
+
+const PATHS = {
+  sun: "M12 4V2M12 22v-2M4 12H2M22 12h-2M6.300 6.300 4.900 4.900M19.100 19.100l-1.400-1.400M6.300 17.700l-1.400 1.400M19.100 4.900l-1.400 1.400M12 8a4 4 0 1 0 0 8 4 4 0 0 0 0-8Z",
+  moon: "M20 14.500A8.500 8.500 0 0 1 9.500 4a8.500 8.500 0 1 0 10.500 10.500Z",
+  map: "M9 4 3 6.500v13L9 17l6 2.500 6-2.500v-13L15 6.500 9 4Zm0 0v13m6-10.500v13",
+  fleet: "M12 12 6 6m6 6 6-6m-6 6-6 6m6-6 6 6M6 8.500a2.500 2.500 0 1 0 0-5 2.500 2.500 0 0 0 0 5Zm12 0a2.500 2.500 0 1 0 0-5 2.500 2.500 0 0 0 0 5Zm-12 12a2.500 2.500 0 1 0 0-5 2.500 2.500 0 0 0 0 5Zm12 0a2.500 2.500 0 1 0 0-5 2.500 2.500 0 0 0 0 5Z",
+  plan: "M6 20a2 2 0 1 0 0-4 2 2 0 0 0 0 4Zm12-12a2 2 0 1 0 0-4 2 2 0 0 0 0 4ZM8 18h7a3 3 0 0 0 0-6H9a3 3 0 0 1 0-6h7",
+  run: "M12 3c4 5 6 8 6 11a6 6 0 0 1-12 0c0-3 2-6 6-11Zm-3 11 3 3 3-3",
+  feed: "M4 6h16M4 12h16M4 18h10",
+  plus: "M12 5v14M5 12h14",
+  minus: "M5 12h14",
+  fit: "M4 9V4h5M20 9V4h-5M4 15v5h5M20 15v5h-5",
+  follow: "M12 8a4 4 0 1 0 0 8 4 4 0 0 0 0-8Zm0-6v4m0 12v4M2 12h4m12 0h4",
+  close: "M6 6l12 12M18 6 6 18",
+  battery: "M3 8h15v8H3V8Zm18 3v2",
+  link: "M5 13a10 10 0 0 1 14 0M8.500 16.500a5 5 0 0 1 7 0M12 20h.01",
+  warning: "M12 4 2.500 20h19L12 4Zm0 6v4m0 3h.01",
+  error: "M12 3a9 9 0 1 0 0 18 9 9 0 0 0 0-18Zm0 5v5m0 3h.01",
+  check: "M5 12.500 10 17.500 19 7",
+  file: "M14 3H6v18h12V7l-4-4Zm0 0v4h4",
+} as const;
+
+export type IconName = keyof typeof PATHS;
+
+export function Icon({ name, size = 18 }: { name: IconName; size?: number }) {
+  return (
+    <svg class="icon" width={size} height={size} viewBox="0 0 24 24" aria-hidden="true">
+      <path d={PATHS[name]} />
+    </svg>
+  );
+}
+
+const VEHICLES: Readonly<Record<VehicleType, string>> = {
+  multicopter: PATHS.fleet,
+  fixed_wing: "M12 2.500c1 0 1.500 2 1.500 5l8 5v2l-8-2-.5 5.500 3 2v1.500l-4-1-4 1v-1.500l3-2-.5-5.500-8 2v-2l8-5c0-3 .5-5 1.500-5Z",
+  vtol: "M12 2.500c1 0 1.500 2 1.500 5l7 2.500v2l-7-.5-.5 6 3 2v1.500l-4-1-4 1v-1.500l3-2-.5-6-7 .5v-2l7-2.500c0-3 .5-5 1.500-5ZM5 6.500a2 2 0 1 0 0-4M19 6.500a2 2 0 1 1 0-4",
+  rover: "M4 15V9h9l4 3h3v3M7 18a2.500 2.500 0 1 0 0-5 2.500 2.500 0 0 0 0 5Zm10 0a2.500 2.500 0 1 0 0-5 2.500 2.500 0 0 0 0 5Z",
+  airship: "M3 10c3-5 13-5 16-1l2-2v7l-2-2c-3 4-13 4-16-2Zm6 5v3h5v-3",
+};
+
+export function VehicleIcon({ type, size = 22 }: { type: VehicleType | null; size?: number }) {
+  return (
+    <svg class="icon" width={size} height={size} viewBox="0 0 24 24" aria-hidden="true">
+      <path d={type === null ? PATHS.error : (VEHICLES[type] ?? PATHS.error)} />
+    </svg>
+  );
+}
+
+/** Waydrop's mark: a drop with the way down in it. */
+export function Mark() {
+  return (
+    <svg class="mark" width="26" height="26" viewBox="0 0 32 32" aria-hidden="true">
+      <path class="mark-drop" d="M16 3.500c5.300 6.400 8.300 11 8.300 15.100a8.300 8.300 0 0 1-16.600 0C7.700 14.500 10.700 9.900 16 3.500Z" />
+      <path class="mark-way" d="m12 18.500 4 4 4-4" />
+    </svg>
+  );
+}

@@ -1,0 +1,75 @@
+import { useEffect, useRef, useState } from "preact/hooks";
+import { boundsAround, following, vehiclePoint } from "../map/camera";
+import { bindScene, shownPlan } from "../map/binding";
+import type { Scene } from "../map/scene";
+import type { Label } from "../map/grid-labels";
+import { planPoints } from "../map/camera";
+import { selectedVehicle } from "../state/selection";
+import { vehicles } from "../state/store";
+import { Icon, type IconName } from "./icons";
+
+export function MapView() {
+  const container = useRef<HTMLDivElement>(null);
+  const scene = useRef<Scene | null>(null);
+  const [labels, setLabels] = useState<readonly Label[]>([]);
+  useEffect(() => {
+    if (container.current === null) return undefined;
+    const bound = bindScene(container.current, setLabels);
+    scene.current = bound.scene;
+    return bound.dispose;
+  }, []);
+  return (
+    <section class="map" aria-label="Map">
+      <div class="map-canvas" ref={container} />
+      <GridLabels labels={labels} />
+      <MapTools scene={() => scene.current} />
+    </section>
+  );
+}
+
+function GridLabels({ labels }: { labels: readonly Label[] }) {
+  return (
+    <div class="grid-labels" aria-hidden="true">
+      {labels.map(({ edge, at_px, text }) => (
+        <span key={edge + text} class={edge} style={edge === "top" ? { left: `${at_px}px` } : { top: `${at_px}px` }}>
+          {text}
+        </span>
+      ))}
+    </div>
+  );
+}
+
+function MapTools({ scene }: { scene: () => Scene | null }) {
+  const showAll = () => {
+    following.value = false;
+    const points = Object.values(vehicles.value).map(vehiclePoint).filter((at) => at !== null);
+    const plan = shownPlan.value;
+    const bounds = boundsAround([...points, ...(plan === null ? [] : planPoints(plan.view))]);
+    if (bounds !== null) scene()?.fit(bounds);
+  };
+  return (
+    <div class="map-tools">
+      <Tool icon="plus" label="Zoom in" onClick={() => scene()?.zoomBy(1)} />
+      <Tool icon="minus" label="Zoom out" onClick={() => scene()?.zoomBy(-1)} />
+      <Tool icon="fit" label="Show all" onClick={showAll} />
+      {selectedVehicle.value && (
+        <Tool icon="follow" label={`Follow ${selectedVehicle.value.id}`} pressed={following.value} onClick={() => (following.value = !following.value)} />
+      )}
+    </div>
+  );
+}
+
+interface ToolProps {
+  icon: IconName;
+  label: string;
+  pressed?: boolean;
+  onClick: () => void;
+}
+
+function Tool({ icon, label, pressed, onClick }: ToolProps) {
+  return (
+    <button type="button" class="icon-button" aria-label={label} title={label} aria-pressed={pressed} onClick={onClick}>
+      <Icon name={icon} />
+    </button>
+  );
+}

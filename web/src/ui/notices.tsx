@@ -1,0 +1,27 @@
+import { dismiss, notices } from "../state/notices";
+import { Icon } from "./icons";
+
+/** Problems in words: what was tried, what is wrong, how to mend it, and the code to look up. */
+export function Notices() {
+  return (
+    <div class="notices" role="alert">
+      {notices.value.map(({ id, doing, problem }) => (
+        <article key={id} class="notice">
+          <Icon name="error" />
+          <div>
+            <b>{doing}</b>
+            <p>
+              {problem.title}
+              {problem.detail !== "" && `: ${problem.detail}`}
+            </p>
+            {problem.hint !== "" && <p class="hint">{problem.hint}</p>}
+            <code>{problem.code}</code>
+          </div>
+          <button type="button" class="icon-button" aria-label={`Dismiss: ${doing}`} onClick={() => dismiss(id)}>
+            <Icon name="close" size={16} />
+          </button>
+        </article>
+      ))}
+    </div>
+  );
+}

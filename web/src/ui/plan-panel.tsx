@@ -1,0 +1,114 @@
+import { useEffect } from "preact/hooks";
+import { vehicleTypeName } from "../format/words";
+import { itemOfFinding, type PlanItemView } from "../plan/document";
+import { totalText, viewTimeline } from "../plan/timeline";
+import { canSend, check, checking, draftView, findings, parsed, sending, uploadDraft } from "../state/draft";
+import { selectVehicle, vehicleId } from "../state/selection";
+import { live, vehicleIds, vehicles } from "../state/store";
+import { Badge } from "./badge";
+import { FindingNote } from "./finding-note";
+import { Icon } from "./icons";
+import { PlanItems } from "./plan-items";
+import { PlanSource } from "./plan-source";
+
+export function PlanPanel() {
+  return (
+    <div class="panel-body">
+      <PlanSource />
+      <PlanProblem />
+      <PlanSummary />
+      <SendForm />
+    </div>
+  );
+}
+
+/** The text is no plan at all, or the service refused to look at it. */
+function PlanProblem() {
+  const text = parsed.value;
+  if (text !== null && "error" in text) return <p class="form-problem">{text.error}</p>;
+  if (check.value.kind !== "refused") return null;
+  const { title, detail, hint } = check.value.problem;
+  return (
+    <p class="form-problem">
+      {title}
+      {detail !== "" && `: ${detail}`} {hint}
+    </p>
+  );
+}
+
+function PlanSummary() {
+  const plan = draftView.value;
+  if (plan === null) return null;
+  const of = new Map(findings.value.map((finding) => [finding, itemOfFinding(finding, plan.items)]));
+  const ofPlan = findings.value.filter((finding) => of.get(finding) === null);
+  const ofItem = (item: PlanItemView) => findings.value.filter((finding) => of.get(finding) === item);
+  const timeline = check.value.kind === "done" ? viewTimeline(check.value.timeline) : null;
+  return (
+    <section aria-label="The plan">
+      <header class="plan-head">
+        <h3>{plan.name}</h3>
+        <small>{[vehicleTypeName(plan.vehicleType), `${plan.items.length} items`, totalText(timeline)].filter((part) => part !== "").join(" · ")}</small>
+        <Verdict />
+      </header>
+      {ofPlan.map((finding) => (
+        <FindingNote key={finding.code + finding.pointer} finding={finding} />
+      ))}
+      <PlanItems items={plan.items} findingsOf={ofItem} timeline={timeline} progress={null} />
+    </section>
+  );
+}
+
+function Verdict() {
+  const count = (severity: string) => findings.value.filter((finding) => finding.severity === severity).length;
+  const [errors, warnings] = [count("error"), count("warning")];
+  if (!live.value) return <Badge>Not checked: no connection</Badge>;
+  if (check.value.kind === "none" || (checking.value && findings.value.length === 0 && check.value.kind !== "done")) return <Badge>Checking…</Badge>;
+  return (
+    <span class="verdict" role="status" aria-busy={checking.value}>
+      {errors > 0 && <Badge tone="danger">{plural(errors, "error")}</Badge>}
+      {warnings > 0 && <Badge tone="warn">{plural(warnings, "warning")}</Badge>}
+      {errors === 0 && check.value.kind === "done" && <Badge tone="ok">Can be flown</Badge>}
+    </span>
+  );
+}
+
+/** Choose the vehicle and upload. Starting is a step of its own, in the run panel. */
+function SendForm() {
+  const plan = draftView.value;
+  const suits = (id: string) => vehicles.value[id]?.quarantined === null && (plan?.vehicleType ?? null) === vehicles.value[id]?.vehicle_type;
+  const chosen = vehicleId.value !== null && vehicleId.value in vehicles.value ? vehicleId.value : null;
+  const first = vehicleIds.value.find(suits) ?? null;
+  useEffect(() => {
+    if (plan !== null && chosen === null && first !== null) selectVehicle(first);
+  }, [plan, chosen, first]);
+  if (plan === null) return null;
+  return (
+    <form
+      class="send"
+      onSubmit={(event) => {
+        event.preventDefault();
+        if (chosen !== null) void uploadDraft(chosen);
+      }}
+    >
+      <label>
+        Vehicle
+        <select value={chosen ?? ""} onChange={(event) => selectVehicle(event.currentTarget.value)}>
+          {chosen === null && <option value="">Choose…</option>}
+          {vehicleIds.value.map((id) => (
+            <option key={id} value={id}>
+              {id} · {vehicleTypeName(vehicles.value[id]?.vehicle_type ?? null)}
+            </option>
+          ))}
+        </select>
+      </label>
+      <button type="submit" class="primary" disabled={!canSend.value || chosen === null}>
+        <Icon name="run" />
+        {sending.value ? "Uploading…" : chosen === null ? "Upload" : `Upload to ${chosen}`}
+      </button>
+    </form>
+  );
+}
+
+function plural(count: number, word: string): string {
+  return `${count} ${word}${count === 1 ? "" : "s"}`;
+}

@@ -1,0 +1,108 @@
+import { useEffect } from "preact/hooks";
+import type { Run } from "../api/types";
+import { clockTime, percent, seconds } from "../format/units";
+import { runStateName, runStateTone } from "../format/words";
+import { itemProgress } from "../map/features";
+import { viewPlan } from "../plan/document";
+import { viewTimeline } from "../plan/timeline";
+import { needPlan, plansById } from "../state/plans";
+import { newestRuns } from "../state/runs";
+import { selectRun, selectedRun, showPanel } from "../state/selection";
+import { runs } from "../state/store";
+import { Badge } from "./badge";
+import { DropCard } from "./drop-card";
+import { Icon } from "./icons";
+import { PlanItems } from "./plan-items";
+import { RunActions } from "./run-actions";
+import { RunSteps } from "./run-steps";
+
+export function RunPanel() {
+  const run = selectedRun.value;
+  if (run === null) return <NoRun />;
+  return (
+    <div class="panel-body">
+      <RunPicker run={run} />
+      <RunHead run={run} />
+      <RunSteps run={run} />
+      {run.state === "uploading" && <Upload value={run.upload_percent} />}
+      <RunActions run={run} />
+      {run.drops.length > 0 && (
+        <section aria-label="Drops" class="drops">
+          {run.drops.map((drop) => (
+            <DropCard key={drop.plan_item_id} drop={drop} />
+          ))}
+        </section>
+      )}
+      <RunItems run={run} />
+    </div>
+  );
+}
+
+function NoRun() {
+  return (
+    <div class="panel-body empty-panel">
+      <Icon name="run" size={40} />
+      <h3>No run yet</h3>
+      <p>A run is one flight of one plan. Open a plan, choose a vehicle and upload it.</p>
+      <button type="button" class="primary" onClick={() => showPanel("plan")}>
+        Open a plan
+      </button>
+    </div>
+  );
+}
+
+function RunPicker({ run }: { run: Run }) {
+  const all = newestRuns(runs.value);
+  if (all.length < 2) return null;
+  return (
+    <label class="run-picker">
+      <span class="visually-hidden">Run</span>
+      <select value={run.id} onChange={(event) => selectRun(event.currentTarget.value)}>
+        {all.map((other) => (
+          <option key={other.id} value={other.id}>
+            {clockTime(other.created_at)} · {other.vehicle_id} · {plansById.value[other.plan_id]?.name ?? other.plan_id} · {runStateName(other.state)}
+          </option>
+        ))}
+      </select>
+    </label>
+  );
+}
+
+function RunHead({ run }: { run: Run }) {
+  const plan = plansById.value[run.plan_id];
+  useEffect(() => needPlan(run.plan_id), [run.plan_id]);
+  const took = run.started_at === null ? null : (run.ended_at ?? run.updated_at) - run.started_at;
+  return (
+    <header class="run-head" data-run={run.id} data-state={run.state}>
+      <div>
+        <h3>{plan?.name ?? "Run"}</h3>
+        <Badge tone={runStateTone(run.state)}>{runStateName(run.state)}</Badge>
+      </div>
+      <small>
+        {run.vehicle_id} · created {clockTime(run.created_at)}
+        {took !== null && ` · ${run.ended_at === null ? "flying for" : "flew for"} ${seconds(Math.round(took))}`}
+      </small>
+      {run.reason !== "" && <p class="run-reason">{run.reason}</p>}
+    </header>
+  );
+}
+
+function Upload({ value }: { value: number | null }) {
+  return (
+    <div class="upload">
+      <progress max={100} value={value ?? 0} aria-label="Upload" />
+      <span>{percent(value)}</span>
+    </div>
+  );
+}
+
+function RunItems({ run }: { run: Run }) {
+  const stored = plansById.value[run.plan_id];
+  if (!stored) return null;
+  const plan = viewPlan(stored.plan);
+  return (
+    <section aria-label="Items of the plan">
+      <PlanItems items={plan.items} findingsOf={() => []} timeline={viewTimeline(stored.timeline)} progress={itemProgress(plan, run)} />
+    </section>
+  );
+}
