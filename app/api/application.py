@@ -1,0 +1,84 @@
+"""Builds the aiohttp application out of the services."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Callable
+
+from aiohttp import web
+
+from app.api.asyncapi import asyncapi_document
+from app.api.boundary import answer_problems
+from app.api.documents import DOCUMENTS, make_documents
+from app.api.endpoint import make_endpoint
+from app.api.guard import Guard, guarded
+from app.api.health import CHECKS, METRICS, VERSION
+from app.api.idempotency import Idempotency
+from app.api.metrics import Metrics
+from app.api.openapi import openapi_document
+from app.api.pages import Pages
+from app.api.request_log import request_log
+from app.api.routes import ROUTES
+from app.api.routing import API, PROBED
+from app.api.security_headers import add_security_headers
+from app.api.services import ApiServices, install
+from app.api.settings import ApiSettings
+from app.api.stream.broadcast import Broadcast
+from app.api.stream.session import Sources
+from app.api.stream.sockets import StreamEndpoint
+
+
+def build_app(services: ApiServices, settings: ApiSettings) -> web.Application:
+    """The application. The services must have been started before it starts; stop them after it has been cleaned up.
+
+    Serve it with `web.AppRunner(app, access_log=None)`: it logs its requests itself.
+    """
+    metrics = Metrics(services.fleet, services.runs)
+    guard = Guard(settings.allowed_hosts, settings.allowed_origins)
+    app = web.Application(
+        middlewares=[request_log(metrics), answer_problems, guarded(guard, PROBED)],
+        client_max_size=settings.max_body_bytes,
+    )
+    install(app, services)
+    broadcast = Broadcast(services.journal, services.telemetry, services.clock, metrics)
+    app[METRICS] = metrics
+    app[VERSION] = settings.version
+    app[CHECKS] = {"stream": broadcast.why_not_ready, **services.readiness}
+    app[DOCUMENTS] = make_documents(
+        openapi_document(ROUTES, version=settings.version), asyncapi_document(version=settings.version)
+    )
+    _add_routes(app, services, settings)
+    _add_stream(app, services, settings, broadcast, metrics)
+    Pages(settings.web_root).add_to(app)
+    app.on_response_prepare.append(add_security_headers)
+    return app
+
+
+def _add_routes(app: web.Application, services: ApiServices, settings: ApiSettings) -> None:
+    idempotency = Idempotency(services.answers, services.clock)
+    for route in ROUTES:
+        endpoint = make_endpoint(
+            route, access=services.access, idempotency=idempotency, body_timeout_s=settings.body_timeout_s
+        )
+        if route.method == "GET":
+            app.router.add_get(route.path, endpoint)  # takes HEAD too
+        else:
+            app.router.add_route(route.method, route.path, endpoint)
+
+
+def _add_stream(
+    app: web.Application, services: ApiServices, settings: ApiSettings, broadcast: Broadcast, metrics: Metrics
+) -> None:
+    sources = Sources(services.journal, services.fleet, services.runs, services.clock, broadcast)
+    endpoint = StreamEndpoint(sources, services.access, metrics, settings)
+    app.router.add_get(f"{API}/stream", endpoint.stream, allow_head=False)
+    app.cleanup_ctx.append(_running(broadcast))
+    app.on_shutdown.append(lambda _: endpoint.close())
+
+
+def _running(broadcast: Broadcast) -> Callable[[web.Application], AsyncIterator[None]]:
+    async def run(_: web.Application) -> AsyncIterator[None]:
+        broadcast.start()
+        yield
+        await broadcast.close()
+
+    return run

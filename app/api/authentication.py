@@ -1,0 +1,86 @@
+"""Who asks: a bearer token, or the person at this machine while no token exists."""
+
+from __future__ import annotations
+
+import ipaddress
+from typing import Final
+
+from aiohttp import web
+
+from app.api.problems import ApiError
+from app.services.access import Access, Principal, Role
+
+CHALLENGE: Final = {"WWW-Authenticate": 'Bearer realm="waydrop"'}
+LOCAL: Final = Principal("local", Role.ADMIN)
+PUBLIC: Final = Principal("anybody", Role.VIEWER)
+SUBPROTOCOL: Final = "waydrop.v1"
+_TOKEN_PROTOCOL: Final = "bearer."
+_PROXY_HEADERS: Final = ("Forwarded", "X-Forwarded-For", "X-Real-IP", "Via")
+
+
+async def authenticate(request: web.Request, access: Access) -> Principal:
+    """Who sent a request. Raises ApiError (401)."""
+    return await _principal(request, access, _bearer(request))
+
+
+async def authenticate_socket(request: web.Request, access: Access) -> Principal:
+    """Who opens a websocket: browsers cannot set headers there, so the token may be a subprotocol. Raises ApiError."""
+    return await _principal(request, access, _bearer(request) or _protocol_token(request))
+
+
+def require_role(principal: Principal, role: Role) -> None:
+    """Raises ApiError (403) unless the principal may."""
+    if not principal.role.allows(role):
+        raise ApiError(
+            "role.insufficient",
+            f"this needs the role {role.value}; {principal.name} is a {principal.role.value}",
+            hint="use a token with that role",
+        )
+
+
+def is_local(request: web.Request) -> bool:
+    """Whether the request comes from this machine and not through a proxy on it."""
+    if any(name in request.headers for name in _PROXY_HEADERS):
+        return False
+    peer = request.transport.get_extra_info("peername") if request.transport is not None else None
+    try:
+        address = ipaddress.ip_address(str(peer[0]).partition("%")[0]) if peer else None
+    except ValueError:
+        return False
+    if isinstance(address, ipaddress.IPv6Address) and address.ipv4_mapped is not None:
+        return address.ipv4_mapped.is_loopback
+    return address is not None and address.is_loopback
+
+
+async def _principal(request: web.Request, access: Access, token: str | None) -> Principal:
+    if token is not None:
+        principal = await access.authenticate(token)
+        if principal is None:
+            raise ApiError("auth.invalid", "the token is unknown or revoked", headers=CHALLENGE)
+        return principal
+    if is_local(request) and not await access.has_tokens():
+        return LOCAL
+    raise ApiError(
+        "auth.required",
+        "this needs a token",
+        hint="send Authorization: Bearer <token>; make one with `waydrop token create`",
+        headers=CHALLENGE,
+    )
+
+
+def _bearer(request: web.Request) -> str | None:
+    values = request.headers.getall("Authorization", [])
+    if not values:
+        return None
+    scheme, _, token = values[0].strip().partition(" ")
+    if len(values) > 1 or scheme.lower() != "bearer" or not token.strip():
+        raise ApiError("auth.invalid", "the Authorization header is not `Bearer <token>`", headers=CHALLENGE)
+    return token.strip()
+
+
+def _protocol_token(request: web.Request) -> str | None:
+    offered = request.headers.get("Sec-WebSocket-Protocol", "")
+    for protocol in (part.strip() for part in offered.split(",")):
+        if protocol.startswith(_TOKEN_PROTOCOL):
+            return protocol.removeprefix(_TOKEN_PROTOCOL)
+    return None

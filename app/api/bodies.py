@@ -1,0 +1,115 @@
+"""Reading what a request carries: a JSON body within bounds, and query parameters, each into its model."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Final, TypeVar
+
+from aiohttp import web
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from app.api.problems import ApiError
+from app.api.routing import Body, QueryT
+from app.domain.finding import Finding, Severity, json_pointer
+from app.domain.plan import Plan, parse_plan
+
+ModelT = TypeVar("ModelT", bound=BaseModel)
+MAX_FINDINGS: Final = 100
+
+
+class Empty(BaseModel):
+    """No body, or `{}`."""
+
+    model_config = ConfigDict(extra="forbid")
+
+
+def json_body(model: type[ModelT]) -> Body[ModelT]:
+    """A body that is one JSON object of this model."""
+
+    def parse(raw: bytes) -> ModelT:
+        try:
+            return model.model_validate_json(raw)
+        except ValidationError as error:
+            raise _unfit(error) from None
+
+    return Body(model=model, parse=parse, codes=("request.malformed", "request.invalid"))
+
+
+PLAN_BODY: Final = Body(model=Plan, parse=parse_plan, codes=("plan.invalid",))
+
+
+def _nothing(raw: bytes) -> Empty:
+    return _EMPTY.parse(raw) if raw else Empty()
+
+
+_EMPTY = json_body(Empty)
+NO_BODY: Final = Body(model=Empty, parse=_nothing, codes=_EMPTY.codes, required=False)
+
+
+async def read_body(request: web.Request, *, required: bool, timeout_s: float) -> bytes:
+    """The body's bytes.
+
+    Raises:
+        ApiError: it is not JSON by its content type, is missing, or does not come in time.
+    """
+    if not request.can_read_body:
+        if required:
+            raise ApiError("request.malformed", "the body is empty", hint="send a JSON document")
+        return b""
+    # Forms and text/plain are what a foreign web page can send without asking first: never taken.
+    if request.content_type != "application/json":
+        raise ApiError(
+            "request.content_type",
+            f"the content type is {request.headers.get('Content-Type', 'missing')}",
+            hint="send Content-Type: application/json",
+        )
+    try:
+        async with asyncio.timeout(timeout_s):
+            return await request.read()
+    except TimeoutError:
+        raise ApiError("request.timeout", f"the body was not complete after {timeout_s:g} s") from None
+
+
+def read_query(request: web.Request, model: type[QueryT]) -> QueryT:
+    """The query parameters. Raises ApiError for unknown, repeated or unusable ones."""
+    query = request.query
+    repeated = sorted({name for name in query if len(query.getall(name)) > 1})
+    if repeated:
+        raise ApiError("request.query_invalid", f"given more than once: {', '.join(repeated)}")
+    try:
+        return model.model_validate(dict(query))
+    except ValidationError as error:
+        findings = _findings(error, "query")
+        known = ", ".join(_names(model)) or "none"
+        raise ApiError(
+            "request.query_invalid",
+            "; ".join(f"{finding.pointer.lstrip('/')}: {finding.message}" for finding in findings),
+            hint=f"query parameters here: {known}",
+            findings=[finding.model_dump(mode="json") for finding in findings],
+        ) from None
+
+
+def _names(model: type[BaseModel]) -> list[str]:
+    return [field.alias or name for name, field in model.model_fields.items()]
+
+
+def _unfit(error: ValidationError) -> ApiError:
+    findings = _findings(error, "body")
+    code = "request.malformed" if error.errors()[0]["type"] == "json_invalid" else "request.invalid"
+    return ApiError(
+        code,
+        f"{findings[0].message} (at {findings[0].pointer or 'the document'})",
+        findings=[finding.model_dump(mode="json") for finding in findings],
+    )
+
+
+def _findings(error: ValidationError, where: str) -> list[Finding]:
+    return [
+        Finding(
+            code=f"{where}.{details['type']}",
+            severity=Severity.ERROR,
+            pointer=json_pointer(*(str(part).encode("utf-8", "replace").decode() for part in details["loc"])),
+            message=details["msg"],
+        )
+        for details in error.errors(include_url=False, include_input=False, include_context=False)[:MAX_FINDINGS]
+    ]

@@ -1,0 +1,67 @@
+"""The API's own descriptions: OpenAPI, AsyncAPI, and the list of error codes. Made once, served as they are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+from aiohttp import web
+from pydantic_core import to_json
+
+from app.api.bodies import NO_BODY, Empty
+from app.api.problem_codes import PROBLEMS
+from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
+
+
+@dataclass(frozen=True, slots=True)
+class Documents:
+    """The descriptions as bytes."""
+
+    openapi: bytes
+    asyncapi: bytes
+
+
+DOCUMENTS: Final = web.AppKey("documents", Documents)
+_PROBLEMS: Final = to_json(
+    {"problems": [{"code": kind.code, "status": kind.status, "title": kind.title} for kind in PROBLEMS.values()]}
+)
+
+
+def make_documents(openapi: dict[str, Any], asyncapi: dict[str, Any]) -> Documents:
+    """The descriptions, ready to send."""
+    return Documents(to_json(openapi), to_json(asyncapi))
+
+
+async def get_openapi(call: Call[NoQuery, Empty]) -> web.Response:
+    """GET /openapi.json."""
+    return web.Response(body=call.request.app[DOCUMENTS].openapi, content_type="application/json")
+
+
+async def get_asyncapi(call: Call[NoQuery, Empty]) -> web.Response:
+    """GET /asyncapi.json."""
+    return web.Response(body=call.request.app[DOCUMENTS].asyncapi, content_type="application/json")
+
+
+async def list_problems(_: Call[NoQuery, Empty]) -> web.Response:
+    """GET /problems: what the `type` of every problem answer leads to."""
+    return web.Response(body=_PROBLEMS, content_type="application/json")
+
+
+ROUTES: tuple[AnyRoute, ...] = tuple(
+    Route(
+        method="GET",
+        path=f"{API}/{name}",
+        handler=handler,
+        summary=summary,
+        tag="documents",
+        role=None,
+        query=NoQuery,
+        body=NO_BODY,
+        answers=(Answer(200, "The document", schema={"type": "object"}),),
+    )
+    for name, handler, summary in (
+        ("openapi.json", get_openapi, "This description (OpenAPI 3.1)"),
+        ("asyncapi.json", get_asyncapi, "The description of the websocket (AsyncAPI 3)"),
+        ("problems", list_problems, "All error codes"),
+    )
+)

@@ -1,0 +1,45 @@
+"""From a row of the route table to an aiohttp handler: role, query, body, idempotency, then the row's own handler."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Awaitable, Callable
+
+from aiohttp import web
+
+from app.api.authentication import PUBLIC, authenticate, require_role
+from app.api.bodies import read_body, read_query
+from app.api.idempotency import Idempotency
+from app.api.request_log import note_principal
+from app.api.routing import AnyRoute, Call
+from app.services.access import Access, Principal
+
+HttpHandler = Callable[[web.Request], Awaitable[web.StreamResponse]]
+
+
+def make_endpoint(route: AnyRoute, *, access: Access, idempotency: Idempotency, body_timeout_s: float) -> HttpHandler:
+    """The handler that aiohttp calls for a route. All checks that the route's row promises are made here."""
+
+    async def endpoint(request: web.Request) -> web.StreamResponse:
+        principal = await _principal(route, request, access)
+        note_principal(request, principal)
+        query = read_query(request, route.query)
+        raw = b""
+        if route.method != "GET":
+            raw = await read_body(request, required=route.takes_body, timeout_s=body_timeout_s)
+        call = Call(request, principal, query, route.body.parse(raw))
+        if not route.idempotent:
+            return await route.handler(call)
+        return await idempotency.answer(
+            request, principal, hashlib.sha256(raw).hexdigest(), lambda: route.handler(call)
+        )
+
+    return endpoint
+
+
+async def _principal(route: AnyRoute, request: web.Request, access: Access) -> Principal:
+    if route.role is None:
+        return PUBLIC
+    principal = await authenticate(request, access)
+    require_role(principal, route.role)
+    return principal

@@ -1,0 +1,35 @@
+"""/events: the journal, page by page."""
+
+from __future__ import annotations
+
+from aiohttp import web
+
+from app.api.answers import json_answer
+from app.api.bodies import NO_BODY, Empty
+from app.api.models import EventsQuery, EventsView
+from app.api.routing import API, Answer, AnyRoute, Call, Route
+from app.api.services import JOURNAL
+from app.services.access import Role
+
+
+async def list_events(call: Call[EventsQuery, Empty]) -> web.Response:
+    """GET /events."""
+    journal = call.request.app[JOURNAL]
+    events = await journal.read(call.query.after, call.query.limit)
+    return json_answer(EventsView(events=list(events), last_seq=journal.last_seq))
+
+
+ROUTES: tuple[AnyRoute, ...] = (
+    Route(
+        method="GET",
+        path=f"{API}/events",
+        handler=list_events,
+        summary="Events of this gateway, in order",
+        tag="events",
+        role=Role.VIEWER,
+        query=EventsQuery,
+        body=NO_BODY,
+        answers=(Answer(200, "A page of events", EventsView),),
+        errors=("storage.failed",),
+    ),
+)

@@ -1,0 +1,89 @@
+"""Keeps foreign web pages out: Host against DNS rebinding, Origin and Sec-Fetch-Site against cross-site requests.
+
+A browser on this machine reaches a tokenless loopback just as its user does, whatever page it shows. What the page
+cannot do is lie in these headers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Final
+from urllib.parse import urlsplit
+
+from aiohttp import web
+from aiohttp.typedefs import Handler, Middleware
+
+from app.api.problems import ApiError
+
+LOOPBACK_HOSTS: Final = frozenset({"localhost", "127.0.0.1", "[::1]"})
+SAFE_METHODS: Final = frozenset({"GET", "HEAD", "OPTIONS"})
+_OWN_SITES: Final = frozenset({"same-origin", "none"})
+
+
+class Guard:
+    """Decides by headers alone; it holds for every path, known or not."""
+
+    def __init__(self, allowed_hosts: Iterable[str], allowed_origins: Iterable[str]) -> None:
+        self._hosts = LOOPBACK_HOSTS | {host.lower() for host in allowed_hosts}
+        self._origins = frozenset(origin.lower().rstrip("/") for origin in allowed_origins)
+
+    def check_host(self, request: web.Request) -> None:
+        """Raises ApiError unless the request was sent to a name of ours. A rebound page sends its own name."""
+        hosts = request.headers.getall("Host", [])
+        if len(hosts) != 1 or _without_port(hosts[0].lower()) not in self._hosts:
+            raise ApiError(
+                "host.not_allowed",
+                f"the Host header is {', '.join(hosts) or 'missing'}",
+                hint="use 127.0.0.1 or localhost, or add the name to WAYDROP_ALLOWED_HOSTS",
+            )
+
+    def check_origin(self, request: web.Request) -> None:
+        """Raises ApiError if a page of another origin sent the request. No Origin: not a page (curl, a service)."""
+        origins = request.headers.getall("Origin", [])
+        if origins:
+            if len(origins) == 1 and self._is_ours(origins[0].lower(), request.headers.get("Host", "").lower()):
+                return
+            raise _foreign(", ".join(origins))
+        site = request.headers.get("Sec-Fetch-Site")
+        if site is not None and site not in _OWN_SITES:
+            raise _foreign(site)
+
+    def _is_ours(self, origin: str, host: str) -> bool:
+        return origin in self._origins or origin in {f"http://{host}", f"https://{host}"}
+
+
+def is_handshake(request: web.Request) -> bool:
+    """Whether a websocket is asked for: a page may open one anywhere, CORS does not apply to it."""
+    return request.headers.get("Upgrade", "").strip().lower() == "websocket"
+
+
+def guarded(guard: Guard, open_paths: frozenset[str]) -> Middleware:
+    """Checks before anything else is done. `open_paths` are asked by probes, under any Host name."""
+
+    @web.middleware
+    async def middleware(request: web.Request, handler: Handler) -> web.StreamResponse:
+        if request.path not in open_paths:
+            guard.check_host(request)
+        if request.method not in SAFE_METHODS or is_handshake(request):
+            guard.check_origin(request)
+        return await handler(request)
+
+    return middleware
+
+
+def _foreign(who: str) -> ApiError:
+    return ApiError(
+        "origin.not_allowed",
+        f"the request comes from a web page of another origin ({who})",
+        hint="open the page that this service serves, or add the origin to WAYDROP_ALLOWED_ORIGINS",
+    )
+
+
+def _without_port(host: str) -> str:
+    """`[::1]:8080` -> `[::1]`, `localhost:8080` -> `localhost`; anything odd stays and matches nothing."""
+    try:
+        parts = urlsplit(f"//{host}")
+        port = parts.port
+    except ValueError:
+        return host
+    return host.removesuffix(f":{port}") if port is not None else host

@@ -1,0 +1,77 @@
+"""/healthz, /readyz, /metrics: for whatever keeps the service running."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+from aiohttp import web
+
+from app.api.answers import json_answer
+from app.api.bodies import NO_BODY, Empty
+from app.api.metrics import CONTENT_TYPE, Metrics
+from app.api.models import HealthView, ReadinessView
+from app.api.routing import Answer, AnyRoute, Call, NoQuery, Route
+from app.api.services import JOURNAL, ReadinessCheck
+from app.services.access import Role
+
+VERSION: Final = web.AppKey("version", str)
+METRICS: Final = web.AppKey("metrics", Metrics)
+CHECKS: Final[web.AppKey[Mapping[str, ReadinessCheck]]] = web.AppKey("checks")
+
+
+async def health(call: Call[NoQuery, Empty]) -> web.Response:
+    """GET /healthz."""
+    return json_answer(HealthView(status="ok", version=call.request.app[VERSION]))
+
+
+async def readiness(call: Call[NoQuery, Empty]) -> web.Response:
+    """GET /readyz: 503 with the reasons while plans or commands could not be taken."""
+    found = {name: check() for name, check in call.request.app[CHECKS].items()}
+    if not call.request.app[JOURNAL].healthy:
+        found["journal"] = "the last write failed: nothing can be recorded"
+    reasons = {name: reason for name, reason in found.items() if reason is not None}
+    return json_answer(ReadinessView(ready=not reasons, reasons=reasons), status=503 if reasons else 200)
+
+
+async def metrics(call: Call[NoQuery, Empty]) -> web.Response:
+    """GET /metrics."""
+    body = call.request.app[METRICS].exposition()
+    return web.Response(body=body, headers={"Content-Type": CONTENT_TYPE})
+
+
+ROUTES: tuple[AnyRoute, ...] = (
+    Route(
+        method="GET",
+        path="/healthz",
+        handler=health,
+        summary="Whether the process answers",
+        tag="operation",
+        role=None,
+        query=NoQuery,
+        body=NO_BODY,
+        answers=(Answer(200, "It does", HealthView),),
+    ),
+    Route(
+        method="GET",
+        path="/readyz",
+        handler=readiness,
+        summary="Whether work can be taken, and why not",
+        tag="operation",
+        role=None,
+        query=NoQuery,
+        body=NO_BODY,
+        answers=(Answer(200, "Ready", ReadinessView), Answer(503, "Not ready", ReadinessView)),
+    ),
+    Route(
+        method="GET",
+        path="/metrics",
+        handler=metrics,
+        summary="Prometheus metrics",
+        tag="operation",
+        role=Role.VIEWER,
+        query=NoQuery,
+        body=NO_BODY,
+        answers=(Answer(200, "Text exposition format", media="text/plain", schema={"type": "string"}),),
+    ),
+)

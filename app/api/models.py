@@ -1,0 +1,124 @@
+"""What requests and answers look like, where the services' own models are not enough."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from app.domain.events import Event
+from app.domain.finding import Finding
+from app.domain.run import Run
+from app.services.plans import PlanView
+from app.services.views import VehicleView
+
+Limit = Annotated[int, Field(ge=1, le=500, description="at most so many")]
+After = Annotated[int, Field(ge=0, le=2**53, description="only events with a higher seq")]
+Identifier = Annotated[str, Field(min_length=1, max_length=100)]
+
+
+class RequestModel(BaseModel):
+    """Unknown fields are errors."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class ListQuery(RequestModel):
+    """How many."""
+
+    limit: Limit = 50
+
+
+class RunsQuery(ListQuery):
+    """Which runs. `open`: only those that are not over."""
+
+    vehicle: Identifier | None = None
+    open: bool = False
+
+
+class EventsQuery(RequestModel):
+    """Which events: a page of them, in order."""
+
+    after: After = 0
+    limit: Limit = 200
+
+
+class RunRequest(RequestModel):
+    """Fly this plan with this vehicle. `start` false: upload and verify only, and wait for the start."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    plan: Identifier
+    vehicle: Identifier
+    start: bool = False
+
+
+class PlanCheckRequest(RequestModel):
+    """Check `plan` (see the plan schema) against the vehicle's type, or against the facts of one vehicle."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    plan: Any
+    vehicle: Identifier | None = None
+
+
+class VehiclesView(BaseModel):
+    """All vehicles seen, by id."""
+
+    vehicles: list[VehicleView]
+
+
+class PlanSummary(BaseModel):
+    """A plan without its document."""
+
+    id: str
+    hash: str
+    name: str
+    vehicle_type: str
+    created_at: float
+    created_by: str
+
+    @classmethod
+    def of(cls, view: PlanView) -> PlanSummary:
+        """The short form."""
+        return cls(**{name: getattr(view, name) for name in cls.model_fields})
+
+
+class PlansView(BaseModel):
+    """Plans, newest first."""
+
+    plans: list[PlanSummary]
+
+
+class RunsView(BaseModel):
+    """Runs, newest first."""
+
+    runs: list[Run]
+
+
+class EventsView(BaseModel):
+    """A page of events in order. `last_seq` is the newest there is; ask again after the last one of the page."""
+
+    events: list[Event]
+    last_seq: int
+
+
+class PlanCheckView(BaseModel):
+    """`findings` with an error: the plan would be refused. `timeline` is null where none can be predicted."""
+
+    findings: list[Finding]
+    timeline: dict[str, Any] | None
+
+
+class HealthView(BaseModel):
+    """The process answers."""
+
+    status: str
+    version: str
+
+
+class ReadinessView(BaseModel):
+    """`ready` with no reason, or the reasons by name."""
+
+    ready: bool
+    reasons: dict[str, str]

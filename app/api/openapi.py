@@ -1,0 +1,138 @@
+"""The OpenAPI 3.1 document, made from the route table: it cannot say anything else than what is served."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from typing import Any, Final
+
+from pydantic.json_schema import models_json_schema
+
+from app.api.problem_codes import PROBLEMS
+from app.api.problems import CONTENT_TYPE, Problem
+from app.api.routing import Answer, AnyRoute
+
+_REF: Final = "#/components/schemas/{model}"
+_PATH_NAME: Final = re.compile(r"\{(\w+)\}")
+_HEADERS: Final = {
+    "Location": "Where the new or changed resource is",
+    "ETag": "The version of the resource, for If-None-Match",
+}
+_ModelKey = tuple[Any, str]
+"""A model and its mode, validation or serialization."""
+
+
+def openapi_document(routes: Sequence[AnyRoute], *, version: str) -> dict[str, Any]:
+    """The document as JSON-able data."""
+    references, definitions = _schemas(routes)
+    paths: dict[str, dict[str, Any]] = {}
+    for route in routes:
+        paths.setdefault(route.path, {})[route.method.lower()] = _operation(route, references)
+    return {
+        "openapi": "3.1.0",
+        "info": {
+            "title": "Waydrop",
+            "version": version,
+            "summary": "From a delivery plan to a proven drop",
+            "description": "Errors are application/problem+json (RFC 9457) with a stable `code`. "
+            "Events and telemetry come over a websocket: see /api/v1/asyncapi.json.",
+            "license": {"name": "Apache-2.0", "identifier": "Apache-2.0"},
+        },
+        "servers": [{"url": "/", "description": "This service"}],
+        "tags": [{"name": tag} for tag in dict.fromkeys(route.tag for route in routes)],
+        "paths": paths,
+        "components": {
+            "schemas": definitions,
+            "securitySchemes": {"token": {"type": "http", "scheme": "bearer", "description": "waydrop token create"}},
+        },
+    }
+
+
+def _schemas(routes: Iterable[AnyRoute]) -> tuple[dict[_ModelKey, dict[str, Any]], dict[str, Any]]:
+    """A reference for each model and mode, and what the references lead to."""
+    wanted: dict[_ModelKey, None] = {(Problem, "serialization"): None}
+    for route in routes:
+        if route.takes_body:
+            wanted[(route.body.model, "validation")] = None
+        for answer in route.answers:
+            if answer.model is not None:
+                wanted[(answer.model, "serialization")] = None
+    references, document = models_json_schema(list(wanted), ref_template=_REF)  # type: ignore[arg-type]
+    return {(model, mode): schema for (model, mode), schema in references.items()}, document.get("$defs", {})
+
+
+def _operation(route: AnyRoute, references: dict[_ModelKey, dict[str, Any]]) -> dict[str, Any]:
+    role = "anybody" if route.role is None else f"{route.role.value} or higher"
+    operation: dict[str, Any] = {
+        "operationId": route.name,
+        "summary": route.summary,
+        "description": f"Role: {role}.",
+        "tags": [route.tag],
+        "parameters": [*_path_parameters(route), *_query_parameters(route), *_header_parameters(route)],
+        "responses": _responses(route, references),
+        "security": [] if route.role is None else [{"token": []}],
+    }
+    if route.takes_body:
+        schema = references[(route.body.model, "validation")]
+        operation["requestBody"] = {"required": True, "content": {"application/json": {"schema": schema}}}
+    return operation
+
+
+def _path_parameters(route: AnyRoute) -> list[dict[str, Any]]:
+    return [
+        {"name": name, "in": "path", "required": True, "schema": {"type": "string"}}
+        for name in _PATH_NAME.findall(route.path)
+    ]
+
+
+def _query_parameters(route: AnyRoute) -> list[dict[str, Any]]:
+    properties = route.query.model_json_schema().get("properties", {})
+    return [
+        {
+            "name": name,
+            "in": "query",
+            "required": False,
+            "schema": {key: value for key, value in schema.items() if key not in {"title", "description"}},
+            **({"description": schema["description"]} if "description" in schema else {}),
+        }
+        for name, schema in properties.items()
+    ]
+
+
+def _header_parameters(route: AnyRoute) -> list[dict[str, Any]]:
+    named = []
+    if route.idempotent:
+        named.append(("Idempotency-Key", "Repeat the request with the same key and body: it is done once"))
+    if any(answer.status == 304 for answer in route.answers):
+        named.append(("If-None-Match", "The ETag that the client has"))
+    return [
+        {"name": name, "in": "header", "required": False, "description": text, "schema": {"type": "string"}}
+        for name, text in named
+    ]
+
+
+def _responses(route: AnyRoute, references: dict[_ModelKey, dict[str, Any]]) -> dict[str, Any]:
+    responses = {str(answer.status): _good(answer, references) for answer in route.answers}
+    by_status: dict[int, list[str]] = {}
+    for code in route.problem_codes:
+        by_status.setdefault(PROBLEMS[code].status, []).append(code)
+    problem = {"schema": references[(Problem, "serialization")]}
+    for status, codes in sorted(by_status.items()):
+        described = responses.setdefault(str(status), {"description": "", "content": {}})
+        text = "; ".join(f"`{code}`: {PROBLEMS[code].title}" for code in codes)
+        described["description"] = " / ".join(part for part in (described["description"], text) if part)
+        described["content"][CONTENT_TYPE] = problem
+        described["x-problem-codes"] = codes
+    return responses
+
+
+def _good(answer: Answer, references: dict[_ModelKey, dict[str, Any]]) -> dict[str, Any]:
+    response: dict[str, Any] = {"description": answer.description, "content": {}}
+    schema = references[(answer.model, "serialization")] if answer.model is not None else answer.schema
+    if schema is not None:
+        response["content"][answer.media] = {"schema": schema}
+    if answer.headers:
+        response["headers"] = {
+            name: {"description": _HEADERS[name], "schema": {"type": "string"}} for name in answer.headers
+        }
+    return response

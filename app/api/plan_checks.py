@@ -1,0 +1,43 @@
+"""/plan-checks: what would be said of a plan, without storing it."""
+
+from __future__ import annotations
+
+from aiohttp import web
+from pydantic_core import to_json
+
+from app.api.answers import json_answer
+from app.api.bodies import json_body
+from app.api.models import PlanCheckRequest, PlanCheckView
+from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
+from app.api.services import FLEET, PLANS
+from app.domain.plan import PlanInvalid, parse_plan
+from app.services.access import Role
+
+
+async def check_plan(call: Call[NoQuery, PlanCheckRequest]) -> web.Response:
+    """POST /plan-checks. A document that is no plan at all is answered with findings too."""
+    vehicle_id = call.body.vehicle
+    link = None if vehicle_id is None else call.request.app[FLEET].link(vehicle_id)
+    try:
+        plan = parse_plan(to_json(call.body.plan, inf_nan_mode="constants"))
+    except PlanInvalid as error:
+        return json_answer(PlanCheckView(findings=list(error.findings), timeline=None))
+    facts = None if link is None else await link.read_facts()
+    check = call.request.app[PLANS].check(plan, facts)
+    return json_answer(PlanCheckView.model_validate(check, from_attributes=True))
+
+
+ROUTES: tuple[AnyRoute, ...] = (
+    Route(
+        method="POST",
+        path=f"{API}/plan-checks",
+        handler=check_plan,
+        summary="Check a plan: its findings and its timeline",
+        tag="plans",
+        role=Role.DISPATCHER,
+        query=NoQuery,
+        body=json_body(PlanCheckRequest),
+        answers=(Answer(200, "What was found; a plan with errors is answered with 200 too", PlanCheckView),),
+        errors=("not_found", "vehicle.quarantined", "vehicle.link", "vehicle.timeout", "vehicle.refused"),
+    ),
+)

@@ -1,0 +1,55 @@
+"""The stable codes of all errors, with HTTP status and title. Documented at /api/v1/problems."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+
+@dataclass(frozen=True, slots=True)
+class ProblemKind:
+    """One kind of error. `retry_after_s` is told where trying again later is right."""
+
+    code: str
+    status: int
+    title: str
+    retry_after_s: int | None = None
+
+
+_KINDS: Final = (
+    ProblemKind("request.malformed", 400, "The body is not JSON"),
+    ProblemKind("request.invalid", 422, "The body does not fit this request"),
+    ProblemKind("request.query_invalid", 400, "A query parameter cannot be used"),
+    ProblemKind("request.content_type", 415, "The body must be application/json"),
+    ProblemKind("request.too_large", 413, "The body is too large"),
+    ProblemKind("request.timeout", 408, "The body did not arrive in time"),
+    ProblemKind("request.expectation", 417, "The Expect header cannot be met"),
+    ProblemKind("path.not_found", 404, "There is nothing at this path"),
+    ProblemKind("method.not_allowed", 405, "This path does not take this method"),
+    ProblemKind("host.not_allowed", 421, "This service does not answer under this Host name"),
+    ProblemKind("origin.not_allowed", 403, "Web pages of this origin may not do this"),
+    ProblemKind("auth.required", 401, "Say who you are"),
+    ProblemKind("auth.invalid", 401, "This token is not valid"),
+    ProblemKind("role.insufficient", 403, "Your role does not allow this"),
+    ProblemKind("idempotency.key_invalid", 400, "The Idempotency-Key cannot be used"),
+    ProblemKind("idempotency.key_reused", 422, "The Idempotency-Key was used for another request"),
+    ProblemKind("stream.upgrade_required", 426, "This path is a websocket"),
+    ProblemKind("stream.subprotocol", 400, "The websocket subprotocol is not spoken here"),
+    ProblemKind("stream.full", 503, "Too many sockets are open", retry_after_s=5),
+    ProblemKind("plan.invalid", 422, "The document is not a plan"),
+    ProblemKind("plan.rejected", 422, "The plan cannot be flown"),
+    ProblemKind("input.invalid", 422, "The document cannot be used"),
+    ProblemKind("not_found", 404, "It does not exist"),
+    ProblemKind("conflict", 409, "Not now"),
+    ProblemKind("vehicle.busy", 409, "The vehicle is busy with a run"),
+    ProblemKind("vehicle.quarantined", 409, "The vehicle is quarantined"),
+    ProblemKind("vehicle.refused", 409, "The vehicle refused"),
+    ProblemKind("run.wrong_state", 409, "The run is in another state"),
+    ProblemKind("vehicle.link", 502, "The link to the vehicle failed"),
+    ProblemKind("mission.upload_failed", 502, "The mission could not be uploaded"),
+    ProblemKind("vehicle.timeout", 504, "The vehicle did not answer"),
+    ProblemKind("storage.failed", 503, "The journal cannot be written", retry_after_s=5),
+    ProblemKind("internal", 500, "A defect of the service"),
+)
+
+PROBLEMS: Final[dict[str, ProblemKind]] = {kind.code: kind for kind in _KINDS}

@@ -1,0 +1,19 @@
+"""The table of all routes."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from app.api import documents, events, health, plan_checks, plans, runs, schemas, vehicles
+from app.api.routing import AnyRoute
+
+ROUTES: Final[tuple[AnyRoute, ...]] = (
+    *vehicles.ROUTES,
+    *plans.ROUTES,
+    *plan_checks.ROUTES,
+    *runs.ROUTES,
+    *events.ROUTES,
+    *schemas.ROUTES,
+    *documents.ROUTES,
+    *health.ROUTES,
+)

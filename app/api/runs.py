@@ -1,0 +1,174 @@
+"""/runs: flights of plans, and what may be told to one."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable
+
+from aiohttp import web
+
+from app.api.answers import json_answer
+from app.api.bodies import NO_BODY, Empty, json_body
+from app.api.models import EventsQuery, EventsView, RunRequest, RunsQuery, RunsView
+from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
+from app.api.services import JOURNAL, RUNS
+from app.domain.run import Run
+from app.services.access import Role
+from app.services.runs import Runs
+
+
+async def create_run(call: Call[NoQuery, RunRequest]) -> web.Response:
+    """POST /runs."""
+    asked = call.body
+    run = await call.request.app[RUNS].create(asked.plan, asked.vehicle, start=asked.start, by=call.principal.name)
+    return _accepted(run)
+
+
+async def list_runs(call: Call[RunsQuery, Empty]) -> web.Response:
+    """GET /runs."""
+    runs, query = call.request.app[RUNS], call.query
+    if query.open:
+        found = [run for run in runs.open_runs() if query.vehicle in (None, run.vehicle_id)]
+        found.sort(key=lambda run: run.created_at, reverse=True)
+        return json_answer(RunsView(runs=found[: query.limit]))
+    return json_answer(RunsView(runs=list(await runs.list_runs(query.limit, vehicle_id=query.vehicle))))
+
+
+async def get_run(call: Call[NoQuery, Empty]) -> web.Response:
+    """GET /runs/{run_id}."""
+    return json_answer(await call.request.app[RUNS].get(call.path_value("run_id")))
+
+
+async def list_run_events(call: Call[EventsQuery, Empty]) -> web.Response:
+    """GET /runs/{run_id}/events."""
+    run = await call.request.app[RUNS].get(call.path_value("run_id"))
+    journal = call.request.app[JOURNAL]
+    events = await journal.read(call.query.after, call.query.limit, run_id=run.id)
+    return json_answer(EventsView(events=list(events), last_seq=journal.last_seq))
+
+
+async def start_run(call: Call[NoQuery, Empty]) -> web.Response:
+    """POST /runs/{run_id}/start."""
+    return await _tell(call, Runs.start)
+
+
+async def pause_run(call: Call[NoQuery, Empty]) -> web.Response:
+    """POST /runs/{run_id}/pause."""
+    return await _tell(call, Runs.pause)
+
+
+async def resume_run(call: Call[NoQuery, Empty]) -> web.Response:
+    """POST /runs/{run_id}/resume."""
+    return await _tell(call, Runs.resume)
+
+
+async def return_run(call: Call[NoQuery, Empty]) -> web.Response:
+    """POST /runs/{run_id}/return."""
+    return await _tell(call, Runs.return_to_launch)
+
+
+async def land_run(call: Call[NoQuery, Empty]) -> web.Response:
+    """POST /runs/{run_id}/land."""
+    return await _tell(call, Runs.land)
+
+
+async def abort_run(call: Call[NoQuery, Empty]) -> web.Response:
+    """POST /runs/{run_id}/abort."""
+    return await _tell(call, Runs.abort)
+
+
+async def _tell(call: Call[NoQuery, Empty], action: Callable[[Runs, str, str], Awaitable[Run]]) -> web.Response:
+    return _accepted(await action(call.request.app[RUNS], call.path_value("run_id"), call.principal.name))
+
+
+def _accepted(run: Run) -> web.Response:
+    return json_answer(run, status=202, headers={"Location": f"{API}/runs/{run.id}"})
+
+
+_ACCEPTED = Answer(202, "The run as it is now; follow it at Location or by the stream", Run, headers=("Location",))
+_ACTION_ERRORS = (
+    "not_found",
+    "conflict",
+    "run.wrong_state",
+    "vehicle.quarantined",
+    "vehicle.refused",
+    "vehicle.link",
+    "vehicle.timeout",
+    "storage.failed",
+)
+
+ROUTES: tuple[AnyRoute, ...] = (
+    Route(
+        method="POST",
+        path=f"{API}/runs",
+        handler=create_run,
+        summary="Fly a plan with a vehicle",
+        tag="runs",
+        role=Role.DISPATCHER,
+        query=NoQuery,
+        body=json_body(RunRequest),
+        answers=(_ACCEPTED,),
+        errors=(
+            *("not_found", "vehicle.busy", "vehicle.quarantined", "plan.rejected"),
+            *("vehicle.link", "vehicle.timeout", "storage.failed"),
+        ),
+        idempotent=True,
+    ),
+    Route(
+        method="GET",
+        path=f"{API}/runs",
+        handler=list_runs,
+        summary="Runs, newest first",
+        tag="runs",
+        role=Role.VIEWER,
+        query=RunsQuery,
+        body=NO_BODY,
+        answers=(Answer(200, "The runs", RunsView),),
+        errors=("storage.failed",),
+    ),
+    Route(
+        method="GET",
+        path=f"{API}/runs/{{run_id}}",
+        handler=get_run,
+        summary="One run",
+        tag="runs",
+        role=Role.VIEWER,
+        query=NoQuery,
+        body=NO_BODY,
+        answers=(Answer(200, "The run", Run),),
+        errors=("not_found", "storage.failed"),
+    ),
+    Route(
+        method="GET",
+        path=f"{API}/runs/{{run_id}}/events",
+        handler=list_run_events,
+        summary="Events of one run, in order",
+        tag="runs",
+        role=Role.VIEWER,
+        query=EventsQuery,
+        body=NO_BODY,
+        answers=(Answer(200, "A page of events", EventsView),),
+        errors=("not_found", "storage.failed"),
+    ),
+    *(
+        Route(
+            method="POST",
+            path=f"{API}/runs/{{run_id}}/{action}",
+            handler=handler,
+            summary=summary,
+            tag="runs",
+            role=role,
+            query=NoQuery,
+            body=NO_BODY,
+            answers=(_ACCEPTED,),
+            errors=_ACTION_ERRORS,
+        )
+        for action, handler, role, summary in (
+            ("start", start_run, Role.DISPATCHER, "Arm and fly the uploaded mission"),
+            ("pause", pause_run, Role.PILOT, "Hold where it is; the run can be resumed"),
+            ("resume", resume_run, Role.PILOT, "Fly on"),
+            ("return", return_run, Role.PILOT, "Give up the mission and return to launch"),
+            ("land", land_run, Role.PILOT, "Give up the mission and land where it is"),
+            ("abort", abort_run, Role.PILOT, "End the run: on the ground at once, in the air by returning"),
+        )
+    ),
+)

@@ -1,0 +1,58 @@
+"""The services that the API stands on, and the keys under which handlers find exactly those they use."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Final
+
+from aiohttp import web
+
+from app.domain.ports import AnswerStore
+from app.services.access import Access
+from app.services.clock import Clock
+from app.services.fleet import Fleet
+from app.services.journal import Journal
+from app.services.plans import Plans
+from app.services.runs import Runs
+from app.services.telemetry import TelemetryFeed
+from app.services.vehicle_commands import VehicleCommands
+
+ReadinessCheck = Callable[[], str | None]
+"""None when ready, else the reason in a sentence."""
+
+
+@dataclass(frozen=True, slots=True)
+class ApiServices:
+    """What `build_app` needs. `readiness` are further checks of /readyz, by name (`links`)."""
+
+    journal: Journal
+    plans: Plans
+    access: Access
+    fleet: Fleet
+    telemetry: TelemetryFeed
+    runs: Runs
+    commands: VehicleCommands
+    answers: AnswerStore
+    clock: Clock
+    readiness: Mapping[str, ReadinessCheck] = field(default_factory=dict)
+
+
+ACCESS: Final = web.AppKey("access", Access)
+CLOCK: Final = web.AppKey("clock", Clock)
+COMMANDS: Final = web.AppKey("commands", VehicleCommands)
+FLEET: Final = web.AppKey("fleet", Fleet)
+JOURNAL: Final = web.AppKey("journal", Journal)
+PLANS: Final = web.AppKey("plans", Plans)
+RUNS: Final = web.AppKey("runs", Runs)
+
+
+def install(app: web.Application, services: ApiServices) -> None:
+    """Put each service under its own key: a handler that names no key cannot reach the service."""
+    app[ACCESS] = services.access
+    app[CLOCK] = services.clock
+    app[COMMANDS] = services.commands
+    app[FLEET] = services.fleet
+    app[JOURNAL] = services.journal
+    app[PLANS] = services.plans
+    app[RUNS] = services.runs

@@ -1,0 +1,34 @@
+"""What can be configured of the API."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ApiSettings:
+    """`gateway` and `version` are told to clients; `web_root` is the folder of the built page, None without one.
+
+    `allowed_hosts` are Host names (no port) besides the loopback names; `allowed_origins` are web origins
+    (`https://desk.example`) besides the service's own that may send commands and open sockets.
+
+    Sockets: at most `max_sockets`; each has room for `socket_queue` events. A client that takes none of them, or for
+    which one write takes longer than `send_timeout_s`, is cut. `socket_buffer_bytes` bounds the kernel's part.
+    """
+
+    gateway: str
+    version: str
+    web_root: Path | None = None
+    allowed_hosts: tuple[str, ...] = ()
+    allowed_origins: tuple[str, ...] = ()
+    max_body_bytes: int = 1024 * 1024
+    body_timeout_s: float = 30.0
+    max_sockets: int = 256
+    socket_queue: int = 1024
+    socket_buffer_bytes: int = 256 * 1024
+    send_timeout_s: float = 10.0
+    heartbeat_s: float = 20.0
+    close_grace_s: float = 2.0
+    replay_page_events: int = 500
+    recent_runs: int = 20

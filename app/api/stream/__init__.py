@@ -1,0 +1,1 @@
+"""The websocket: a snapshot, the events since, then everything as it happens."""

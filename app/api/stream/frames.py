@@ -1,0 +1,74 @@
+"""What the websocket carries, server to client: one JSON object in each text frame, told apart by `type`."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import Literal
+
+from pydantic import BaseModel
+
+from app.domain.events import Event
+from app.domain.run import Run
+from app.services.views import StateView, VehicleView
+
+
+class HelloFrame(BaseModel):
+    """The first frame. `seq` is the newest event of this gateway; `server_time` is Unix seconds."""
+
+    type: Literal["hello"] = "hello"
+    gateway: str
+    seq: int
+    server_time: float
+
+
+class SnapshotFrame(BaseModel):
+    """The second frame: how things are. It contains at least every event up to `seq`; later ones still come."""
+
+    type: Literal["snapshot"] = "snapshot"
+    seq: int
+    vehicles: list[VehicleView]
+    runs: list[Run]
+
+
+class EventFrame(BaseModel):
+    """An event. Each comes once, in order: those after `after` if that was asked, else those after `seq` of hello."""
+
+    type: Literal["event"] = "event"
+    event: Event
+
+
+class TelemetryFrame(BaseModel):
+    """The newest state of vehicles, by id. A slow client gets fewer of these, never older ones."""
+
+    type: Literal["telemetry"] = "telemetry"
+    time: float
+    vehicles: dict[str, StateView]
+
+
+FRAMES: tuple[type[BaseModel], ...] = (HelloFrame, SnapshotFrame, EventFrame, TelemetryFrame)
+
+
+class CloseCode(IntEnum):
+    """Why a socket was closed by the service."""
+
+    GOING_AWAY = 1001
+    """The service stops."""
+    POLICY = 1008
+    """The client sends; it should only listen."""
+    DEFECT = 1011
+    """A defect of the service; its log has it."""
+    TRY_AGAIN = 1013
+    """The journal cannot be read now."""
+    BAD_AFTER = 4400
+    """`after` is not a whole number of 0 or more."""
+    UNAUTHORIZED = 4401
+    """No token, or not a valid one."""
+    TOO_SLOW = 4408
+    """The client did not read: connect again with after= the last event seen."""
+    AFTER_AHEAD = 4409
+    """`after` is higher than the newest event: it belongs to another journal. Start without it."""
+
+
+def event_frame(event: Event) -> bytes:
+    """The frame of an event, made once for all sockets."""
+    return b'{"type":"event","event":' + event.model_dump_json().encode() + b"}"

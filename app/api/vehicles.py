@@ -1,0 +1,96 @@
+"""/vehicles: what is seen, and what a pilot may tell a vehicle outside a run."""
+
+from __future__ import annotations
+
+from aiohttp import web
+
+from app.api.answers import json_answer
+from app.api.bodies import NO_BODY, Empty
+from app.api.models import VehiclesView
+from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
+from app.api.services import COMMANDS, FLEET
+from app.services.access import Role
+from app.services.views import VehicleView
+
+_COMMAND_ERRORS = ("not_found", "conflict", "vehicle.quarantined", "vehicle.refused", "vehicle.link", "vehicle.timeout")
+
+
+async def list_vehicles(call: Call[NoQuery, Empty]) -> web.Response:
+    """GET /vehicles."""
+    return json_answer(VehiclesView(vehicles=list(call.request.app[FLEET].vehicles())))
+
+
+async def get_vehicle(call: Call[NoQuery, Empty]) -> web.Response:
+    """GET /vehicles/{vehicle_id}."""
+    return json_answer(call.request.app[FLEET].view(call.path_value("vehicle_id")))
+
+
+async def hold_vehicle(call: Call[NoQuery, Empty]) -> web.Response:
+    """POST /vehicles/{vehicle_id}/hold."""
+    await call.request.app[COMMANDS].hold(call.path_value("vehicle_id"), by=call.principal.name)
+    return _accepted(call)
+
+
+async def return_vehicle(call: Call[NoQuery, Empty]) -> web.Response:
+    """POST /vehicles/{vehicle_id}/return."""
+    await call.request.app[COMMANDS].return_to_launch(call.path_value("vehicle_id"), by=call.principal.name)
+    return _accepted(call)
+
+
+async def land_vehicle(call: Call[NoQuery, Empty]) -> web.Response:
+    """POST /vehicles/{vehicle_id}/land."""
+    await call.request.app[COMMANDS].land(call.path_value("vehicle_id"), by=call.principal.name)
+    return _accepted(call)
+
+
+def _accepted(call: Call[NoQuery, Empty]) -> web.Response:
+    view = call.request.app[FLEET].view(call.path_value("vehicle_id"))
+    return json_answer(view, status=202, headers={"Location": f"{API}/vehicles/{view.id}"})
+
+
+_ACCEPTED = Answer(202, "The vehicle is in that mode; the vehicle as it is now", VehicleView, headers=("Location",))
+
+ROUTES: tuple[AnyRoute, ...] = (
+    Route(
+        method="GET",
+        path=f"{API}/vehicles",
+        handler=list_vehicles,
+        summary="All vehicles seen",
+        tag="vehicles",
+        role=Role.VIEWER,
+        query=NoQuery,
+        body=NO_BODY,
+        answers=(Answer(200, "The vehicles", VehiclesView),),
+    ),
+    Route(
+        method="GET",
+        path=f"{API}/vehicles/{{vehicle_id}}",
+        handler=get_vehicle,
+        summary="One vehicle",
+        tag="vehicles",
+        role=Role.VIEWER,
+        query=NoQuery,
+        body=NO_BODY,
+        answers=(Answer(200, "The vehicle", VehicleView),),
+        errors=("not_found",),
+    ),
+    *(
+        Route(
+            method="POST",
+            path=f"{API}/vehicles/{{vehicle_id}}/{action}",
+            handler=handler,
+            summary=summary,
+            tag="vehicles",
+            role=Role.PILOT,
+            query=NoQuery,
+            body=NO_BODY,
+            answers=(_ACCEPTED,),
+            errors=(*_COMMAND_ERRORS, "storage.failed"),
+        )
+        for action, handler, summary in (
+            ("hold", hold_vehicle, "Hold where it is (Hold mode)"),
+            ("return", return_vehicle, "Return to launch (Return mode)"),
+            ("land", land_vehicle, "Land where it is (Land mode)"),
+        )
+    ),
+)

@@ -1,0 +1,151 @@
+"""Vehicles made of a few lines: they obey at once, and can be told to refuse."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncGenerator, Callable, Sequence
+from dataclasses import replace
+
+from app.domain.commands import CommandAck, CommandRequest, MavResult
+from app.domain.errors import WaydropError
+from app.domain.mission import Mission, MissionItem, MissionType
+from app.domain.ports import LinkFact, MissionCurrent, StateChanged, Unsubscribe, UploadProgress, VehicleIdentity
+from app.domain.vehicle import (
+    FirmwareVersion,
+    FlightMode,
+    GlobalPosition,
+    LandedState,
+    MissionState,
+    VehicleFacts,
+    VehicleState,
+    VehicleType,
+)
+
+HOME = GlobalPosition(47.397742, 8.545594, 488.0)
+
+
+class FakeLink:
+    """VehicleLink of a multicopter that stays where it is. `refusal` is raised by whatever is asked next."""
+
+    def __init__(self, system_id: int) -> None:
+        self.identity = VehicleIdentity(
+            system_id,
+            "udpin://127.0.0.1:18290",
+            VehicleType.MULTICOPTER,
+            FirmwareVersion(1, 17, 0),
+            f"{system_id:024x}",
+        )
+        self._state = VehicleState(
+            connected=True,
+            mode=FlightMode.HOLD,
+            armed=False,
+            landed=LandedState.ON_GROUND,
+            latitude_deg=HOME.latitude_deg,
+            longitude_deg=HOME.longitude_deg,
+            absolute_altitude_m=HOME.altitude_m,
+            relative_altitude_m=0.0,
+            velocity_north_m_s=0.0,
+            velocity_east_m_s=0.0,
+            velocity_down_m_s=0.0,
+            heading_deg=0.0,
+            position_age_s=0.0,
+            heartbeat_age_s=0.0,
+            battery_percent=90.0,
+            home=HOME,
+        )
+        self._listeners: list[Callable[[LinkFact], None]] = []
+        self.refusal: WaydropError | None = None
+        self.upload_refusal: WaydropError | None = None
+
+    def state(self) -> VehicleState:
+        return self._state
+
+    def change(self, **changes: object) -> None:
+        """Change the state and tell it."""
+        self._state = replace(self._state, **changes)  # type: ignore[arg-type]
+        self.tell(StateChanged())
+
+    def tell(self, fact: LinkFact) -> None:
+        """Say a fact to every listener."""
+        for listener in tuple(self._listeners):
+            listener(fact)
+
+    def subscribe(self, listener: Callable[[LinkFact], None]) -> Unsubscribe:
+        self._listeners.append(listener)
+        return lambda: self._listeners.remove(listener) if listener in self._listeners else None
+
+    async def read_facts(self) -> VehicleFacts:
+        self._refuse()
+        return VehicleFacts(VehicleType.MULTICOPTER, self.identity.firmware, self.identity.uid, HOME)
+
+    async def upload(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:
+        if self.upload_refusal is not None:
+            raise self.upload_refusal
+        total = len(mission.items)
+        self.change(mission_total=total, mission_state=MissionState.NOT_STARTED, mission_seq=0, mission_id=7)
+        yield UploadProgress(MissionType.MISSION, total, total, 1, verified_by="mission_id", mission_id=7)
+
+    async def download(self, mission_type: MissionType) -> tuple[MissionItem, ...]:
+        return ()
+
+    async def wait_mission_ready(self, *, mission_id: int | None, rerun: bool, timeout_s: float) -> None:
+        self._refuse()
+
+    async def set_current(self, seq: int) -> None:
+        self.change(mission_seq=seq)
+        self.tell(MissionCurrent(seq))
+
+    async def arm(self) -> None:
+        self._refuse()
+        self.change(armed=True)
+
+    async def disarm(self) -> None:
+        self.change(armed=False)
+
+    async def start_mission(self) -> None:
+        self._refuse()
+        self.change(
+            mode=FlightMode.MISSION,
+            landed=LandedState.IN_AIR,
+            relative_altitude_m=15.0,
+            mission_state=MissionState.ACTIVE,
+        )
+
+    async def hold(self) -> None:
+        self._switch(FlightMode.HOLD)
+
+    async def return_to_launch(self) -> None:
+        self._switch(FlightMode.RETURN)
+
+    async def land(self) -> None:
+        self._switch(FlightMode.LAND)
+
+    async def command(self, request: CommandRequest) -> AsyncGenerator[CommandAck, None]:
+        self._refuse()
+        yield CommandAck(int(request.command), int(MavResult.ACCEPTED))
+
+    def _switch(self, mode: FlightMode) -> None:
+        self._refuse()
+        self.change(mode=mode)
+
+    def _refuse(self) -> None:
+        if self.refusal is not None:
+            raise self.refusal
+
+
+class FakeSource:
+    """LinkSource with a few vehicles that are there from the start."""
+
+    def __init__(self, links: Sequence[FakeLink]) -> None:
+        self._links = tuple(links)
+
+    def links(self) -> Sequence[FakeLink]:
+        return self._links
+
+    def subscribe(self, listener: Callable[[FakeLink], None]) -> Unsubscribe:
+        return lambda: None
+
+    async def start(self) -> None:
+        """Nothing to open."""
+
+    async def close(self) -> None:
+        """Nothing to close."""

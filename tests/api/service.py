@@ -1,0 +1,126 @@
+"""A running service for a test: a server on a socket of its own, and what stands behind it."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import aiohttp
+from aiohttp import web
+
+from app.api import ApiServices, ApiSettings, build_app
+from app.services.access import Access, Role
+from app.services.clock import SystemClock
+from app.services.fleet import Fleet
+from app.services.journal import Journal
+from app.services.plans import Plans
+from app.services.runs import Runs
+from app.services.telemetry import TelemetryFeed
+from app.services.vehicle_commands import VehicleCommands
+from app.storage.storage import Storage, open_storage
+from tests.api.fake_links import FakeLink, FakeSource
+
+SETTINGS = ApiSettings(gateway="gw-test", version="0.0-test", body_timeout_s=0.5)
+
+
+@dataclass(frozen=True)
+class Service:
+    """The server's address, a client without headers of its own, and the parts behind."""
+
+    port: int
+    http: aiohttp.ClientSession
+    links: tuple[FakeLink, ...]
+    services: ApiServices
+    storage: Storage
+    app: web.Application
+
+    @property
+    def url(self) -> str:
+        return f"http://127.0.0.1:{self.port}"
+
+    @property
+    def access(self) -> Access:
+        return self.services.access
+
+    async def token(self, role: Role) -> dict[str, str]:
+        """Headers of a new token with this role."""
+        _, secret = await self.services.access.create_token(f"a {role.value}", role)
+        return {"Authorization": f"Bearer {secret}"}
+
+    async def call(self, method: str, path: str, **options: Any) -> tuple[int, Any, Any]:
+        """Status, headers, and the body: data if it is JSON, else text."""
+        async with self.http.request(method, self.url + path, allow_redirects=False, **options) as response:
+            is_json = response.content_type.endswith("json")
+            body = await response.json(content_type=None) if is_json else await response.text()
+            return response.status, response.headers, body
+
+
+@asynccontextmanager
+async def run_service(
+    folder: Path,
+    *,
+    settings: ApiSettings = SETTINGS,
+    change: Callable[[ApiServices], ApiServices] = lambda services: services,
+    bootstrap_token: str | None = None,
+    links: int = 2,
+) -> AsyncIterator[Service]:
+    """A service with some vehicles. `change` may put other services in before it starts."""
+    clock = SystemClock()
+    vehicles = tuple(FakeLink(number) for number in range(1, links + 1))
+    async with open_storage(folder / "waydrop.db") as storage:
+        journal = Journal(storage.events, clock)
+        await journal.start()
+        fleet = Fleet(FakeSource(vehicles), journal)
+        await fleet.start()
+        telemetry = TelemetryFeed(fleet, period_s=0.02)
+        await telemetry.start()
+        services = change(
+            ApiServices(
+                journal=journal,
+                plans=Plans(storage.plans, journal, clock),
+                access=Access(storage.tokens, clock, bootstrap_token),
+                fleet=fleet,
+                telemetry=telemetry,
+                runs=Runs(fleet, storage.plans, storage.runs, journal, clock),
+                commands=VehicleCommands(fleet, journal),
+                answers=storage.answers,
+                clock=clock,
+            )
+        )
+        try:
+            await until(lambda: journal.last_seq >= links)  # each vehicle has been seen
+            async with _served(services, settings, vehicles, storage) as service:
+                yield service
+        finally:
+            await services.runs.close()
+            await telemetry.close()
+            await fleet.close()
+            await journal.close()
+
+
+@asynccontextmanager
+async def _served(
+    services: ApiServices, settings: ApiSettings, links: tuple[FakeLink, ...], storage: Storage
+) -> AsyncIterator[Service]:
+    app = build_app(services, replace(settings, gateway=storage.gateway_id))
+    runner = web.AppRunner(app, access_log=None, shutdown_timeout=3.0)
+    await runner.setup()
+    try:
+        site = web.TCPSite(runner, "127.0.0.1", 0)
+        await site.start()
+        port = runner.addresses[0][1]
+        async with aiohttp.ClientSession(auto_decompress=True) as http:
+            yield Service(port, http, links, services, storage, app)
+    finally:
+        await runner.cleanup()
+
+
+async def until(condition: Callable[[], bool], *, timeout_s: float = 5.0) -> None:
+    """Wait until something is so."""
+    async with asyncio.timeout(timeout_s):
+        while not condition():
+            await asyncio.sleep(0.005)

@@ -1,0 +1,74 @@
+"""Plans over REST."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from tests.api.service import Service
+
+
+async def test_a_plan_is_stored_and_found_at_its_location(service: Service, plan: dict[str, Any]) -> None:
+    status, headers, made = await service.call("POST", "/api/v1/plans", json=plan)
+    assert status == 201
+    assert headers["ETag"] == f'"{made["hash"]}"'
+    assert made["created_by"] == "local"
+
+    status, headers, read = await service.call("GET", headers["Location"])
+    assert (status, read) == (200, made)
+    assert read["plan"]["name"] == "Clinic run"
+    assert read["timeline"] is not None
+
+    status, _, listed = await service.call("GET", "/api/v1/plans?limit=1")
+    assert status == 200
+    assert [entry["id"] for entry in listed["plans"]] == [made["id"]]
+
+
+async def test_a_client_that_has_the_plan_is_not_sent_it_again(service: Service, plan: dict[str, Any]) -> None:
+    _, headers, made = await service.call("POST", "/api/v1/plans", json=plan)
+    path, etag = headers["Location"], headers["ETag"]
+    for known in (etag, f"W/{etag}", f'"other", {etag}', "*"):
+        status, headers, body = await service.call("GET", path, headers={"If-None-Match": known})
+        assert (status, body, headers["ETag"]) == (304, "", etag)
+    status, _, body = await service.call("GET", path, headers={"If-None-Match": '"other"'})
+    assert (status, body["id"]) == (200, made["id"])
+
+
+async def test_a_document_that_is_no_plan_is_refused_with_pointers(service: Service, plan: dict[str, Any]) -> None:
+    del plan["name"]
+    plan["items"][1]["latitude_deg"] = 91
+    status, headers, problem = await service.call("POST", "/api/v1/plans", json=plan)
+    assert (status, problem["code"]) == (422, "plan.invalid")
+    assert headers["Content-Type"].startswith("application/problem+json")
+    assert {finding["pointer"] for finding in problem["findings"]} == {"/name", "/items/1/latitude_deg"}
+
+
+async def test_a_plan_that_cannot_be_flown_is_refused_with_findings(service: Service, plan: dict[str, Any]) -> None:
+    plan["items"].insert(0, plan["items"].pop(3))
+    status, _, problem = await service.call("POST", "/api/v1/plans", json=plan)
+    assert (status, problem["code"]) == (422, "plan.rejected")
+    assert any(finding["severity"] == "error" for finding in problem["findings"])
+    _, _, listed = await service.call("GET", "/api/v1/plans")
+    assert listed["plans"] == []
+
+
+async def test_a_check_answers_200_for_good_plans_and_for_bad_ones(service: Service, plan: dict[str, Any]) -> None:
+    status, _, good = await service.call("POST", "/api/v1/plan-checks", json={"plan": plan})
+    assert status == 200
+    assert not any(finding["severity"] == "error" for finding in good["findings"])
+    assert good["timeline"] is not None
+
+    status, _, with_vehicle = await service.call("POST", "/api/v1/plan-checks", json={"plan": plan, "vehicle": "v1"})
+    assert status == 200
+    assert with_vehicle["timeline"] is not None
+
+    for broken in ({}, [], "text", None, 7, {**plan, "colour": "red"}):
+        status, _, check = await service.call("POST", "/api/v1/plan-checks", json={"plan": broken})
+        assert (status, check["timeline"]) == (200, None)
+        assert check["findings"]
+    _, _, listed = await service.call("GET", "/api/v1/plans")
+    assert listed["plans"] == []
+
+
+async def test_a_check_against_an_unknown_vehicle_is_404(service: Service, plan: dict[str, Any]) -> None:
+    status, _, problem = await service.call("POST", "/api/v1/plan-checks", json={"plan": plan, "vehicle": "v9"})
+    assert (status, problem["code"]) == (404, "not_found")
