@@ -1,0 +1,74 @@
+"""What a run in flight is said to be follows what is seen, and blames nobody wrongly."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+
+from app.domain.flight_phase import FlightView, how_it_ended, phase_of, says_complete
+from app.domain.run import RunState
+from app.domain.vehicle import FlightMode, LandedState, MissionState, VehicleState, VehicleType
+
+FLYING = FlightView(
+    state=VehicleState(connected=True, mode=FlightMode.MISSION, armed=True, landed=LandedState.IN_AIR),
+    vehicle_type=VehicleType.MULTICOPTER,
+    at_drop=False,
+    mission_done=False,
+    was_airborne=True,
+    asked="",
+)
+
+
+def seen(view: FlightView = FLYING, **state: object) -> FlightView:
+    return dataclasses.replace(view, state=dataclasses.replace(view.state, **state))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("view", "state", "words"),
+    [
+        (FLYING, RunState.FLYING, ""),
+        (dataclasses.replace(FLYING, at_drop=True), RunState.AT_DROP, ""),
+        (seen(mode=FlightMode.RETURN), RunState.RETURNING, "somebody else"),
+        (seen(mode=FlightMode.RETURN, in_failsafe=True), RunState.RETURNING, "failsafe"),
+        (seen(dataclasses.replace(FLYING, asked="return"), mode=FlightMode.RETURN), RunState.RETURNING, "as asked"),
+        (seen(dataclasses.replace(FLYING, mission_done=True), mode=FlightMode.RETURN), RunState.RETURNING, "done"),
+        (seen(dataclasses.replace(FLYING, asked="pause"), mode=FlightMode.HOLD), RunState.PAUSED, "as asked"),
+        (seen(mode=FlightMode.HOLD), RunState.PAUSED, "somebody else"),
+        (seen(mode=FlightMode.MANUAL), RunState.PAUSED, "manual"),
+        (seen(mode=FlightMode.LAND), RunState.RETURNING, "lands"),
+        (seen(armed=False), RunState.LANDED, ""),
+    ],
+)
+def test_the_phase_follows_mode_and_arming(view: FlightView, state: RunState, words: str) -> None:
+    phase, reason = phase_of(view)
+    assert phase is state
+    assert words in reason
+
+
+def test_a_rover_ends_stopped_at_its_last_item_still_armed() -> None:
+    rover = dataclasses.replace(FLYING, vehicle_type=VehicleType.ROVER, mission_done=True)
+    moving = seen(rover, mode=FlightMode.HOLD, velocity_north_m_s=2.0, velocity_east_m_s=0.0)
+    assert phase_of(moving)[0] is not RunState.LANDED
+    stopped = seen(rover, mode=FlightMode.HOLD, velocity_north_m_s=0.0, velocity_east_m_s=0.0)
+    assert phase_of(stopped)[0] is RunState.LANDED
+
+
+def test_complete_counts_only_with_the_last_index() -> None:
+    state = VehicleState(mission_state=MissionState.COMPLETE, mission_seq=1)
+    assert not says_complete(state, last_seq=5), "PX4 shows complete in Land mode with any mission stored"
+    assert says_complete(dataclasses.replace(state, mission_seq=5), last_seq=5)
+
+
+@pytest.mark.parametrize(
+    ("done", "asked", "state"),
+    [
+        (True, "", RunState.COMPLETED),
+        (False, "return", RunState.ABORTED),
+        (True, "return", RunState.ABORTED),
+        (False, "contingency", RunState.ABORTED),
+        (False, "", RunState.FAILED),
+    ],
+)
+def test_a_landing_is_a_success_only_with_the_mission_done(done: bool, asked: str, state: RunState) -> None:
+    assert how_it_ended(mission_done=done, asked=asked, reason="")[0] is state
