@@ -1,0 +1,146 @@
+"""Every vehicle has one id, and what happens to it is told once, in order."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import AsyncIterator, Callable, Sequence
+
+import pytest
+
+from app.domain.errors import ConflictError, NotFoundError, VehicleQuarantinedError, VehicleRefusedError
+from app.domain.events import EventKind
+from app.domain.ports import DuplicateSystem, LinkLost, LinkRestored, StatusText, Unsubscribe, VehicleLink
+from app.domain.vehicle import FlightMode
+from app.services.clock import SystemClock
+from app.services.fleet import Fleet
+from app.services.journal import Journal
+from app.services.telemetry import TelemetryFeed
+from app.services.vehicle_commands import VehicleCommands
+from tests.unit.services.fakes import MemoryEventStore
+from tests.unit.services.runs.scripted import ScriptedVehicle
+
+
+class Source:
+    """Finds the vehicles that the test puts in."""
+
+    def __init__(self) -> None:
+        self.listener: Callable[[VehicleLink], None] = lambda link: None
+
+    def links(self) -> Sequence[VehicleLink]:
+        return []
+
+    def subscribe(self, listener: Callable[[VehicleLink], None]) -> Unsubscribe:
+        self.listener = listener
+        return lambda: None
+
+    async def start(self) -> None:
+        return
+
+    async def close(self) -> None:
+        return
+
+
+@contextlib.asynccontextmanager
+async def fleet_of(*vehicles: ScriptedVehicle) -> AsyncIterator[tuple[Fleet, MemoryEventStore, Journal]]:
+    events = MemoryEventStore()
+    journal = Journal(events, SystemClock())
+    await journal.start()
+    source = Source()
+    fleet = Fleet(source, journal)
+    await fleet.start()
+    for vehicle in vehicles:
+        source.listener(vehicle)
+    try:
+        yield fleet, events, journal
+    finally:
+        await fleet.close()
+        await journal.close()
+
+
+async def test_two_vehicles_with_one_system_id_get_two_ids() -> None:
+    async with fleet_of(ScriptedVehicle(), ScriptedVehicle()) as (fleet, _, _journal):
+        assert [v.id for v in fleet.vehicles()] == ["v1", "v1-2"]
+
+
+async def test_a_vehicle_told_twice_is_one_vehicle() -> None:
+    vehicle = ScriptedVehicle()
+    async with fleet_of(vehicle, vehicle) as (fleet, _, _journal):
+        assert len(fleet.vehicles()) == 1
+
+
+async def test_facts_become_events_in_order() -> None:
+    vehicle = ScriptedVehicle()
+    async with fleet_of(vehicle) as (_, events, _journal):
+        vehicle.put(LinkLost(3.1), LinkRestored(), StatusText("critical", "Low battery"))
+    kinds = [event.kind for event in events.events]
+    assert kinds == [
+        EventKind.VEHICLE_SEEN,
+        EventKind.VEHICLE_LINK_LOST,
+        EventKind.VEHICLE_LINK_RESTORED,
+        EventKind.VEHICLE_STATUS_TEXT,
+    ]
+    assert events.events[-1].data == {"severity": "critical", "text": "Low battery"}
+
+
+async def test_a_quarantined_vehicle_is_shown_and_not_commanded() -> None:
+    vehicle = ScriptedVehicle()
+    async with fleet_of(vehicle) as (fleet, events, _journal):
+        vehicle.put(DuplicateSystem("two answer"), DuplicateSystem("two answer"))
+        assert fleet.view("v1").quarantined == "two answer"
+        with pytest.raises(VehicleQuarantinedError):
+            fleet.link("v1")
+    assert [e.kind for e in events.events].count(EventKind.VEHICLE_QUARANTINED) == 1
+
+
+async def test_an_unknown_vehicle_is_named_with_those_that_are_known() -> None:
+    async with fleet_of(ScriptedVehicle()) as (fleet, _, _journal):
+        with pytest.raises(NotFoundError) as caught:
+            fleet.view("v7")
+        assert "v1" in caught.value.hint
+
+
+async def test_telemetry_is_conflated_for_a_slow_reader() -> None:
+    vehicle = ScriptedVehicle()
+    async with fleet_of(vehicle) as (fleet, _, _journal):
+        feed = TelemetryFeed(fleet, period_s=0.005)
+        subscription = feed.subscribe()
+        await feed.start()
+        await subscription.next()
+        for percent in (90.0, 80.0, 70.0):
+            vehicle.put(battery_percent=percent)
+            await asyncio.sleep(0.02)
+        states = await subscription.next()
+        await feed.close()
+    assert states["v1"].battery_percent == 70.0, "only the newest counts"
+
+
+async def test_commands_outside_a_run_are_recorded_with_who_gave_them() -> None:
+    vehicle = ScriptedVehicle()
+    async with fleet_of(vehicle) as (fleet, events, journal):
+        commands = VehicleCommands(fleet, journal)
+        with pytest.raises(ConflictError, match="not armed"):
+            await commands.hold("v1", "anna")
+        vehicle.put(armed=True, mode=FlightMode.MISSION)
+        await commands.hold("v1", "anna")
+        assert vehicle.sent == ["hold"]
+        fleet.vehicle("v1").run_id = "run-1"
+        with pytest.raises(ConflictError, match="run-1"):
+            await commands.land("v1", "anna")
+    told = [e.data for e in events.events if e.kind is EventKind.VEHICLE_COMMAND]
+    assert [d["outcome"] for d in told] == ["sent", "done"]
+    assert {d["by"] for d in told} == {"anna"}
+
+
+async def test_a_refused_command_is_recorded_as_refused() -> None:
+    vehicle = ScriptedVehicle()
+
+    async def refuse() -> None:
+        raise VehicleRefusedError("DENIED")
+
+    async with fleet_of(vehicle) as (fleet, events, journal):
+        vehicle.put(armed=True)
+        vehicle.land = refuse  # type: ignore[method-assign]
+        with pytest.raises(VehicleRefusedError):
+            await VehicleCommands(fleet, journal).land("v1", "anna")
+    assert [e.data["outcome"] for e in events.events if e.kind is EventKind.VEHICLE_COMMAND] == ["sent", "DENIED"]
