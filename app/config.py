@@ -41,7 +41,7 @@ def default_data_dir() -> Path:
 
 
 def default_page_dir() -> Path | None:
-    """Where the built page lies: in an installed wheel `app/page`, in a checkout `web/dist`; None before it is built."""
+    """The built page: `app/page` in an installed wheel, `web/dist` in a checkout; None before it is built."""
     package = Path(__file__).resolve().parent
     for folder in (package / "page", package.parent / "web" / "dist"):
         if (folder / "index.html").is_file():
@@ -54,6 +54,7 @@ class Settings(BaseSettings):
 
     `connections` are mavsdk URLs; a port may be a range (`udpin://0.0.0.0:14540..14543` is four connections).
     `allowed_hosts` are further Host names (without port) under which clients reach the service.
+    `allowed_origins` are further web origins (`https://desk.example`) whose pages may send commands.
     `bootstrap_token` is an admin token for containers: the first real tokens are made with it.
     """
 
@@ -66,12 +67,13 @@ class Settings(BaseSettings):
     page_dir: Path | None = Field(default_factory=default_page_dir)
     bootstrap_token: SecretStr | None = None
     allowed_hosts: Annotated[tuple[str, ...], NoDecode] = ()
+    allowed_origins: Annotated[tuple[str, ...], NoDecode] = ()
     log_format: Literal["auto", "console", "json"] = "auto"
     log_level: Literal["debug", "info", "warning", "error"] = "info"
     max_body_bytes: int = Field(default=1024 * 1024, ge=1024, le=64 * 1024 * 1024)
     telemetry_period_s: float = Field(default=0.2, ge=0.02, le=10.0)
 
-    @field_validator("connections", "allowed_hosts", mode="before")
+    @field_validator("connections", "allowed_hosts", "allowed_origins", mode="before")
     @classmethod
     def _split(cls, value: object) -> object:
         if isinstance(value, str):
@@ -104,7 +106,7 @@ class Settings(BaseSettings):
             raise ValueError("a connection is given twice")
         return tuple(expanded)
 
-    @field_validator("allowed_hosts")
+    @field_validator("allowed_hosts", "allowed_origins")
     @classmethod
     def _hosts_lower(cls, value: tuple[str, ...]) -> tuple[str, ...]:
         return tuple(name.lower() for name in value)

@@ -1,8 +1,5 @@
 #!/usr/bin/env bash
-# The browser tests drive Debian's Chromium. Installs it when it is missing.
+# The browser tests drive Chromium (WAYDROP_CHROMIUM, else Debian's). Installs Debian's when there is none.
 set -euo pipefail
 
-for name in "${CHROMIUM:-chromium}" chromium-browser google-chrome; do
-  command -v "$name" >/dev/null && exit 0
-done
-"$(dirname "$0")/apt-install.sh" "the browser tests need a browser" chromium
+[ -x "${WAYDROP_CHROMIUM:-/usr/bin/chromium}" ] || "$(dirname "$0")/apt-install.sh" "the browser tests need a browser" chromium

@@ -14,8 +14,9 @@ ALLOWED: dict[str, frozenset[str]] = {
     "storage": frozenset({"domain"}),
     "api": frozenset({"services", "domain"}),
     "simulator": frozenset(),
-    "cli": frozenset({"services", "domain", "config", "application"}),
+    "cli": frozenset({"services", "domain", "config", "logs", "application"}),
     "config": frozenset({"domain"}),
+    "logs": frozenset({"config"}),
     "application": frozenset({"domain", "services", "vehicles", "storage", "api", "config"}),
     "__main__": frozenset({"cli"}),
 }

@@ -13,7 +13,7 @@ MAX_FILE_LINES = 300
 MAX_FUNCTION_LINES = 49
 VAGUE_FILE = re.compile(r"^(utils?|helpers?|common|misc|managers?|\w+_(utils?|helpers?|managers?))$")
 VAGUE_CLASS = re.compile(r"(Manager|Helper|Utils?)$")
-FIXED_PATH = re.compile(r"^/(tmp|work|root|home|opt|srv|mnt|Users)(/|$)")
+FIXED_PATH = re.compile(r"^/(tmp|work|root|home|opt|srv|mnt|Users)/")
 ADDRESS = re.compile(
     r"""--(extra-)?index-url|--find-links|"resolved"\s*:|registry\s*=\s*http|https?://[^\s"]*(pypi|npmjs)\.""",
     re.IGNORECASE,

@@ -1,0 +1,53 @@
+"""The waydrop command: which sub-commands there are, and how errors end them."""
+
+from __future__ import annotations
+
+import sys
+
+import typer
+
+from app.cli.down import down
+from app.cli.exit_status import status_of
+from app.cli.fly import fly
+from app.cli.openapi import openapi
+from app.cli.plan_report import findings_of, show_findings
+from app.cli.runs import runs_app
+from app.cli.schema import schema
+from app.cli.serve import serve
+from app.cli.sim import sim
+from app.cli.terminal import err, show_error
+from app.cli.token import token_app
+from app.cli.up import up
+from app.cli.validate import validate
+from app.cli.vehicles import vehicles
+from app.domain.errors import WaydropError
+
+app = typer.Typer(
+    name="waydrop",
+    help="Checks delivery plans, flies them over MAVLink, proves every drop.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_show_locals=False,
+    epilog="Exit status: 0 done, 1 not achieved, 2 unusable input, 3 no service, 4 refused by the service.",
+)
+app.command()(up)
+app.command()(down)
+app.command()(serve)
+app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []})(sim)
+app.command()(validate)
+app.command()(fly)
+app.command()(vehicles)
+app.add_typer(runs_app, name="runs")
+app.add_typer(token_app, name="token")
+app.command()(schema)
+app.command()(openapi)
+
+
+def main() -> None:
+    """Run the command of sys.argv. Expected errors are told in words and end with their exit status."""
+    try:
+        app(prog_name="waydrop")
+    except WaydropError as error:
+        show_findings(err(), findings_of(error))
+        show_error(error)
+        sys.exit(status_of(error))

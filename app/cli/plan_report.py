@@ -1,0 +1,77 @@
+"""Findings and timeline of a plan as text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from app.domain.errors import WaydropError
+from app.domain.finding import Finding, Severity
+from app.domain.plan import Plan
+from app.domain.prediction import PredictedDrop, Timeline
+
+_STYLES = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow"}
+
+
+def show_findings(console: Console, findings: Iterable[Finding]) -> None:
+    """Errors first; each with its place, its rule code, the sentence and how to mend it."""
+    ordered = sorted(findings, key=lambda finding: finding.severity is not Severity.ERROR)
+    for finding in ordered:
+        style = _STYLES[finding.severity]
+        place = finding.pointer or "/"
+        item = f" ({finding.item_id})" if finding.item_id else ""
+        console.print(f"[{style}]{finding.severity.value}[/] [bold]{escape(finding.code)}[/] at {escape(place + item)}")
+        console.print(f"  {escape(finding.message)}")
+        if finding.hint:
+            console.print(f"  [green]→[/] {escape(finding.hint)}")
+
+
+def findings_of(error: WaydropError) -> list[Finding]:
+    """The findings that an error carries: ours as they are, a server's from its problem document."""
+    carried = error.extra.get("findings")
+    return [Finding.model_validate(entry) for entry in carried] if isinstance(carried, list) else []
+
+
+def show_timeline(console: Console, plan: Plan, timeline: Timeline) -> None:
+    """What is predicted: a row for each visit of an item, then a line for each drop."""
+    table = Table(title=f"{escape(plan.name)} ({plan.vehicle_type.value})", title_justify="left")
+    table.add_column("at", justify="right")
+    table.add_column("item")
+    table.add_column("type")
+    for name in ("takes", "distance", "speed", "altitude"):
+        table.add_column(name, justify="right")
+    table.add_column("")
+    for entry in timeline.entries:
+        table.add_row(
+            _clock(entry.start_s),
+            entry.item_id if entry.visit == 1 else f"{entry.item_id} (visit {entry.visit})",
+            entry.type.replace("_", " "),
+            f"{entry.duration_s:.0f} s",
+            f"{entry.distance_m:.0f} m" if entry.distance_m >= 0.5 else "",
+            f"{entry.ground_speed_m_s:.1f} m/s" if entry.ground_speed_m_s else "",
+            f"{entry.relative_altitude_m:.0f} m",
+            "stops" if entry.brakes else "",
+        )
+    console.print(table)
+    for drop in timeline.drops:
+        console.print(_drop_line(drop), markup=False)
+    end = "without an end of its own" if timeline.open_ended else f"{_clock(timeline.duration_s)} min"
+    console.print(f"{timeline.distance_m / 1000:.2f} km, {end}", markup=False)
+
+
+def _drop_line(drop: PredictedDrop) -> str:
+    how = "supervised" if drop.supervised else "embedded"
+    line = f"drop {drop.item_id} at {_clock(drop.at_s)}: {how}, {drop.release_motion}"
+    if drop.release_motion == "moving":
+        line += f" at {drop.ground_speed_m_s:.1f} m/s, about {drop.lead_m:.0f} m before the point"
+        line += f", the parcel flies {drop.throw_m:.0f} m on while it falls {drop.fall_s:.1f} s"
+    else:
+        line += f", within {drop.offset_m:.1f} m of the point"
+    return line
+
+
+def _clock(seconds: float) -> str:
+    return f"{int(seconds) // 60}:{int(seconds) % 60:02d}"

@@ -1,0 +1,78 @@
+"""One line of text for each event of a run."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import Any
+
+from rich.text import Text
+
+from app.domain.events import Event, EventKind
+
+_STYLES = {
+    "released": "bold green",
+    "kept": "bold yellow",
+    "unknown": "bold red",
+    "completed": "bold green",
+    "failed": "bold red",
+    "aborted": "bold yellow",
+    "lost": "bold red",
+}
+
+
+def run_line(event: Event) -> Text | None:
+    """What a person is told of an event; None for those that only drive the progress bar."""
+    told = _told(event)
+    if told is None:
+        return None
+    clock = datetime.fromtimestamp(event.time).strftime("%H:%M:%S")
+    return Text.assemble((f"{clock} ", "dim"), told)
+
+
+def _told(event: Event) -> Text | None:
+    data = event.data
+    match event.kind:
+        case EventKind.RUN_CREATED | EventKind.RUN_CHANGED:
+            return _state(data)
+        case EventKind.RUN_ITEM:
+            verb = "flies to" if data.get("what") == "current" else "reached"
+            return Text(f"{verb} {data.get('item_id')}")
+        case EventKind.RUN_COMMAND:
+            return Text(f"sends {data.get('command')}{_again(data)}")
+        case EventKind.RUN_ACK:
+            progress = "" if data.get("progress") is None else f" {data['progress']}%"
+            return Text.assemble(f"ack of {data.get('command')}: ", (f"{data.get('result')}{progress}", "bold"))
+        case EventKind.RUN_DROP:
+            return _drop(data)
+        case EventKind.VEHICLE_STATUS_TEXT:
+            return Text(f"vehicle says ({data.get('severity')}): {data.get('text')}", style="dim")
+        case EventKind.VEHICLE_LINK_LOST | EventKind.VEHICLE_LINK_RESTORED | EventKind.VEHICLE_REBOOTED:
+            return Text(event.kind.value.removeprefix("vehicle.").replace("_", " "), style="bold yellow")
+        case _:
+            return None
+
+
+def _state(run: dict[str, Any]) -> Text:
+    state = str(run.get("state"))
+    line = Text.assemble("run is ", (state.replace("_", " "), _STYLES.get(state, "bold")))
+    if run.get("reason"):
+        line.append(f": {run['reason']}")
+    return line
+
+
+def _drop(drop: dict[str, Any]) -> Text:
+    outcome = str(drop.get("outcome"))
+    line = Text(f"drop {drop.get('plan_item_id')}: ")
+    if outcome == "pending":
+        return line.append(str(drop.get("phase")))
+    line.append(f"{outcome} ({drop.get('certainty')})", style=_STYLES.get(outcome, "bold"))
+    if drop.get("offset_m") is not None:
+        line.append(f", {drop['offset_m']:.1f} m from the point")
+    if drop.get("reason"):
+        line.append(f": {drop['reason']}")
+    return line
+
+
+def _again(data: dict[str, Any]) -> str:
+    attempt = data.get("attempt")
+    return "" if attempt in {None, 1} else f", try {attempt}"

@@ -1,0 +1,117 @@
+"""`waydrop runs`: list runs, show one, act on one."""
+
+from __future__ import annotations
+
+import asyncio
+from datetime import datetime
+from enum import StrEnum
+from typing import Annotated, Any
+
+import typer
+from rich.table import Table
+
+from app.cli.run_view import drops_table
+from app.cli.service_client import ServerOption, ServiceClient, TokenOption, service_client
+from app.cli.terminal import err, out, write_json
+from app.domain.run import Run
+
+JsonOption = Annotated[bool, typer.Option("--json", help="The answer of the service as it is.")]
+RunArgument = Annotated[str, typer.Argument(metavar="RUN", help="The run's id.")]
+
+runs_app = typer.Typer(help="List runs, show one, act on one.", invoke_without_command=True)
+
+
+class RunAction(StrEnum):
+    """What can be asked of a run."""
+
+    START = "start"
+    PAUSE = "pause"
+    RESUME = "resume"
+    RETURN = "return"
+    LAND = "land"
+    ABORT = "abort"
+
+
+@runs_app.callback()
+def list_runs(
+    context: typer.Context,
+    server: ServerOption,
+    token: TokenOption = None,
+    limit: Annotated[int, typer.Option(min=1, max=500, help="At most so many, newest first.")] = 20,
+    as_json: JsonOption = False,
+) -> None:
+    """List the newest runs; the sub-commands show one or act on one."""
+    if context.invoked_subcommand is not None:
+        return
+    answer = asyncio.run(_get(server, token, "/runs", limit=limit))
+    if as_json:
+        write_json(answer)
+    elif not answer["runs"]:
+        err().print("no runs yet")
+    else:
+        out().print(runs_table([Run.model_validate(row) for row in answer["runs"]]))
+
+
+@runs_app.command()
+def show(run: RunArgument, server: ServerOption, token: TokenOption = None, as_json: JsonOption = False) -> None:
+    """Show one run with the evidence of its drops."""
+    answer = asyncio.run(_get(server, token, f"/runs/{run}"))
+    if as_json:
+        write_json(answer)
+    else:
+        _show(Run.model_validate(answer))
+
+
+def _acting(action: RunAction, help_text: str) -> None:
+    def act(run: RunArgument, server: ServerOption, token: TokenOption = None) -> None:
+        _show(Run.model_validate(asyncio.run(_act(server, token, run, action))))
+
+    runs_app.command(action.value, help=help_text)(act)
+
+
+_acting(RunAction.START, "Start a run whose mission is uploaded.")
+_acting(RunAction.PAUSE, "Hold where the vehicle is.")
+_acting(RunAction.RESUME, "Fly on after a pause.")
+_acting(RunAction.RETURN, "Return to launch; drops not made stay undone.")
+_acting(RunAction.LAND, "Land where the vehicle is.")
+_acting(RunAction.ABORT, "End the run and free the vehicle.")
+
+
+async def _get(server: str, token: str | None, path: str, **query: int) -> Any:
+    async with service_client(server, token) as client:
+        return await client.get(path, **query)
+
+
+async def _act(server: str, token: str | None, run_id: str, action: RunAction) -> Any:
+    async with service_client(server, token) as client:
+        return await _post_action(client, run_id, action)
+
+
+async def _post_action(client: ServiceClient, run_id: str, action: RunAction) -> Any:
+    return await client.post(f"/runs/{run_id}/{action.value}")
+
+
+def _show(run: Run) -> None:
+    console = out()
+    console.print(runs_table([run]))
+    if run.reason:
+        console.print(f"reason: {run.reason}", markup=False)
+    if run.drops:
+        console.print(drops_table(run))
+
+
+def runs_table(rows: list[Run]) -> Table:
+    """One row for each run."""
+    table = Table()
+    for name in ("run", "state", "vehicle", "item", "drops", "created"):
+        table.add_column(name)
+    for run in rows:
+        table.add_row(
+            run.id,
+            run.state.value.replace("_", " "),
+            run.vehicle_id,
+            run.item_id or "",
+            ", ".join(f"{drop.plan_item_id} {drop.outcome.value}" for drop in run.drops),
+            datetime.fromtimestamp(run.created_at).strftime("%Y-%m-%d %H:%M:%S"),
+        )
+    return table

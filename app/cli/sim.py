@@ -1,0 +1,13 @@
+"""`waydrop sim`: the simulated vehicles alone, in this terminal."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+import typer
+
+
+def sim(context: typer.Context) -> None:
+    """Simulated vehicles that speak MAVLink over UDP. All options go to it: `waydrop sim --help`."""
+    os.execv(sys.executable, [sys.executable, "-m", "app.simulator", *context.args])

@@ -1,0 +1,149 @@
+"""The simulated vehicles as a process of their own: started once, found again, ended. It outlives us.
+
+The process holds an flock(2) on a file in the data folder: the kernel drops it when the process dies, however it dies,
+so "is it running" never rests on a stale number.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Final
+
+from app.domain.errors import WaydropError
+
+LOCK_NAME: Final = "simulator.lock"
+LOG_NAME: Final = "simulator.log"
+READY: Final = b"ready: "
+"""The simulator writes a line with it for each vehicle."""
+POLL_S: Final = 0.02
+
+
+class SimulatorError(WaydropError):
+    """The simulated vehicles could not be started."""
+
+    code = "simulator.failed"
+
+
+@dataclass(frozen=True, slots=True)
+class RunningSimulator:
+    """A simulator process and what it was started with."""
+
+    pid: int
+    arguments: tuple[str, ...]
+
+
+class SimulatorProcess:
+    """The simulator of one data folder."""
+
+    def __init__(self, data_dir: Path) -> None:
+        self._lock = data_dir / LOCK_NAME
+        self.log = data_dir / LOG_NAME
+        self._child: subprocess.Popen[bytes] | None = None
+
+    def find(self) -> RunningSimulator | None:
+        """The one that runs now, whoever started it."""
+        try:
+            handle = os.open(self._lock, os.O_RDWR | os.O_CLOEXEC)
+        except FileNotFoundError:
+            return None
+        with _closing(handle):
+            if _try_lock(handle):
+                return None
+            return _read(handle)
+
+    def start(self, arguments: Sequence[str]) -> RunningSimulator:
+        """Start it in a session of its own: neither our Ctrl-C nor our death reaches it.
+
+        Raises:
+            SimulatorError: one runs already.
+        """
+        self._lock.parent.mkdir(parents=True, exist_ok=True)
+        handle = os.open(self._lock, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        with _closing(handle), self.log.open("wb") as log:
+            if not _try_lock(handle):
+                raise SimulatorError("the simulated vehicles run already", hint="end them with `waydrop down`")
+            self._child = subprocess.Popen(
+                [sys.executable, "-m", "app.simulator", *arguments],
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+                pass_fds=(handle,),  # the child inherits the lock and keeps it when we close ours
+            )
+            running = RunningSimulator(self._child.pid, tuple(arguments))
+            _write(handle, running)
+        return running
+
+    def wait_ready(self, vehicles: int, *, within_s: float) -> None:
+        """Wait until each vehicle has said that it is ready. Raises SimulatorError with the end of the log if not."""
+        deadline = time.monotonic() + within_s
+        while self.log.read_bytes().count(READY) < vehicles:
+            ended = self.find() is None
+            if ended or time.monotonic() >= deadline:
+                what = "ended at once" if ended else f"are not ready after {within_s:.0f} s"
+                raise SimulatorError(f"the simulated vehicles {what}\n{self._last_lines()}", hint=f"see {self.log}")
+            time.sleep(POLL_S)
+
+    def stop(self, *, within_s: float = 1.0) -> bool:
+        """End it; False if none runs. One that does not end in time is killed: it has nothing to save."""
+        for signal_number in (signal.SIGTERM, signal.SIGKILL):
+            running = self.find()
+            if running is None:
+                return signal_number is signal.SIGKILL
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(running.pid, signal_number)
+            if self._gone(within_s):
+                return True
+        return True
+
+    def _gone(self, within_s: float) -> bool:
+        deadline = time.monotonic() + within_s
+        while self.find() is not None:
+            if time.monotonic() >= deadline:
+                return False
+            time.sleep(POLL_S)
+        if self._child is not None:
+            self._child.wait()
+            self._child = None
+        return True
+
+    def _last_lines(self) -> str:
+        with contextlib.suppress(OSError):
+            return "\n".join(self.log.read_text(errors="replace").splitlines()[-8:])
+        return ""
+
+
+@contextlib.contextmanager
+def _closing(handle: int) -> Iterator[None]:
+    try:
+        yield
+    finally:
+        os.close(handle)
+
+
+def _try_lock(handle: int) -> bool:
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True
+
+
+def _read(handle: int) -> RunningSimulator:
+    document = json.loads(os.pread(handle, 65536, 0))
+    return RunningSimulator(int(document["pid"]), tuple(document["arguments"]))
+
+
+def _write(handle: int, running: RunningSimulator) -> None:
+    os.ftruncate(handle, 0)
+    os.pwrite(handle, json.dumps(asdict(running)).encode(), 0)

@@ -1,0 +1,77 @@
+"""`waydrop token`: who may use the service. Works on the journal of this machine, whether Waydrop runs or not."""
+
+from __future__ import annotations
+
+import asyncio
+from datetime import datetime
+from typing import Annotated
+
+import typer
+from rich.table import Table
+
+from app.cli.serve import DataDirOption
+from app.cli.terminal import err, out
+from app.config import Settings, load_settings
+from app.domain.ports import StoredToken
+from app.services.access import Role
+
+token_app = typer.Typer(help="Bearer tokens of this machine's Waydrop.", no_args_is_help=True)
+
+
+@token_app.command()
+def create(
+    name: Annotated[str, typer.Argument(help="Who or what uses it, such as dispatch-desk.")],
+    role: Annotated[Role, typer.Option(help="What it allows; each role allows what the ones before it do.")],
+    data_dir: DataDirOption = None,
+) -> None:
+    """Make a token. It is shown once; only its hash is kept."""
+    stored, secret = asyncio.run(_create(load_settings(data_dir=data_dir), name, role))
+    err().print(f"token {stored.id} for {name}, role {role.value}; it is not shown again:", markup=False)
+    out().out(secret, highlight=False)
+
+
+@token_app.command("list")
+def list_tokens(data_dir: DataDirOption = None) -> None:
+    """List all tokens, revoked ones too."""
+    tokens = asyncio.run(_list(load_settings(data_dir=data_dir)))
+    table = Table()
+    for column in ("id", "name", "role", "created", "revoked"):
+        table.add_column(column)
+    for token in tokens:
+        revoked = "" if token.revoked_at is None else _day(token.revoked_at)
+        table.add_row(token.id, token.name, token.role, _day(token.created_at), revoked)
+    out().print(table)
+
+
+@token_app.command()
+def revoke(
+    token_id: Annotated[str, typer.Argument(metavar="ID", help="The token's id.")], data_dir: DataDirOption = None
+) -> None:
+    """Revoke a token: from now on it opens nothing."""
+    asyncio.run(_revoke(load_settings(data_dir=data_dir), token_id))
+    err().print(f"token {token_id} is revoked", markup=False)
+
+
+async def _create(settings: Settings, name: str, role: Role) -> tuple[StoredToken, str]:
+    from app.application import open_access
+
+    async with open_access(settings) as access:
+        return await access.create_token(name, role)
+
+
+async def _list(settings: Settings) -> list[StoredToken]:
+    from app.application import open_access
+
+    async with open_access(settings) as access:
+        return list(await access.list_tokens())
+
+
+async def _revoke(settings: Settings, token_id: str) -> None:
+    from app.application import open_access
+
+    async with open_access(settings) as access:
+        await access.revoke(token_id)
+
+
+def _day(seconds: float) -> str:
+    return datetime.fromtimestamp(seconds).strftime("%Y-%m-%d %H:%M")

@@ -1,0 +1,86 @@
+"""`waydrop up`: Waydrop and four simulated vehicles, the vehicles in a process that outlives Waydrop."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+
+from app.cli.serve import DataDirOption, HostOption, PortOption
+from app.cli.service_client import DEFAULT_SERVER
+from app.cli.simulated_fleet import FLEET, SimulatedFleet
+from app.cli.simulator_process import SimulatorProcess
+from app.cli.terminal import err
+from app.config import Settings, load_settings
+from app.logs import configure_logs
+
+READY_S = 30.0
+
+
+def up(
+    host: HostOption = None,
+    port: PortOption = None,
+    data_dir: DataDirOption = None,
+    speed: Annotated[float, typer.Option(min=1.0, max=50.0, help="Simulated time over real time.")] = 1.0,
+    seed: Annotated[int, typer.Option(help="Of everything random in the simulated vehicles.")] = 0,
+) -> None:
+    """Start Waydrop with simulated vehicles. Ctrl-C ends both.
+
+    If Waydrop dies otherwise, the vehicles fly on; the next `waydrop up` finds them again.
+    """
+    settings = load_settings(host=host, port=port, data_dir=data_dir)
+    configure_logs(settings)
+    fleet = SimulatedFleet.for_connections(settings.connections, speed=speed, seed=seed)
+    simulator = SimulatorProcess(settings.data_dir)
+    session = _Session(settings, owns_vehicles=_start_vehicles(simulator, fleet))
+    try:
+        asyncio.run(session.serve())
+    except KeyboardInterrupt:
+        pass
+    finally:
+        if session.owns_vehicles:
+            simulator.stop()
+    err().print(
+        f"Waydrop and its simulated vehicles have ended; what flew is kept in {settings.data_dir}", markup=False
+    )
+
+
+def _start_vehicles(simulator: SimulatorProcess, fleet: SimulatedFleet) -> bool:
+    """Whether they were started now; else they are there already."""
+    running = simulator.find()
+    if running is not None:
+        same = running.arguments == fleet.arguments()
+        other = "" if same else f", with other options ({' '.join(running.arguments)}); `waydrop down` ends them"
+        err().print(f"[yellow]found simulated vehicles that still fly[/] (process {running.pid}){escape(other)}")
+        return False
+    running = simulator.start(fleet.arguments())
+    simulator.wait_ready(len(FLEET), within_s=READY_S)
+    err().print(f"simulated vehicles: process {running.pid}, {fleet.words()}")
+    return True
+
+
+class _Session:
+    """Vehicles that were found belong to us only once we serve: until then another Waydrop may be using them."""
+
+    def __init__(self, settings: Settings, *, owns_vehicles: bool) -> None:
+        self.owns_vehicles = owns_vehicles
+        self._settings = settings
+
+    async def serve(self) -> None:
+        """Serve until a signal."""
+        from app.application import serve as serve_application  # here: other commands do not wait for mavsdk
+
+        await serve_application(self._settings, on_ready=self._greet)
+
+    def _greet(self, url: str) -> None:
+        self.owns_vehicles = True
+        flag = "" if url == DEFAULT_SERVER else f" --server {url}"
+        console = err()
+        console.print(f"\n[bold green]Waydrop is up:[/] {url}  (journal in {escape(str(self._settings.data_dir))})")
+        console.print("Try next, in another terminal:")
+        plan = "plans/clinic-run.json"
+        for command in (f"validate {plan}", f"vehicles{flag}", f"fly {plan} --vehicle v1{flag}"):
+            console.print(f"  [bold].venv/bin/waydrop {escape(command)}[/]")
+        console.print("Ctrl-C ends Waydrop and the vehicles.\n")

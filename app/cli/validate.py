@@ -1,0 +1,79 @@
+"""`waydrop validate`: whether a plan can be flown, and what will happen."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from app.cli.exit_status import ExitStatus
+from app.cli.plan_file import read_plan
+from app.cli.plan_report import show_findings, show_timeline
+from app.cli.service_client import ServerOption, TokenOption, service_client
+from app.cli.terminal import err, out, write_json
+from app.domain.finding import Finding, Severity
+from app.domain.plan import Plan, PlanInvalid
+from app.domain.prediction import Timeline, predict
+from app.domain.rules import check_plan, default_facts
+
+
+def validate(
+    file: Annotated[Path, typer.Argument(help="The plan, a JSON file; - is standard input.")],
+    server: ServerOption,
+    vehicle: Annotated[
+        str | None, typer.Option("--vehicle", help="Check against what this vehicle is; asks the service.")
+    ] = None,
+    token: TokenOption = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Findings and timeline as one JSON document.")] = False,
+) -> None:
+    """Check a plan: its timeline, and every finding with its rule code.
+
+    Exit status 0: it can be flown. 1: it has errors. 2: the file is no plan. Without --vehicle the usual parameters of
+    the plan's vehicle type are assumed, and no service is needed.
+    """
+    try:
+        plan = read_plan(file)
+    except PlanInvalid as error:
+        if as_json:
+            write_json({"findings": error.extra["findings"], "timeline": None})
+            raise typer.Exit(ExitStatus.UNUSABLE) from error
+        raise
+    findings, timeline = _check(plan) if vehicle is None else asyncio.run(_ask(plan, vehicle, server, token))
+    if as_json:
+        write_json(
+            {
+                "findings": [finding.model_dump(mode="json") for finding in findings],
+                "timeline": None if timeline is None else timeline.model_dump(mode="json"),
+            }
+        )
+    else:
+        _show(plan, findings, timeline)
+    wrong = any(finding.severity is Severity.ERROR for finding in findings)
+    raise typer.Exit(ExitStatus.NOT_ACHIEVED if wrong else ExitStatus.OK)
+
+
+def _check(plan: Plan) -> tuple[list[Finding], Timeline | None]:
+    return list(check_plan(plan, None)), predict(plan, default_facts(plan.vehicle_type))
+
+
+async def _ask(plan: Plan, vehicle: str, server: str, token: str | None) -> tuple[list[Finding], Timeline | None]:
+    async with service_client(server, token) as client:
+        document = {"plan": plan.model_dump(mode="json"), "vehicle": vehicle}
+        answer: dict[str, Any] = await client.post("/plan-checks", document)
+    findings = [Finding.model_validate(entry) for entry in answer["findings"]]
+    return findings, None if answer["timeline"] is None else Timeline.model_validate(answer["timeline"])
+
+
+def _show(plan: Plan, findings: list[Finding], timeline: Timeline | None) -> None:
+    if timeline is not None:
+        show_timeline(out(), plan, timeline)
+    show_findings(out(), findings)
+    errors = sum(finding.severity is Severity.ERROR for finding in findings)
+    warnings = len(findings) - errors
+    err().print(
+        f"[bold red]{errors} errors[/], {warnings} warnings: it would be refused"
+        if errors
+        else f"[bold green]it can be flown[/], {warnings} warnings"
+    )

@@ -1,0 +1,54 @@
+"""`waydrop vehicles`: what is connected, and how it is."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Annotated, Any
+
+import typer
+from rich.table import Table
+
+from app.cli.service_client import ServerOption, TokenOption, service_client
+from app.cli.terminal import err, out, write_json
+
+
+def vehicles(
+    server: ServerOption,
+    token: TokenOption = None,
+    as_json: Annotated[bool, typer.Option("--json", help="The answer of the service as it is.")] = False,
+) -> None:
+    """List the vehicles."""
+    answer = asyncio.run(_get(server, token))
+    if as_json:
+        write_json(answer)
+    elif not answer["vehicles"]:
+        err().print("no vehicle has been seen yet")
+    else:
+        out().print(vehicles_table(answer["vehicles"]))
+
+
+async def _get(server: str, token: str | None) -> Any:
+    async with service_client(server, token) as client:
+        return await client.get("/vehicles")
+
+
+def vehicles_table(rows: list[dict[str, Any]]) -> Table:
+    """One row for each vehicle."""
+    table = Table()
+    for name in ("vehicle", "type", "firmware", "link", "mode", "state", "battery", "run", "connection"):
+        table.add_column(name)
+    for row in rows:
+        state = row["state"]
+        battery = state.get("battery_percent")
+        table.add_row(
+            row["id"],
+            row.get("vehicle_type") or "?",
+            row.get("firmware") or "?",
+            "quarantined" if row.get("quarantined") else "up" if state["connected"] else "lost",
+            state.get("mode") or "?",
+            ("armed, " if state.get("armed") else "") + str(state.get("landed", "")).replace("_", " "),
+            "" if battery is None else f"{battery:.0f}%",
+            row.get("run_id") or "",
+            row.get("connection", ""),
+        )
+    return table

@@ -1,0 +1,69 @@
+"""`waydrop fly` ends with 0 only if every drop was released, surely enough, and the run completed."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.cli.verdict import STRICT, verdict
+from app.domain.drop import Certainty, DropOutcome, DropRecord
+from app.domain.run import Run, RunState
+
+
+def a_run(state: RunState = RunState.COMPLETED, *drops: DropRecord, reason: str = "") -> Run:
+    return Run(
+        id="r1",
+        plan_id="p1",
+        plan_hash="h",
+        vehicle_id="v1",
+        state=state,
+        reason=reason,
+        drops=drops,
+        created_at=1.0,
+        updated_at=2.0,
+    )
+
+
+def a_drop(outcome: DropOutcome, certainty: Certainty = Certainty.NONE, reason: str = "") -> DropRecord:
+    return DropRecord(plan_item_id="clinic", supervised=True, outcome=outcome, certainty=certainty, reason=reason)
+
+
+INFERRED = a_drop(DropOutcome.RELEASED, Certainty.INFERRED)
+ACKNOWLEDGED = a_drop(DropOutcome.RELEASED, Certainty.ACKNOWLEDGED)
+SENSED = a_drop(DropOutcome.RELEASED, Certainty.SENSED)
+
+
+def test_all_released_and_completed_is_achieved() -> None:
+    assert verdict(a_run(RunState.COMPLETED, INFERRED, SENSED), least=Certainty.INFERRED).achieved
+
+
+def test_a_run_without_drops_is_achieved_when_it_completed() -> None:
+    assert verdict(a_run(), least=Certainty.SENSED).achieved
+
+
+@pytest.mark.parametrize("state", [state for state in RunState if state is not RunState.COMPLETED])
+def test_no_other_end_is_achieved(state: RunState) -> None:
+    judged = verdict(a_run(state, SENSED, reason="low battery"), least=Certainty.INFERRED)
+    assert judged.reasons == (f"the run is {state.value}: low battery",)
+
+
+@pytest.mark.parametrize("outcome", [DropOutcome.KEPT, DropOutcome.UNKNOWN, DropOutcome.PENDING])
+def test_a_drop_not_released_is_named_with_its_reason(outcome: DropOutcome) -> None:
+    judged = verdict(a_run(RunState.COMPLETED, SENSED, a_drop(outcome, reason="stuck")), least=Certainty.INFERRED)
+    assert judged.reasons == (f"drop clinic is {outcome.value}: stuck",)
+
+
+@pytest.mark.parametrize(
+    ("least", "good", "weak"),
+    [
+        (Certainty.INFERRED, [INFERRED, ACKNOWLEDGED, SENSED], []),
+        (STRICT, [ACKNOWLEDGED, SENSED], [INFERRED]),
+        (Certainty.SENSED, [SENSED], [INFERRED, ACKNOWLEDGED]),
+    ],
+)
+def test_a_weaker_certainty_than_asked_is_not_achieved(
+    least: Certainty, good: list[DropRecord], weak: list[DropRecord]
+) -> None:
+    assert all(verdict(a_run(RunState.COMPLETED, drop), least=least).achieved for drop in good)
+    for drop in weak:
+        judged = verdict(a_run(RunState.COMPLETED, drop), least=least)
+        assert judged.reasons == (f"drop clinic is only {drop.certainty.value}, asked was {least.value}",)

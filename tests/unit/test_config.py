@@ -1,0 +1,104 @@
+"""Settings come from the environment, are checked before anything starts, and are refused in words."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from app.config import SettingsError, default_data_dir, expand_connection, load_settings, require_access_control
+
+
+@pytest.fixture(autouse=True)
+def _no_settings_of_this_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("HOST", "PORT", "CONNECTIONS", "DATA_DIR", "BOOTSTRAP_TOKEN", "ALLOWED_HOSTS"):
+        monkeypatch.delenv(f"WAYDROP_{name}", raising=False)
+
+
+def test_the_defaults_listen_on_loopback_for_the_four_usual_ports() -> None:
+    settings = load_settings()
+    assert settings.is_loopback
+    assert settings.port == 8080
+    assert settings.connections == tuple(f"udpin://127.0.0.1:{port}" for port in range(14540, 14544))
+
+
+def test_a_list_in_the_environment_is_comma_separated(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("WAYDROP_CONNECTIONS", "udpin://0.0.0.0:14540..14541, serial:///dev/ttyACM0:57600")
+    monkeypatch.setenv("WAYDROP_ALLOWED_HOSTS", "Desk.example")
+    settings = load_settings()
+    assert settings.connections == ("udpin://0.0.0.0:14540", "udpin://0.0.0.0:14541", "serial:///dev/ttyACM0:57600")
+    assert settings.allowed_hosts == ("desk.example",)
+
+
+def test_what_is_given_goes_before_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("WAYDROP_PORT", "1234")
+    assert load_settings(port=18301).port == 18301
+    assert load_settings(port=None).port == 1234
+
+
+def test_every_wrong_setting_is_named_with_its_variable(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("WAYDROP_PORT", "99999")
+    monkeypatch.setenv("WAYDROP_CONNECTIONS", "udp://:14540")
+    monkeypatch.setenv("WAYDROP_BOOTSTRAP_TOKEN", "short")
+    with pytest.raises(SettingsError) as refused:
+        load_settings()
+    lines = refused.value.detail.splitlines()
+    assert [line.split(":")[0] for line in lines] == [
+        "WAYDROP_PORT",
+        "WAYDROP_CONNECTIONS",
+        "WAYDROP_BOOTSTRAP_TOKEN",
+    ]
+    assert "at least 16 characters" in lines[2]
+
+
+def test_a_secret_is_not_shown() -> None:
+    settings = load_settings(bootstrap_token="a-very-secret-token")
+    assert "a-very-secret-token" not in repr(settings)
+
+
+@pytest.mark.parametrize(
+    "entry",
+    ["14540", "udpin://0.0.0.0:9..5", "udpin://0.0.0.0:1..100", "udpin://0.0.0.0:0..3", "http://x:1", "udpin://", ""],
+)
+def test_an_unusable_connection_is_refused(entry: str) -> None:
+    with pytest.raises(ValueError, match=r"connection|port"):
+        expand_connection(entry)
+
+
+def test_more_connections_than_one_process_carries_are_refused() -> None:
+    urls = tuple(f"udpin://127.0.0.1:{port}" for port in range(14540, 14556))
+    with pytest.raises(SettingsError, match="at most 15"):
+        load_settings(connections=urls)
+
+
+def test_a_connection_given_twice_is_refused() -> None:
+    with pytest.raises(SettingsError, match="twice"):
+        load_settings(connections=("udpin://127.0.0.1:14540..14542", "udpin://127.0.0.1:14541"))
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "127.8.8.8", "::1", "localhost"])
+def test_loopback_needs_no_token(host: str) -> None:
+    require_access_control(load_settings(host=host), has_tokens=False)
+
+
+@pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.168.1.4", "desk.example"])
+def test_any_other_address_needs_a_token_and_says_how_to_get_one(host: str) -> None:
+    settings = load_settings(host=host)
+    with pytest.raises(SettingsError) as refused:
+        require_access_control(settings, has_tokens=False)
+    assert "waydrop token create" in refused.value.hint
+    assert "WAYDROP_BOOTSTRAP_TOKEN" in refused.value.hint
+    require_access_control(settings, has_tokens=True)
+    require_access_control(load_settings(host=host, bootstrap_token="0123456789abcdef"), has_tokens=False)
+
+
+def test_a_checkout_keeps_its_data_in_var() -> None:
+    assert default_data_dir() == Path(__file__).resolve().parents[2] / "var"
+
+
+def test_an_installed_waydrop_keeps_its_data_in_the_state_folder(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr("app.config.__file__", str(tmp_path / "site-packages" / "app" / "config.py"))
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    assert default_data_dir() == tmp_path / "state" / "waydrop"

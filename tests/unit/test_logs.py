@@ -1,0 +1,62 @@
+"""Logs are one line for each event, JSON where no person reads them."""
+
+from __future__ import annotations
+
+import io
+import json
+import logging
+from collections.abc import Iterator
+
+import pytest
+import structlog
+
+from app.config import load_settings
+from app.logs import configure_logs
+
+
+@pytest.fixture(autouse=True)
+def _logging_as_before() -> Iterator[None]:
+    root = logging.getLogger()
+    handlers, level = list(root.handlers), root.level
+    yield
+    root.handlers[:] = handlers
+    root.setLevel(level)
+    structlog.reset_defaults()
+
+
+def test_without_a_terminal_each_line_is_json() -> None:
+    stream = io.StringIO()
+    configure_logs(load_settings(), stream)
+    structlog.get_logger("app.x").info("run started", run_id="r1")
+    logging.getLogger("asyncio").warning("slow %s", "callback")
+    first, second = (json.loads(line) for line in stream.getvalue().splitlines())
+    assert (first["event"], first["run_id"], first["level"], first["logger"]) == ("run started", "r1", "info", "app.x")
+    assert (second["event"], second["logger"]) == ("slow callback", "asyncio")
+    assert first["timestamp"].endswith("Z")
+
+
+def test_an_exception_stays_on_its_line() -> None:
+    stream = io.StringIO()
+    configure_logs(load_settings(log_format="json"), stream)
+    try:
+        raise ValueError("broken")
+    except ValueError:
+        structlog.get_logger().exception("failed")
+    (line,) = stream.getvalue().splitlines()
+    assert "ValueError: broken" in json.loads(line)["exception"]
+
+
+def test_people_read_words() -> None:
+    stream = io.StringIO()
+    configure_logs(load_settings(log_format="console"), stream)
+    structlog.get_logger().info("run started", run_id="r1")
+    line = stream.getvalue()
+    assert "run started" in line
+    assert "run_id=r1" in line
+
+
+def test_what_is_below_the_level_is_not_written() -> None:
+    stream = io.StringIO()
+    configure_logs(load_settings(log_level="warning"), stream)
+    structlog.get_logger().info("run started")
+    assert stream.getvalue() == ""
