@@ -1,0 +1,155 @@
+"""Plans: checked, accepted, stored, and shown with what was found and what is predicted."""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+from collections import OrderedDict
+from collections.abc import Sequence
+from typing import Any, Final
+
+from pydantic import BaseModel, ConfigDict
+
+from app.domain.errors import NotFoundError, PlanRejectedError
+from app.domain.events import EventKind
+from app.domain.plan import Plan, PlanInvalid, parse_plan, plan_hash
+from app.domain.ports import PlanStore, StoredPlan
+from app.domain.prediction import Timeline, predict
+from app.domain.rules import Finding, Severity, check_plan, default_facts
+from app.domain.vehicle import VehicleFacts, VehicleType
+from app.services.clock import Clock
+from app.services.journal import Journal
+
+CACHED_VIEWS: Final = 32
+
+
+class PlanCheck(BaseModel):
+    """What was found in a plan, and the flight that is predicted; None where there is no flight to predict."""
+
+    model_config = ConfigDict(frozen=True)
+
+    findings: tuple[Finding, ...]
+    timeline: Timeline | None
+
+    @property
+    def has_errors(self) -> bool:
+        """Whether the plan is refused."""
+        return any(finding.severity is Severity.ERROR for finding in self.findings)
+
+
+class PlanHead(BaseModel):
+    """A stored plan without its document. `hash` is the SHA-256 of the document, `created_at` Unix seconds."""
+
+    model_config = ConfigDict(frozen=True)
+
+    id: str
+    hash: str
+    name: str
+    vehicle_type: VehicleType
+    created_at: float
+    created_by: str
+
+
+class PlanView(PlanHead):
+    """A stored plan: the document as normalised, and what this version finds in it and predicts of it."""
+
+    plan: dict[str, Any]
+    findings: tuple[Finding, ...]
+    timeline: Timeline | None
+
+
+class Plans:
+    """Accepts plans and gives them back. A plan never changes, so its view is worked out once and kept a while."""
+
+    def __init__(self, store: PlanStore, journal: Journal, clock: Clock) -> None:
+        self._store = store
+        self._journal = journal
+        self._clock = clock
+        self._views: OrderedDict[str, PlanView] = OrderedDict()
+
+    def check(self, plan: Plan, facts: VehicleFacts | None) -> PlanCheck:
+        """Findings and timeline for a vehicle, or for the type's defaults.
+
+        Pure, and slow for a plan of hundreds of items (up to a second): call it in a thread.
+        """
+        defaults = default_facts(plan.vehicle_type)
+        fits = facts is not None and facts.vehicle_type is plan.vehicle_type  # that it does not is a finding
+        timeline = predict(plan, facts if facts is not None and fits else defaults)
+        return PlanCheck(findings=check_plan(plan, facts), timeline=timeline)
+
+    async def create(self, plan: Plan, by: str) -> PlanView:
+        """Store a plan that has no errors; the same document twice makes two plans with one hash.
+
+        Raises:
+            PlanRejectedError: a rule found an error; `extra["findings"]` has all findings.
+            StorageError: it is not stored, or was stored and could not be announced.
+        """
+        check = await asyncio.to_thread(self.check, plan, None)
+        if check.has_errors:
+            raise _rejected(check.findings)
+        stored = StoredPlan(
+            id=f"plan-{secrets.token_hex(6)}",
+            hash=plan_hash(plan),
+            name=plan.name,
+            vehicle_type=plan.vehicle_type,
+            created_at=self._clock.now(),
+            created_by=by,
+            document=plan.model_dump(mode="json"),
+        )
+        await self._store.add(stored)
+        await self._journal.record(
+            self._journal.new_event(EventKind.PLAN_CREATED, plan_id=stored.id, hash=stored.hash, name=stored.name)
+        )
+        return self._keep(_view(stored, check))
+
+    async def get(self, plan_id: str) -> PlanView:
+        """One plan. Raises NotFoundError, StorageError."""
+        if plan_id in self._views:
+            return self._keep(self._views[plan_id])
+        stored = await self._store.get(plan_id)
+        if stored is None:
+            raise NotFoundError(f"no plan {plan_id!r}", hint="GET /api/v1/plans lists them")
+        return self._keep(await asyncio.to_thread(self._view_of, stored))
+
+    async def list_plans(self, limit: int) -> Sequence[PlanHead]:
+        """Newest first, without their documents: to predict each of them takes too long for a list."""
+        return [
+            PlanHead.model_validate(plan, from_attributes=True) for plan in await self._store.list_plans(limit=limit)
+        ]
+
+    def _view_of(self, stored: StoredPlan) -> PlanView:
+        try:
+            check = self.check(parse_plan(stored.document), None)
+        except PlanInvalid as error:  # accepted by another version, which took what this one does not
+            check = PlanCheck(findings=error.findings, timeline=None)
+        return _view(stored, check)
+
+    def _keep(self, view: PlanView) -> PlanView:
+        self._views[view.id] = view
+        self._views.move_to_end(view.id)
+        if len(self._views) > CACHED_VIEWS:
+            self._views.popitem(last=False)
+        return view
+
+
+def _view(stored: StoredPlan, check: PlanCheck) -> PlanView:
+    return PlanView(
+        id=stored.id,
+        hash=stored.hash,
+        name=stored.name,
+        vehicle_type=stored.vehicle_type,
+        created_at=stored.created_at,
+        created_by=stored.created_by,
+        plan=stored.document,
+        findings=check.findings,
+        timeline=check.timeline,
+    )
+
+
+def _rejected(findings: Sequence[Finding]) -> PlanRejectedError:
+    errors = [finding for finding in findings if finding.severity is Severity.ERROR]
+    return PlanRejectedError(
+        f"the plan has {len(errors)} error{'s' if len(errors) > 1 else ''}: {errors[0].message}",
+        hint=errors[0].hint,
+        findings=[finding.model_dump(mode="json") for finding in findings],
+    )
