@@ -3,16 +3,28 @@
 from __future__ import annotations
 
 from app.domain.default_facts import default_facts
+from app.domain.fence_area import fence_area
 from app.domain.finding import Finding, Severity
+from app.domain.geo import LocalProjection
 from app.domain.plan.document import Plan
 from app.domain.plan.drops import drops_of
 from app.domain.plan.walk import reference_home, walk
-from app.domain.rules import braking, gripper
+from app.domain.rules import braking, commands, fixed_wing, geofence, gripper, limits, takeoff_landing, vehicle, vtol
 from app.domain.rules.registry import Rule, RuleContext
 from app.domain.speeds import speeds_along
 from app.domain.vehicle import VehicleFacts
 
-RULES: tuple[Rule, ...] = (*gripper.RULES, *braking.RULES)
+RULES: tuple[Rule, ...] = (
+    *gripper.RULES,
+    *braking.RULES,
+    *takeoff_landing.RULES,
+    *vtol.RULES,
+    *fixed_wing.RULES,
+    *commands.RULES,
+    *geofence.RULES,
+    *limits.RULES,
+    *vehicle.RULES,
+)
 
 
 def check_plan(plan: Plan, facts: VehicleFacts | None) -> tuple[Finding, ...]:
@@ -29,7 +41,19 @@ def context_of(plan: Plan, vehicle: VehicleFacts | None) -> RuleContext:
         facts = default_facts(plan.vehicle_type)
     home = reference_home(plan, facts)
     steps = walk(plan, home)
-    return RuleContext(plan, vehicle, facts, home, steps, speeds_along(plan, facts, steps), drops_of(steps))
+    projection = LocalProjection(home.latitude_deg, home.longitude_deg)
+    fenced = plan.geofence.polygons or plan.geofence.circles
+    return RuleContext(
+        plan=plan,
+        vehicle=vehicle,
+        facts=facts,
+        home=home,
+        steps=steps,
+        speeds_m_s=speeds_along(plan, facts, steps),
+        drops=drops_of(steps),
+        projection=projection,
+        fence=fence_area(plan.geofence, projection) if fenced else None,
+    )
 
 
 def _order(finding: Finding) -> tuple[bool, list[tuple[bool, int, str]], str]:

@@ -6,7 +6,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from app.domain.default_facts import parameter
+from app.domain.fence_area import FenceArea
 from app.domain.finding import Finding, Severity, json_pointer
+from app.domain.geo import LocalProjection
 from app.domain.plan.document import Plan
 from app.domain.plan.drops import DropUse
 from app.domain.plan.items import PlanItem
@@ -16,7 +18,10 @@ from app.domain.vehicle import GlobalPosition, VehicleFacts
 
 @dataclass(frozen=True, slots=True)
 class RuleContext:
-    """What every rule looks at. `facts` are the vehicle's, or the defaults of its type when `vehicle` is None."""
+    """What every rule looks at. `facts` are the vehicle's, or the defaults of its type when `vehicle` is None.
+
+    `fence` is None when the plan has none; `projection` is around home.
+    """
 
     plan: Plan
     vehicle: VehicleFacts | None
@@ -25,6 +30,8 @@ class RuleContext:
     steps: tuple[Step, ...]
     speeds_m_s: tuple[float, ...]
     drops: tuple[DropUse, ...]
+    projection: LocalProjection
+    fence: FenceArea | None
 
     def parameter(self, name: str) -> float:
         """A PX4 parameter of the vehicle, or its strict default."""

@@ -1,0 +1,126 @@
+"""The fence as areas in local metres, and the paths that a plan draws over the ground."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from shapely import LineString, Point, Polygon, prepare, union_all
+from shapely.geometry.base import BaseGeometry
+
+from app.domain.default_facts import parameter
+from app.domain.geo import LocalProjection
+from app.domain.landing_pattern import landing_pattern
+from app.domain.plan.geofence import FenceCircle, FencePolygon, Geofence
+from app.domain.plan.items import Jump, Land, Loiter, Takeoff
+from app.domain.plan.walk import Carried, Place, Step
+from app.domain.vehicle import GlobalPosition, VehicleFacts, VehicleType
+
+_SEGMENTS = 32
+"""Of a quarter circle. An inclusion is drawn inside its circle, an exclusion around it: both err to the safe side."""
+MIN_AREA_M2 = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class FenceArea:
+    """`inside` is the union of the inclusions, None if there are none; `outside` the union of the exclusions."""
+
+    inside: BaseGeometry | None
+    outside: BaseGeometry | None
+
+    def allows(self, path: BaseGeometry) -> bool:
+        """The whole path lies in the inclusions, and nothing of it in an exclusion."""
+        if self.inside is not None and not self.inside.covers(path):
+            return False
+        return self.outside is None or not self.outside.intersects(path)
+
+    def room_m(self, path: BaseGeometry) -> float:
+        """How near the path comes to the edge of what is allowed; infinite without a fence."""
+        room_m = math.inf if self.inside is None else float(self.inside.boundary.distance(path))
+        return room_m if self.outside is None else min(room_m, float(self.outside.distance(path)))
+
+
+@dataclass(frozen=True, slots=True)
+class GroundPath:
+    """What one step draws over the ground: a leg, a circle, an approach."""
+
+    step: Step
+    shape: BaseGeometry
+
+
+def fence_area(fence: Geofence, projection: LocalProjection) -> FenceArea:
+    """The area of all usable polygons and circles; a polygon that crosses itself has no area and is left out."""
+    parts: dict[str, list[BaseGeometry]] = {"inclusion": [], "exclusion": []}
+    for polygon in fence.polygons:
+        shape = polygon_shape(polygon, projection)
+        if is_simple_polygon(shape):
+            parts[polygon.kind].append(shape)
+    for circle in fence.circles:
+        parts[circle.kind].append(_circle_shape(circle, projection))
+    return FenceArea(_union(parts["inclusion"]), _union(parts["exclusion"]))
+
+
+def polygon_shape(polygon: FencePolygon, projection: LocalProjection) -> Polygon:
+    """The polygon in local metres."""
+    return Polygon([projection.to_local(vertex.latitude_deg, vertex.longitude_deg) for vertex in polygon.vertices])
+
+
+def is_simple_polygon(shape: Polygon) -> bool:
+    """It does not cross or touch itself and has an area."""
+    return bool(shape.is_valid) and shape.area >= MIN_AREA_M2
+
+
+def ground_paths(
+    steps: tuple[Step, ...], home: GlobalPosition, facts: VehicleFacts, projection: LocalProjection
+) -> Iterator[GroundPath]:
+    """All paths of a plan, those of its jumps too."""
+    ends = {step.item.id: step.end for step in steps}
+    for step in steps:
+        item = step.item
+        if isinstance(item, Land) and facts.vehicle_type is VehicleType.FIXED_WING:
+            yield GroundPath(step, _approach_shape(item, step, home, facts, projection))
+        elif isinstance(item, Jump):
+            if item.target in ends:
+                yield GroundPath(step, _line(step.start, ends[item.target], projection))
+        else:
+            yield GroundPath(step, _line(step.start, step.end, projection))
+        if isinstance(item, Loiter) and step.after in (Carried.FIXED_WING, Carried.BUOYANCY):
+            radius_m = abs(item.radius_m or parameter(facts, "NAV_LOITER_RAD"))
+            yield GroundPath(step, point_of(step.end, projection).buffer(radius_m, quad_segs=_SEGMENTS))
+        elif isinstance(item, Takeoff):
+            yield GroundPath(step, point_of(step.start, projection))
+
+
+def point_of(place: Place, projection: LocalProjection) -> Point:
+    """A place in local metres."""
+    return Point(projection.to_local(place.latitude_deg, place.longitude_deg))
+
+
+def _approach_shape(
+    item: Land, step: Step, home: GlobalPosition, facts: VehicleFacts, projection: LocalProjection
+) -> BaseGeometry:
+    """The way to the circle, the circle, and both possible tangents to the touchdown."""
+    pattern = landing_pattern(item, step.start, home, facts)
+    circle = point_of(pattern.circle, projection).buffer(abs(pattern.radius_m), quad_segs=_SEGMENTS)
+    tangents = union_all([circle, point_of(pattern.touchdown, projection)]).convex_hull
+    return union_all([tangents, _line(step.start, pattern.circle, projection)])
+
+
+def _circle_shape(circle: FenceCircle, projection: LocalProjection) -> Polygon:
+    centre = Point(projection.to_local(circle.latitude_deg, circle.longitude_deg))
+    widen = 1.0 if circle.kind == "inclusion" else 1.0 / math.cos(math.pi / (4 * _SEGMENTS))
+    return centre.buffer(circle.radius_m * widen, quad_segs=_SEGMENTS)
+
+
+def _union(shapes: list[BaseGeometry]) -> BaseGeometry | None:
+    if not shapes:
+        return None
+    area = union_all(shapes)
+    prepare(area)
+    return area
+
+
+def _line(start: Place, end: Place, projection: LocalProjection) -> BaseGeometry:
+    first, last = point_of(start, projection), point_of(end, projection)
+    return first if first.distance(last) == 0 else LineString([first, last])

@@ -1,0 +1,150 @@
+"""Rules for the fence: the plan's own and the vehicle's. PX4 checks waypoints; these rules check the way between."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from app.domain.acceptance import switch_distance_m
+from app.domain.fence_area import FenceArea, ground_paths, is_simple_polygon, point_of, polygon_shape
+from app.domain.finding import Severity, json_pointer
+from app.domain.geo import distance_m
+from app.domain.plan.items import Jump, Land, Loiter, Takeoff, Waypoint
+from app.domain.plan.walk import Carried, Place
+from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
+
+
+def _simple_polygons(context: RuleContext) -> Iterator[Violation]:
+    for index, polygon in enumerate(context.plan.geofence.polygons):
+        if not is_simple_polygon(polygon_shape(polygon, context.projection)):
+            message = "the polygon crosses or touches itself, or has no area"
+            hint = "give the corners in the order in which they follow each other around it"
+            yield Violation(json_pointer("geofence", "polygons", index, "vertices"), message, hint)
+
+
+def _home_inside(context: RuleContext) -> Iterator[Violation]:
+    home = Place(context.home.latitude_deg, context.home.longitude_deg, 0.0)
+    if context.fence is not None and not _allows(context, context.fence, home):
+        message = "home lies outside of the fence: PX4 calls such a fence invalid"
+        yield Violation("/geofence", message, "move the fence, or start elsewhere")
+
+
+def _legs_inside(context: RuleContext) -> Iterator[Violation]:
+    area = context.fence
+    if area is None:
+        return
+    broken: set[int] = set()
+    for path in ground_paths(context.steps, context.home, context.facts, context.projection):
+        step = path.step
+        if step.index in broken or area.allows(path.shape):
+            continue
+        broken.add(step.index)
+        inside = _allows(context, area, step.end) and not isinstance(step.item, Loiter)
+        message = "the way to this item leaves the fence" if inside else "this item lies outside of the fence"
+        if isinstance(step.item, Jump):
+            message = "the way back to the jump's target leaves the fence"
+        yield at_item(step, message, "add a waypoint that goes round, or change the fence")
+
+
+def _rally_inside(context: RuleContext) -> Iterator[Violation]:
+    area = context.fence
+    if area is None:
+        return
+    for index, point in enumerate(context.plan.rally_points):
+        if not _allows(context, area, Place(point.latitude_deg, point.longitude_deg, 0.0)):
+            message = "the rally point lies outside of the fence"
+            yield Violation(json_pointer("rally_points", index), message, "move it, or change the fence")
+
+
+def _room_for_turns(context: RuleContext) -> Iterator[Violation]:
+    area = context.fence
+    if area is None:
+        return
+    for path in ground_paths(context.steps, context.home, context.facts, context.projection):
+        step = path.step
+        if step.after is not Carried.FIXED_WING or not isinstance(step.item, Waypoint) or not area.allows(path.shape):
+            continue
+        wanted_m = switch_distance_m(context.facts, context.speeds_m_s[step.index])
+        if area.room_m(path.shape) < wanted_m:
+            message = f"the leg passes {area.room_m(path.shape):.0f} m from the fence; a turn may need {wanted_m:.0f} m"
+            yield at_item(step, message, "keep fixed-wing legs farther from the fence")
+
+
+def _vehicle_distance(context: RuleContext) -> Iterator[Violation]:
+    most_m = context.parameter("GF_MAX_HOR_DIST")
+    for step in context.steps:
+        if most_m > 0 and isinstance(step.item, (Takeoff, Waypoint, Loiter, Land)):
+            away_m = _away_m(context, step.end)
+            if away_m > most_m:
+                message = f"{away_m:.0f} m from home; the vehicle allows {most_m:g} m (GF_MAX_HOR_DIST)"
+                yield at_item(step, message, "stay nearer, or change the parameter", "latitude_deg")
+
+
+def _vehicle_height(context: RuleContext) -> Iterator[Violation]:
+    most_m = context.parameter("GF_MAX_VER_DIST")
+    for step in context.steps:
+        height_m = step.end.relative_altitude_m
+        if most_m > 0 and height_m > most_m and isinstance(step.item, (Takeoff, Waypoint, Loiter, Land)):
+            message = f"{height_m:g} m above home; the vehicle allows {most_m:g} m (GF_MAX_VER_DIST)"
+            yield at_item(step, message, "stay lower, or change the parameter")
+
+
+def _allows(context: RuleContext, area: FenceArea, place: Place) -> bool:
+    return area.allows(point_of(place, context.projection))
+
+
+def _away_m(context: RuleContext, place: Place) -> float:
+    home = context.home
+    return distance_m(home.latitude_deg, home.longitude_deg, place.latitude_deg, place.longitude_deg)
+
+
+RULES = (
+    Rule(
+        "geofence.self_crossing",
+        Severity.ERROR,
+        "What is inside of a polygon that crosses itself is anybody's guess.",
+        "Ours; PX4 accepts it and counts crossings.",
+        _simple_polygons,
+    ),
+    Rule(
+        "geofence.home_outside",
+        Severity.ERROR,
+        "A fence that does not contain home is invalid; the vehicle would break it before it flies.",
+        "PX4: Geofence invalid, doesn't contain Home position (flown).",
+        _home_inside,
+    ),
+    Rule(
+        "geofence.leg_outside",
+        Severity.ERROR,
+        "PX4 checks the waypoints against the fence and not the way between them; in flight it stops at the fence.",
+        "PX4 FeasibilityChecker and issues 22362, 22394; the check of legs is ours.",
+        _legs_inside,
+    ),
+    Rule(
+        "geofence.rally_outside",
+        Severity.ERROR,
+        "A return to a rally point outside of the fence breaks it.",
+        "Ours.",
+        _rally_inside,
+    ),
+    Rule(
+        "geofence.little_room",
+        Severity.WARNING,
+        "A fixed wing leaves its leg when it turns, by about the switch distance.",
+        "px4-facts, Acceptance.",
+        _room_for_turns,
+    ),
+    Rule(
+        "geofence.vehicle_distance",
+        Severity.ERROR,
+        "The vehicle has a fence of its own around home.",
+        "PX4 GF_MAX_HOR_DIST.",
+        _vehicle_distance,
+    ),
+    Rule(
+        "geofence.vehicle_height",
+        Severity.ERROR,
+        "The vehicle has a ceiling of its own above home.",
+        "PX4 GF_MAX_VER_DIST.",
+        _vehicle_height,
+    ),
+)

@@ -1,0 +1,186 @@
+"""Rules for numbers: what the vehicle can store and fly, and the bounds that the plan sets itself."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from app.domain.compiler import compile_plan
+from app.domain.errors import PlanRejectedError
+from app.domain.finding import Severity
+from app.domain.geo import distance_m
+from app.domain.plan.items import ChangeSpeed, Land, Loiter, ReturnToLaunch, Takeoff, Waypoint
+from app.domain.plan.walk import Place, Step
+from app.domain.prediction import predict
+from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
+from app.domain.speeds import speed_range_m_s
+from app.domain.vehicle import FirmwareVersion
+
+FIRST_WAYPOINT_WARNS_SINCE = FirmwareVersion(1, 16, 0)
+"""Older firmware refuses a mission whose first waypoint is farther than MIS_DIST_1WP, newer only warns."""
+
+
+def _mission_items(context: RuleContext) -> Iterator[Violation]:
+    try:
+        count = len(compile_plan(context.plan, context.facts).items)
+    except PlanRejectedError:
+        return  # another rule says why it has no items
+    most = context.facts.max_mission_items
+    if count > most:
+        message = f"the plan becomes {count} mission items; the vehicle stores {most}"
+        yield Violation("/items", message, "split the plan")
+
+
+def _fence_items(context: RuleContext) -> Iterator[Violation]:
+    fence = context.plan.geofence
+    count = sum(len(polygon.vertices) for polygon in fence.polygons) + len(fence.circles)
+    if count > context.facts.max_fence_items:
+        message = f"the fence has {count} corners and circles; the vehicle stores {context.facts.max_fence_items}"
+        yield Violation("/geofence", message, "draw it with fewer corners")
+
+
+def _rally_points(context: RuleContext) -> Iterator[Violation]:
+    count = len(context.plan.rally_points)
+    if count > context.facts.max_rally_points:
+        message = f"{count} rally points; the vehicle stores {context.facts.max_rally_points}"
+        yield Violation("/rally_points", message, "leave some out")
+
+
+def _first_waypoint_refused(context: RuleContext) -> Iterator[Violation]:
+    firmware = context.facts.firmware
+    if firmware is None or firmware < FIRST_WAYPOINT_WARNS_SINCE:
+        yield from _first_waypoint(context)
+
+
+def _first_waypoint_warned(context: RuleContext) -> Iterator[Violation]:
+    firmware = context.facts.firmware
+    if firmware is not None and firmware >= FIRST_WAYPOINT_WARNS_SINCE:
+        yield from _first_waypoint(context)
+
+
+def _first_waypoint(context: RuleContext) -> Iterator[Violation]:
+    most_m = context.parameter("MIS_DIST_1WP")
+    first = next((step for step in context.steps if _has_own_position(step)), None)
+    if first is not None and most_m > 0:
+        away_m = _from_home_m(context, first.end)
+        if away_m >= most_m:
+            message = f"the first position is {away_m:.0f} m from home, more than {most_m:g} m (MIS_DIST_1WP)"
+            yield at_item(first, message, "is this the right place? else put a waypoint nearer to home first")
+
+
+def _below_home(context: RuleContext) -> Iterator[Violation]:
+    for step in context.steps:
+        if isinstance(step.item, (Waypoint, Loiter)) and step.end.relative_altitude_m < 0:
+            message = f"{-step.end.relative_altitude_m:g} m below home"
+            yield at_item(step, message, "check the altitude, and whether it is relative or absolute")
+
+
+def _own_altitude(context: RuleContext) -> Iterator[Violation]:
+    most_m = context.plan.limits.max_relative_altitude_m
+    for step in context.steps:
+        if most_m is not None and _has_own_position(step) and step.end.relative_altitude_m > most_m:
+            message = f"{step.end.relative_altitude_m:g} m above home; the plan's own limit is {most_m:g} m"
+            yield at_item(step, message, "fly lower, or raise limits.max_relative_altitude_m")
+
+
+def _own_distance(context: RuleContext) -> Iterator[Violation]:
+    most_m = context.plan.limits.max_distance_m
+    for step in context.steps:
+        if most_m is not None and _has_own_position(step):
+            away_m = _from_home_m(context, step.end)
+            if away_m > most_m:
+                message = f"{away_m:.0f} m from home; the plan's own limit is {most_m:g} m"
+                yield at_item(step, message, "stay nearer, or raise limits.max_distance_m")
+
+
+def _own_speed(context: RuleContext) -> Iterator[Violation]:
+    most_m_s = context.plan.limits.max_speed_m_s
+    for step, speed_m_s in zip(context.steps, context.speeds_m_s, strict=True):
+        if most_m_s is not None and not isinstance(step.item, ReturnToLaunch) and speed_m_s > most_m_s:
+            message = f"flown at {speed_m_s:g} m/s; the plan's own limit is {most_m_s:g} m/s"
+            yield at_item(step, message, "set cruise_speed_m_s, or raise limits.max_speed_m_s")
+            return
+
+
+def _own_duration(context: RuleContext) -> Iterator[Violation]:
+    most_s = context.plan.limits.max_duration_s
+    if most_s is None:
+        return
+    duration_s = predict(context.plan, context.facts).duration_s
+    if duration_s > most_s:
+        message = f"predicted to take {duration_s:.0f} s; the plan's own limit is {most_s:g} s"
+        yield Violation("/limits/max_duration_s", message, "shorten the flight, or raise the limit")
+
+
+def _flyable_speed(context: RuleContext) -> Iterator[Violation]:
+    for step in context.steps:
+        if isinstance(step.item, (ChangeSpeed, Waypoint)) and step.item.speed_m_s is not None:
+            problem = _speed_problem(context, step, step.item.speed_m_s)
+            if problem:
+                yield at_item(step, problem, "the vehicle would fly at its own limit instead", "speed_m_s")
+    wanted = context.plan.cruise_speed_m_s
+    first = next((step for step in context.steps if isinstance(step.item, Takeoff)), context.steps[0])
+    problem = _speed_problem(context, first, wanted) if wanted is not None else ""
+    if problem:
+        yield Violation("/cruise_speed_m_s", problem, "the vehicle would fly at its own limit instead")
+
+
+def _speed_problem(context: RuleContext, step: Step, speed_m_s: float) -> str:
+    slowest, fastest = speed_range_m_s(context.facts, step.after)
+    if slowest <= speed_m_s <= fastest:
+        return ""
+    return f"{speed_m_s:g} m/s is outside of what the vehicle flies: {slowest:g} to {fastest:g} m/s"
+
+
+def _has_own_position(step: Step) -> bool:
+    return isinstance(step.item, (Takeoff, Waypoint, Loiter, Land))
+
+
+def _from_home_m(context: RuleContext, place: Place) -> float:
+    home = context.home
+    return distance_m(home.latitude_deg, home.longitude_deg, place.latitude_deg, place.longitude_deg)
+
+
+_OWN = "The plan's own limits."
+RULES = (
+    Rule(
+        "limits.mission_items",
+        Severity.ERROR,
+        "A vehicle refuses more items than it can store: 500 by default, 100 on some boards.",
+        "PX4 mission storage: MISSION_ACK NO_SPACE (flown).",
+        _mission_items,
+    ),
+    Rule("limits.fence_items", Severity.ERROR, "64 fence items by default.", "PX4 mission storage.", _fence_items),
+    Rule("limits.rally_points", Severity.ERROR, "32 rally points by default.", "PX4 mission storage.", _rally_points),
+    Rule(
+        "limits.first_waypoint_too_far",
+        Severity.ERROR,
+        "Before v1.16, or with unknown firmware, a first waypoint beyond MIS_DIST_1WP makes the mission infeasible.",
+        "PX4 FeasibilityChecker.",
+        _first_waypoint_refused,
+    ),
+    Rule(
+        "limits.first_waypoint_far",
+        Severity.WARNING,
+        "A first waypoint beyond MIS_DIST_1WP is accepted with a warning; it may be an error in the plan.",
+        "PX4 FeasibilityChecker since v1.16 (flown).",
+        _first_waypoint_warned,
+    ),
+    Rule(
+        "limits.below_home",
+        Severity.WARNING,
+        "PX4 warns of waypoints below home and flies there.",
+        "PX4 FeasibilityChecker (flown).",
+        _below_home,
+    ),
+    Rule("limits.altitude", Severity.ERROR, "limits.max_relative_altitude_m.", _OWN, _own_altitude),
+    Rule("limits.distance", Severity.ERROR, "limits.max_distance_m.", _OWN, _own_distance),
+    Rule("limits.speed", Severity.ERROR, "limits.max_speed_m_s, without wind.", _OWN, _own_speed),
+    Rule("limits.duration", Severity.ERROR, "limits.max_duration_s, as predicted.", _OWN, _own_duration),
+    Rule(
+        "speed.not_flyable",
+        Severity.ERROR,
+        "The vehicle keeps to its own range of speeds without a word, so the prediction would be wrong.",
+        "PX4 FW_AIRSPD_MIN/MAX, MPC_XY_VEL_MAX, RO_SPEED_LIM.",
+        _flyable_speed,
+    ),
+)

@@ -1,0 +1,205 @@
+"""Rules for how a flight begins and how it ends."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from app.domain.finding import Severity
+from app.domain.plan.items import ChangeSpeed, Delay, Land, Loiter, PlanItem, ReturnToLaunch, Takeoff, Waypoint
+from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
+from app.domain.vehicle import FirmwareVersion, VehicleType
+
+TAKEOFF_ABOVE_HOME_ONLY_SINCE = FirmwareVersion(1, 16, 0)
+"""Older firmware wants the takeoff to be 1 m higher than the acceptance radius."""
+
+
+def _takeoff_there(context: RuleContext) -> Iterator[Violation]:
+    if _is_rover(context) or any(isinstance(item, Takeoff) for item in context.plan.items):
+        return
+    message = "the plan has no takeoff: what the vehicle does on the ground is then up to its firmware"
+    yield at_item(context.steps[0], message, "begin with a takeoff item")
+
+
+def _takeoff_first(context: RuleContext) -> Iterator[Violation]:
+    before: list[PlanItem] = []
+    for step in context.steps:
+        if isinstance(step.item, Takeoff):
+            others = [item for item in before if not isinstance(item, (Delay, ChangeSpeed))]
+            if others and not _is_rover(context):
+                message = f"the takeoff comes after {others[0].id}; the whole mission would be infeasible"
+                hint = "move it to the front; after a landing in mid-plan the next waypoint takes off by itself"
+                yield at_item(step, message, hint)
+        before.append(step.item)
+
+
+def _rover_stays_down(context: RuleContext) -> Iterator[Violation]:
+    if not _is_rover(context):
+        return
+    for step in context.steps:
+        if isinstance(step.item, Takeoff):
+            yield at_item(step, "a rover does not take off", "take the takeoff item away")
+        elif isinstance(step.item, Land):
+            message = "a rover never reports landed in Mission mode: a land item never ends"
+            yield at_item(step, message, "end the plan with a waypoint or return_to_launch")
+
+
+def _takeoff_above_home(context: RuleContext) -> Iterator[Violation]:
+    firmware = context.facts.firmware
+    lowest_m = 0.0
+    if firmware is None or firmware < TAKEOFF_ABOVE_HOME_ONLY_SINCE:
+        lowest_m = context.parameter("NAV_ACC_RAD") + 1.0
+    for step in context.steps:
+        altitude_m = step.end.relative_altitude_m
+        if isinstance(step.item, Takeoff) and (altitude_m <= 0 or altitude_m < lowest_m):
+            message = f"a takeoff to {altitude_m:g} m above home is too low"
+            hint = f"take off to at least {lowest_m:g} m" if lowest_m else "take off to above home"
+            yield at_item(step, message, hint, *_altitude_field(step.item))
+
+
+def _fixed_wing_takeoff_direction(context: RuleContext) -> Iterator[Violation]:
+    if context.plan.vehicle_type is not VehicleType.FIXED_WING:
+        return
+    for step in context.steps:
+        if isinstance(step.item, Takeoff) and step.item.latitude_deg is None:
+            message = "a fixed wing climbs out towards its takeoff position, and none is given"
+            yield at_item(step, message, "give a position some 100 m ahead of the runway")
+
+
+def _landing_required(context: RuleContext) -> Iterator[Violation]:
+    required = int(context.parameter("MIS_TKO_LAND_REQ"))
+    takeoff = any(isinstance(item, Takeoff) for item in context.plan.items)
+    landing = any(isinstance(item, Land) for item in context.plan.items)
+    last = context.steps[-1]
+    if _is_rover(context):
+        return
+    if required in (2, 3) and not landing:
+        message = f"the vehicle wants a landing in every mission (MIS_TKO_LAND_REQ {required}); a return is none"
+    elif required in (4, 5) and takeoff != landing:
+        message = f"the vehicle wants takeoff and landing, or neither (MIS_TKO_LAND_REQ {required})"
+    else:
+        return
+    yield at_item(last, message, "end the plan with a land item")
+
+
+def _flight_ends(context: RuleContext) -> Iterator[Violation]:
+    last = context.steps[-1]
+    if _is_rover(context) or isinstance(last.item, (Land, ReturnToLaunch)) or _never_ends(last.item):
+        return
+    message = "after the last item the vehicle stays in the air until its battery is empty"
+    if any(isinstance(item, (Land, ReturnToLaunch)) for item in context.plan.items):
+        message = "the last item is no landing: the vehicle stays armed"
+    yield at_item(last, message, "end the plan with land or return_to_launch")
+
+
+def _ends_in_loiter(context: RuleContext) -> Iterator[Violation]:
+    last = context.steps[-1]
+    if _never_ends(last.item):
+        yield at_item(last, "the plan ends in a loiter that never ends", "somebody must take the vehicle over there")
+
+
+def _starts_with_landing(context: RuleContext) -> Iterator[Violation]:
+    for step in context.steps:
+        if isinstance(step.item, (Takeoff, Waypoint, Loiter)):
+            return
+        if isinstance(step.item, Land):
+            yield at_item(step, "the plan lands before it has flown anywhere", "take off first")
+            return
+
+
+def _return_from_ground(context: RuleContext) -> Iterator[Violation]:
+    landed = False
+    for step in context.steps:
+        if landed and isinstance(step.item, (ReturnToLaunch, Land)):
+            message = "the vehicle stands on the ground here: it would end its flight where it landed"
+            yield at_item(step, message, "put a waypoint before it: that takes off again")
+        if isinstance(step.item, Land):
+            landed = True
+        elif isinstance(step.item, (Waypoint, Loiter, Takeoff)):
+            landed = False
+
+
+def _is_rover(context: RuleContext) -> bool:
+    return context.plan.vehicle_type is VehicleType.ROVER
+
+
+def _never_ends(item: PlanItem) -> bool:
+    return isinstance(item, Loiter) and item.kind == "unlimited"
+
+
+def _altitude_field(item: Takeoff) -> tuple[str]:
+    return ("relative_altitude_m" if item.relative_altitude_m is not None else "absolute_altitude_m",)
+
+
+_FEASIBILITY = "PX4 FeasibilityChecker"
+RULES = (
+    Rule(
+        "takeoff.missing",
+        Severity.ERROR,
+        "Every flying vehicle starts on the ground; some firmware climbs by itself, some refuses.",
+        f"{_FEASIBILITY} (MIS_TKO_LAND_REQ 1, 3, 4); ours for the rest.",
+        _takeoff_there,
+    ),
+    Rule(
+        "takeoff.not_first",
+        Severity.ERROR,
+        "A takeoff after any other item makes the mission infeasible, a second one too.",
+        f"{_FEASIBILITY}: takeoff is not the first waypoint item (flown).",
+        _takeoff_first,
+    ),
+    Rule(
+        "rover.no_takeoff_or_landing",
+        Severity.ERROR,
+        "A rover neither takes off nor lands.",
+        "PX4 rover land detector (px4-facts, Landing on the way).",
+        _rover_stays_down,
+    ),
+    Rule(
+        "takeoff.too_low",
+        Severity.ERROR,
+        "A takeoff must end above home; before v1.16, or with unknown firmware, 1 m above the acceptance radius.",
+        f"{_FEASIBILITY}: takeoff altitude too low.",
+        _takeoff_above_home,
+    ),
+    Rule(
+        "takeoff.fixed_wing_position",
+        Severity.ERROR,
+        "A fixed wing's takeoff item says in which direction it climbs out.",
+        "PX4 fixed-wing takeoff; flown with a position 160 m ahead.",
+        _fixed_wing_takeoff_direction,
+    ),
+    Rule(
+        "landing.required",
+        Severity.ERROR,
+        "Without the landing it wants a vehicle accepts the upload and then never starts. Planes and VTOLs want one.",
+        f"{_FEASIBILITY}: MIS_TKO_LAND_REQ (flown: a plan that ends in a return never starts).",
+        _landing_required,
+    ),
+    Rule(
+        "landing.flight_does_not_end",
+        Severity.ERROR,
+        "A finished mission leaves a multicopter hovering and a fixed wing circling.",
+        "PX4 navigator: Mission finished, loitering (flown).",
+        _flight_ends,
+    ),
+    Rule(
+        "landing.ends_in_loiter",
+        Severity.WARNING,
+        "An unlimited loiter at the end waits for a person.",
+        "PX4 NAV_LOITER_UNLIM.",
+        _ends_in_loiter,
+    ),
+    Rule(
+        "landing.first",
+        Severity.ERROR,
+        "A mission may not begin with a landing.",
+        f"{_FEASIBILITY}: starts with landing.",
+        _starts_with_landing,
+    ),
+    Rule(
+        "landing.twice",
+        Severity.ERROR,
+        "After a landing only a position item takes off again; a return or a landing there ends the flight.",
+        "PX4 navigator (px4-facts, Landing on the way).",
+        _return_from_ground,
+    ),
+)

@@ -1,0 +1,116 @@
+"""Rules for the vehicle that a plan is sent to: type, home, settings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from app.domain.finding import Severity
+from app.domain.geo import distance_m
+from app.domain.plan.fields import Altitude
+from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
+
+MAX_HOME_OFFSET_M = 100.0
+_LINK_LOSS = {0: "continue", 1: "hold", 2: "return", 3: "land"}
+"""NAV_DLL_ACT. 5 (terminate) and 6 (disarm) are nothing a plan can count on."""
+
+
+def _same_type(context: RuleContext) -> Iterator[Violation]:
+    vehicle = context.vehicle
+    if vehicle is not None and vehicle.vehicle_type is not context.plan.vehicle_type:
+        message = f"the plan is for a {context.plan.vehicle_type}, the vehicle is a {vehicle.vehicle_type}"
+        yield Violation("/vehicle_type", message, "choose another vehicle, or write the plan for this type")
+
+
+def _home_known(context: RuleContext) -> Iterator[Violation]:
+    vehicle = context.vehicle
+    if vehicle is not None and vehicle.uid is not None and vehicle.home is None:
+        yield Violation("", "the vehicle has no home position yet", "wait for its position fix")
+
+
+def _home_near(context: RuleContext) -> Iterator[Violation]:
+    planned = context.plan.home
+    if planned is None or context.vehicle is None or context.vehicle.home is None:
+        return
+    real = context.vehicle.home
+    away_m = distance_m(planned.latitude_deg, planned.longitude_deg, real.latitude_deg, real.longitude_deg)
+    if away_m > MAX_HOME_OFFSET_M:
+        message = f"the vehicle's home is {away_m:.0f} m away from the plan's"
+        yield Violation("/home", message, "is this the right vehicle? the vehicle's own home is used")
+
+
+def _altitudes_comparable(context: RuleContext) -> Iterator[Violation]:
+    if context.plan.home is not None or context.facts.home is not None:
+        return
+    kinds = {
+        item.relative_altitude_m is None: (index, item)
+        for index, item in enumerate(context.plan.items)
+        if isinstance(item, Altitude)
+    }
+    if len(kinds) == 2:
+        index, _ = max(kinds.values(), key=lambda found: found[0])
+        message = "relative and absolute altitudes together, and nobody knows how high home is"
+        yield at_item(context.steps[index], message, "give the plan a home, or use one kind of altitude")
+
+
+def _link_loss(context: RuleContext) -> Iterator[Violation]:
+    wanted = context.plan.contingency.on_link_loss
+    if wanted is None or context.vehicle is None:
+        return
+    action = int(context.parameter("NAV_DLL_ACT"))
+    if _LINK_LOSS.get(action) != wanted:
+        message = f"the plan counts on {wanted} when the link is lost, but the vehicle has NAV_DLL_ACT {action}"
+        yield Violation("/contingency/on_link_loss", message, "set NAV_DLL_ACT, or change the plan")
+
+
+def _command_timeout(context: RuleContext) -> Iterator[Violation]:
+    timeout_s = context.parameter("MIS_COMMAND_TOUT")
+    for drop in context.drops:
+        if timeout_s > 0 and not drop.supervised:
+            message = f"the mission waits {timeout_s:g} s at this drop even if it is done sooner (MIS_COMMAND_TOUT)"
+            yield at_item(drop.step, message, "set MIS_COMMAND_TOUT to 0; the compiled mission has its own delay")
+
+
+RULES = (
+    Rule(
+        "vehicle.type_differs",
+        Severity.ERROR,
+        "What braking, takeoff and landing mean depends on the vehicle type.",
+        "HEARTBEAT MAV_TYPE.",
+        _same_type,
+    ),
+    Rule(
+        "vehicle.home_unknown",
+        Severity.ERROR,
+        "Without home a mission with relative altitudes is infeasible, and arming is denied.",
+        "PX4 FeasibilityChecker: no home position.",
+        _home_known,
+    ),
+    Rule(
+        "vehicle.home_differs",
+        Severity.WARNING,
+        f"A plan that expects its home more than {MAX_HOME_OFFSET_M:g} m away may be meant for another vehicle.",
+        "Ours.",
+        _home_near,
+    ),
+    Rule(
+        "vehicle.altitudes_not_comparable",
+        Severity.ERROR,
+        "Fence, climb and prediction need all altitudes above one level.",
+        "Ours.",
+        _altitudes_comparable,
+    ),
+    Rule(
+        "contingency.link_loss_differs",
+        Severity.WARNING,
+        "What happens on link loss is the vehicle's setting alone.",
+        "PX4 NAV_DLL_ACT.",
+        _link_loss,
+    ),
+    Rule(
+        "drop.command_timeout",
+        Severity.WARNING,
+        "MIS_COMMAND_TOUT above 0 waits its full time at each gripper item.",
+        "px4-traces 07b (flown).",
+        _command_timeout,
+    ),
+)
