@@ -105,8 +105,10 @@ def stop_radius_m(item: Waypoint | Loiter | Land) -> float:
 def _add_hold(drafts: DraftList, drop: DropUse, place: Waypoint | Loiter | Land) -> tuple[int, ...]:
     """Where the vehicle waits for this drop; adds items if the place itself does not hold."""
     anchor_seqs = [seq for seq, owner in enumerate(drafts.owners) if owner == place.id]
-    if brakes_at_waypoint(drop) or (drop.first and not drop.supervised):
+    if brakes_at_waypoint(drop) and drop.supervised:
         return (anchor_seqs[-1],)
+    if drop.first and not drop.supervised:
+        return tuple(range(anchor_seqs[-1], drafts.next_seq))
     if drop.carried is Carried.ROTARY_WING and drop.stopped:
         hold_s = drop.item.hold_s if drop.supervised else PAUSE_S
         return (drafts.add(drop.item.id, waypoint_draft(place, hold_s, stop_radius_m(place))),)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
+from collections.abc import Mapping
 
 from app.domain.compiler import compile_plan
 from app.domain.compiler.drop_items import brakes_at_waypoint
 from app.domain.errors import PlanRejectedError
-from app.domain.mission import Mission
 from app.domain.plan.document import Plan
 from app.domain.plan.drops import DropUse, drops_of
 from app.domain.plan.items import Delay, Land, Loiter, ReturnToLaunch, Waypoint
@@ -28,7 +28,7 @@ def predict(plan: Plan, facts: VehicleFacts) -> Timeline:
     speeds = speeds_along(plan, facts, steps)
     drops = {id(drop.step): drop for drop in drops_of(steps)}
     braking = {id(drop.anchor): drop for drop in drops.values() if brakes_at_waypoint(drop)}
-    mission = _mission(plan, facts)
+    seqs_of = _seqs_of(plan, facts)
     entries: list[TimelineEntry] = []
     found: list[PredictedDrop] = []
     visits: Counter[str] = Counter()
@@ -39,7 +39,7 @@ def predict(plan: Plan, facts: VehicleFacts) -> Timeline:
         fly_m_s = speed_m_s or (speeds[number - 1] if number else 0.0)  # a landing flies at the speed before it
         took = effort(Flight(facts, home), step, fly_m_s, drop)
         brakes = _brakes(step, drop, steps[number + 1] if number + 1 < len(steps) else None)
-        seqs = mission.seqs_of(step.item.id) if mission is not None else ()
+        seqs = tuple(seqs_of[step.item.id])
         entries.append(_entry(step, seqs, visits[step.item.id], now_s, took, fly_m_s, brakes))
         if drop is not None and drop.step is step and drop.anchor is not None:
             found.append(predicted_drop(facts, drop, drop.anchor, visits[step.item.id], now_s, speed_m_s))
@@ -55,12 +55,16 @@ def predict(plan: Plan, facts: VehicleFacts) -> Timeline:
     )
 
 
-def _mission(plan: Plan, facts: VehicleFacts) -> Mission | None:
-    """For the sequence numbers only: a plan that does not compile is still drawn."""
+def _seqs_of(plan: Plan, facts: VehicleFacts) -> Mapping[str, list[int]]:
+    """The sequence numbers of each plan item; none if the plan does not compile, it is drawn all the same."""
+    found: defaultdict[str, list[int]] = defaultdict(list)
     try:
-        return compile_plan(plan, facts)
+        mission = compile_plan(plan, facts)
     except PlanRejectedError:
-        return None
+        return found
+    for seq, item_id in sorted(mission.plan_item_of.items()):
+        found[item_id].append(seq)
+    return found
 
 
 def _entry(

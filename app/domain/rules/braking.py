@@ -127,7 +127,7 @@ RULES = (
         "braking.cannot_stop",
         Severity.ERROR,
         "Brake_for_hold is for rotary wings only; a wing or an airship flies on while it drops.",
-        "PX4 package delivery page; px4-facts 9.",
+        "PX4 package delivery page; mission_block.cpp.",
         _can_stop,
     ),
     Rule(
@@ -148,7 +148,7 @@ RULES = (
         "braking.rover_needs_delay",
         Severity.ERROR,
         "A rover ignores the hold of a waypoint: it released 1.1 to 1.3 m early at 2.1 m/s; a delay stops it.",
-        "px4-facts 2 and 9 (flown).",
+        "PX4 mission_block.cpp (flown).",
         _rover_stops_by_delay,
     ),
     Rule(
@@ -162,21 +162,21 @@ RULES = (
         "braking.radius_too_large",
         Severity.ERROR,
         "A hold without a small acceptance radius does not stop in time: 0.9 m before the point at 1.5 m/s.",
-        "px4-facts 2 (flown): only hold and a radius of 1 m together stop at the point.",
+        "Flown: only hold and a radius of 1 m together stop at the point.",
         _stop_radius,
     ),
     Rule(
         "drop.offset_not_reachable",
         Severity.ERROR,
         "What counts as reached depends on vehicle type and speed: a plane switches about 2.24 s before its waypoint.",
-        "px4-facts, Acceptance (flown); older L1 firmware 4.77 s.",
+        "PX4 NPFG switch distance (flown); L1 guidance before v1.14: 4.77 s.",
         _offset_can_be_met,
     ),
     Rule(
         "braking.hold_ignored",
         Severity.WARNING,
         "Hold on a waypoint counts only in rotary-wing state.",
-        "px4-facts 9.",
+        "PX4 mission_block.cpp.",
         _hold_ignored,
     ),
 )

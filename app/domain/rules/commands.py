@@ -75,7 +75,7 @@ RULES = (
         "loiter.turns_unsupported",
         Severity.ERROR,
         "NAV_LOITER_TURNS (18) is not among the commands that PX4 accepts.",
-        "px4-facts, Feasibility: supported commands.",
+        "PX4 FeasibilityChecker: unsupported command.",
         _loiter_turns,
     ),
     Rule(
@@ -96,7 +96,7 @@ RULES = (
         "jump.target",
         Severity.ERROR,
         "PX4 accepts a DO_JUMP to an item that does not exist.",
-        "px4-traces 14b (flown).",
+        "PX4 FeasibilityChecker has no such check (flown).",
         _jump_target,
     ),
     Rule(

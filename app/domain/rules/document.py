@@ -12,7 +12,7 @@ _HEAD = """# Rules
 Every plan is checked against all of these before anything is sent, and all findings are returned at once, each with
 its code, a JSON pointer into the plan, a sentence and a hint. An **error** stops the plan; a **warning** is shown and
 kept with the run. Codes are stable. Codes that begin with `plan.` are about the document itself: see
-[plan-format.md](plan-format.md).
+[plan-format.md](plan-format.md). "Flown" means: seen on PX4 main (v1.18) in SITL.
 
 | code | severity | why | source |
 |---|---|---|---|

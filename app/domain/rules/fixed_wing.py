@@ -131,7 +131,7 @@ RULES = (
         "fixed_wing.leg_too_short",
         Severity.WARNING,
         "A fixed wing counts a waypoint as reached one switch distance before it and cuts the corner.",
-        "px4-facts, Acceptance.",
+        "PX4 NPFG switch distance (flown).",
         _room_to_turn,
     ),
 )

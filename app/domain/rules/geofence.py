@@ -130,7 +130,7 @@ RULES = (
         "geofence.little_room",
         Severity.WARNING,
         "A fixed wing leaves its leg when it turns, by about the switch distance.",
-        "px4-facts, Acceptance.",
+        "PX4 NPFG switch distance (flown).",
         _room_for_turns,
     ),
     Rule(

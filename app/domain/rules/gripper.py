@@ -95,7 +95,7 @@ RULES = (
         "gripper.must_follow_position",
         Severity.ERROR,
         "A gripper item has no position of its own: it acts as soon as the item before it is passed.",
-        "PX4 has no such check (px4-facts, Feasibility); the rule is ours alone.",
+        "PX4 has no such check; the rule is ours alone.",
         _gripper_follows_position,
     ),
     Rule(

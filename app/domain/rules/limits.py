@@ -140,7 +140,7 @@ def _from_home_m(context: RuleContext, place: Place) -> float:
     return distance_m(home.latitude_deg, home.longitude_deg, place.latitude_deg, place.longitude_deg)
 
 
-_OWN = "The plan's own limits."
+_OWN = "`limits` of the plan."
 RULES = (
     Rule(
         "limits.mission_items",
@@ -149,8 +149,20 @@ RULES = (
         "PX4 mission storage: MISSION_ACK NO_SPACE (flown).",
         _mission_items,
     ),
-    Rule("limits.fence_items", Severity.ERROR, "64 fence items by default.", "PX4 mission storage.", _fence_items),
-    Rule("limits.rally_points", Severity.ERROR, "32 rally points by default.", "PX4 mission storage.", _rally_points),
+    Rule(
+        "limits.fence_items",
+        Severity.ERROR,
+        "A vehicle stores 64 corners and circles of a fence by default.",
+        "PX4 mission storage.",
+        _fence_items,
+    ),
+    Rule(
+        "limits.rally_points",
+        Severity.ERROR,
+        "A vehicle stores 32 rally points by default.",
+        "PX4 mission storage.",
+        _rally_points,
+    ),
     Rule(
         "limits.first_waypoint_too_far",
         Severity.ERROR,
@@ -172,10 +184,28 @@ RULES = (
         "PX4 FeasibilityChecker (flown).",
         _below_home,
     ),
-    Rule("limits.altitude", Severity.ERROR, "limits.max_relative_altitude_m.", _OWN, _own_altitude),
-    Rule("limits.distance", Severity.ERROR, "limits.max_distance_m.", _OWN, _own_distance),
-    Rule("limits.speed", Severity.ERROR, "limits.max_speed_m_s, without wind.", _OWN, _own_speed),
-    Rule("limits.duration", Severity.ERROR, "limits.max_duration_s, as predicted.", _OWN, _own_duration),
+    Rule("limits.altitude", Severity.ERROR, "No item lies higher than the plan allows itself.", _OWN, _own_altitude),
+    Rule(
+        "limits.distance",
+        Severity.ERROR,
+        "No item lies farther from home than the plan allows itself.",
+        _OWN,
+        _own_distance,
+    ),
+    Rule(
+        "limits.speed",
+        Severity.ERROR,
+        "No item is flown faster than the plan allows itself (without wind).",
+        _OWN,
+        _own_speed,
+    ),
+    Rule(
+        "limits.duration",
+        Severity.ERROR,
+        "The predicted flight is no longer than the plan allows itself.",
+        _OWN,
+        _own_duration,
+    ),
     Rule(
         "speed.not_flyable",
         Severity.ERROR,

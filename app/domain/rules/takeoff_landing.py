@@ -150,7 +150,7 @@ RULES = (
         "rover.no_takeoff_or_landing",
         Severity.ERROR,
         "A rover neither takes off nor lands.",
-        "PX4 rover land detector (px4-facts, Landing on the way).",
+        "PX4 rover land detector (flown).",
         _rover_stays_down,
     ),
     Rule(
@@ -199,7 +199,7 @@ RULES = (
         "landing.twice",
         Severity.ERROR,
         "After a landing only a position item takes off again; a return or a landing there ends the flight.",
-        "PX4 navigator (px4-facts, Landing on the way).",
+        "PX4 navigator (flown).",
         _return_from_ground,
     ),
 )

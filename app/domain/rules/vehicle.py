@@ -110,7 +110,7 @@ RULES = (
         "drop.command_timeout",
         Severity.WARNING,
         "MIS_COMMAND_TOUT above 0 waits its full time at each gripper item.",
-        "px4-traces 07b (flown).",
+        "PX4 MIS_COMMAND_TOUT (flown).",
         _command_timeout,
     ),
 )
