@@ -10,6 +10,7 @@ from app.api.asyncapi import asyncapi_document
 from app.api.boundary import answer_problems
 from app.api.documents import DOCUMENTS, make_documents
 from app.api.endpoint import make_endpoint
+from app.api.expectations import meet_expectation
 from app.api.guard import Guard, guarded
 from app.api.health import CHECKS, METRICS, VERSION
 from app.api.idempotency import Idempotency
@@ -60,9 +61,9 @@ def _add_routes(app: web.Application, services: ApiServices, settings: ApiSettin
             route, access=services.access, idempotency=idempotency, body_timeout_s=settings.body_timeout_s
         )
         if route.method == "GET":
-            app.router.add_get(route.path, endpoint)  # takes HEAD too
+            app.router.add_get(route.path, endpoint, expect_handler=meet_expectation)  # takes HEAD too
         else:
-            app.router.add_route(route.method, route.path, endpoint)
+            app.router.add_route(route.method, route.path, endpoint, expect_handler=meet_expectation)
 
 
 def _add_stream(

@@ -31,6 +31,8 @@ class Boundary:
             self.problem = problem_response(error, request_id=identity)
         elif isinstance(error, web.HTTPException):
             self.problem = http_problem(error, request_id=identity)
+        elif isinstance(error, ConnectionError) and _is_gone(self._request):
+            self.problem = web.Response(status=499, reason="Client Closed Request")  # for the log: nobody reads it
         elif isinstance(error, Exception):
             log.error("defect", incident=identity, route=route_of(self._request), exc_info=error)
             self.problem = internal_problem(request_id=identity)
@@ -45,3 +47,7 @@ async def answer_problems(request: web.Request, handler: Handler) -> web.StreamR
     if boundary.problem is None:  # the block either returns or leaves a problem
         raise AssertionError("an error without an answer")
     return boundary.problem
+
+
+def _is_gone(request: web.Request) -> bool:
+    return request.transport is None or request.transport.is_closing()

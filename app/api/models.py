@@ -7,9 +7,8 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field
 
 from app.domain.events import Event
-from app.domain.finding import Finding
 from app.domain.run import Run
-from app.services.plans import PlanView
+from app.services.plans import PlanHead
 from app.services.views import VehicleView
 
 Limit = Annotated[int, Field(ge=1, le=500, description="at most so many")]
@@ -68,26 +67,10 @@ class VehiclesView(BaseModel):
     vehicles: list[VehicleView]
 
 
-class PlanSummary(BaseModel):
-    """A plan without its document."""
-
-    id: str
-    hash: str
-    name: str
-    vehicle_type: str
-    created_at: float
-    created_by: str
-
-    @classmethod
-    def of(cls, view: PlanView) -> PlanSummary:
-        """The short form."""
-        return cls(**{name: getattr(view, name) for name in cls.model_fields})
-
-
 class PlansView(BaseModel):
-    """Plans, newest first."""
+    """Plans without their documents, newest first."""
 
-    plans: list[PlanSummary]
+    plans: list[PlanHead]
 
 
 class RunsView(BaseModel):
@@ -101,13 +84,6 @@ class EventsView(BaseModel):
 
     events: list[Event]
     last_seq: int
-
-
-class PlanCheckView(BaseModel):
-    """`findings` with an error: the plan would be refused. `timeline` is null where none can be predicted."""
-
-    findings: list[Finding]
-    timeline: dict[str, Any] | None
 
 
 class HealthView(BaseModel):

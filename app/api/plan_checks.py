@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import asyncio
+
 from aiohttp import web
 from pydantic_core import to_json
 
 from app.api.answers import json_answer
 from app.api.bodies import json_body
-from app.api.models import PlanCheckRequest, PlanCheckView
+from app.api.models import PlanCheckRequest
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import FLEET, PLANS
 from app.domain.plan import PlanInvalid, parse_plan
 from app.services.access import Role
+from app.services.plans import PlanCheck
 
 
 async def check_plan(call: Call[NoQuery, PlanCheckRequest]) -> web.Response:
@@ -21,10 +24,9 @@ async def check_plan(call: Call[NoQuery, PlanCheckRequest]) -> web.Response:
     try:
         plan = parse_plan(to_json(call.body.plan, inf_nan_mode="constants"))
     except PlanInvalid as error:
-        return json_answer(PlanCheckView(findings=list(error.findings), timeline=None))
+        return json_answer(PlanCheck(findings=error.findings, timeline=None))
     facts = None if link is None else await link.read_facts()
-    check = call.request.app[PLANS].check(plan, facts)
-    return json_answer(PlanCheckView.model_validate(check, from_attributes=True))
+    return json_answer(await asyncio.to_thread(call.request.app[PLANS].check, plan, facts))
 
 
 ROUTES: tuple[AnyRoute, ...] = (
@@ -37,7 +39,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         role=Role.DISPATCHER,
         query=NoQuery,
         body=json_body(PlanCheckRequest),
-        answers=(Answer(200, "What was found; a plan with errors is answered with 200 too", PlanCheckView),),
+        answers=(Answer(200, "What was found; a plan with errors is answered with 200 too", PlanCheck),),
         errors=("not_found", "vehicle.quarantined", "vehicle.link", "vehicle.timeout", "vehicle.refused"),
     ),
 )

@@ -6,7 +6,7 @@ from aiohttp import web
 
 from app.api.answers import etag_of, is_unchanged, json_answer
 from app.api.bodies import NO_BODY, PLAN_BODY, Empty
-from app.api.models import ListQuery, PlanSummary, PlansView
+from app.api.models import ListQuery, PlansView
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import PLANS
 from app.domain.plan import Plan
@@ -23,8 +23,7 @@ async def create_plan(call: Call[NoQuery, Plan]) -> web.Response:
 
 async def list_plans(call: Call[ListQuery, Empty]) -> web.Response:
     """GET /plans."""
-    views = await call.request.app[PLANS].list_plans(call.query.limit)
-    return json_answer(PlansView(plans=[PlanSummary.of(view) for view in views]))
+    return json_answer(PlansView(plans=list(await call.request.app[PLANS].list_plans(call.query.limit))))
 
 
 async def get_plan(call: Call[NoQuery, Empty]) -> web.Response:

@@ -22,6 +22,7 @@ from app.services.runs import Runs
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
 from app.storage.storage import Storage, open_storage
+from tests.api.described import assert_described
 from tests.api.fake_links import FakeLink, FakeSource
 
 SETTINGS = ApiSettings(gateway="gw-test", version="0.0-test", body_timeout_s=0.5)
@@ -52,10 +53,11 @@ class Service:
         return {"Authorization": f"Bearer {secret}"}
 
     async def call(self, method: str, path: str, **options: Any) -> tuple[int, Any, Any]:
-        """Status, headers, and the body: data if it is JSON, else text."""
+        """Status, headers, and the body: data if it is JSON, else text. The answer is as the document describes it."""
         async with self.http.request(method, self.url + path, allow_redirects=False, **options) as response:
             is_json = response.content_type.endswith("json")
             body = await response.json(content_type=None) if is_json else await response.text()
+            assert_described(method, path, response.status, response.content_type, body)
             return response.status, response.headers, body
 
 
@@ -71,7 +73,7 @@ async def run_service(
     """A service with some vehicles. `change` may put other services in before it starts."""
     clock = SystemClock()
     vehicles = tuple(FakeLink(number) for number in range(1, links + 1))
-    async with open_storage(folder / "waydrop.db") as storage:
+    async with open_storage(await _journal_file(folder)) as storage:
         journal = Journal(storage.events, clock)
         await journal.start()
         fleet = Fleet(FakeSource(vehicles), journal)
@@ -100,6 +102,21 @@ async def run_service(
             await telemetry.close()
             await fleet.close()
             await journal.close()
+
+
+_EMPTY_JOURNAL: list[bytes] = []
+"""Made once: migrating a new file takes longer than most tests."""
+
+
+async def _journal_file(folder: Path) -> Path:
+    path = folder / "waydrop.db"
+    if not path.exists():
+        if not _EMPTY_JOURNAL:
+            async with open_storage(path):
+                pass
+            _EMPTY_JOURNAL.append(path.read_bytes())
+        path.write_bytes(_EMPTY_JOURNAL[0])
+    return path
 
 
 @asynccontextmanager

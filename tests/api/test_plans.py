@@ -61,7 +61,8 @@ async def test_a_check_answers_200_for_good_plans_and_for_bad_ones(service: Serv
     assert status == 200
     assert with_vehicle["timeline"] is not None
 
-    for broken in ({}, [], "text", None, 7, {**plan, "colour": "red"}):
+    broken_ones: list[Any] = [{}, [], "text", None, 7, {**plan, "colour": "red"}]
+    for broken in broken_ones:
         status, _, check = await service.call("POST", "/api/v1/plan-checks", json={"plan": broken})
         assert (status, check["timeline"]) == (200, None)
         assert check["findings"]

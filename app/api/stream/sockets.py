@@ -18,6 +18,7 @@ from app.api.request_log import note_principal
 from app.api.settings import ApiSettings
 from app.api.stream.frames import CloseCode
 from app.api.stream.session import Session, Sources
+from app.domain.errors import StorageError
 from app.services.access import Access
 
 MAX_INCOMING_BYTES: Final = 4096
@@ -86,6 +87,8 @@ class StreamEndpoint:
             return CloseCode.UNAUTHORIZED
         except ValueError:
             return CloseCode.BAD_AFTER
+        except StorageError:
+            return CloseCode.TRY_AGAIN
         transport = request.transport
         if transport is None:
             return None
@@ -109,7 +112,7 @@ class StreamEndpoint:
         except (TimeoutError, ConnectionError):
             pass  # it does not read: the close frame waits behind what it did not take
         finally:
-            if transport is not None:
+            if transport is not None and transport.get_write_buffer_size():
                 transport.abort()
 
 

@@ -1,0 +1,25 @@
+"""The journal over REST."""
+
+from __future__ import annotations
+
+from app.domain.events import EventKind
+from tests.api.service import Service
+
+
+async def test_events_come_in_pages_each_once(service: Service) -> None:
+    journal = service.services.journal
+    await journal.record(*(journal.new_event(EventKind.VEHICLE_STATUS_TEXT, vehicle_id="v1", n=n) for n in range(25)))
+    seen: list[int] = []
+    while True:
+        status, _, page = await service.call("GET", f"/api/v1/events?limit=10&after={seen[-1] if seen else 0}")
+        assert (status, page["last_seq"]) == (200, journal.last_seq)
+        if not page["events"]:
+            break
+        seen += [event["seq"] for event in page["events"]]
+    assert seen == list(range(1, journal.last_seq + 1))
+
+
+async def test_a_query_that_cannot_be_used_is_400_and_says_what_can(service: Service) -> None:
+    for query in ("after=x", "after=-1", "limit=0", "limit=501", "limit=", "colour=red", "after=1&after=2"):
+        status, _, problem = await service.call("GET", f"/api/v1/events?{query}")
+        assert (status, problem["code"]) == (400, "request.query_invalid"), query

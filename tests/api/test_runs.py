@@ -1,0 +1,141 @@
+"""Runs over REST."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Any
+
+import pytest
+
+from tests.api.service import Service
+
+
+@pytest.fixture
+async def plan_id(service: Service, plan: dict[str, Any]) -> str:
+    """A stored plan."""
+    _, _, made = await service.call("POST", "/api/v1/plans", json=plan)
+    return str(made["id"])
+
+
+async def create(service: Service, plan_id: str, vehicle: str = "v1", **more: Any) -> dict[str, Any]:
+    """A run."""
+    status, headers, run = await service.call(
+        "POST", "/api/v1/runs", json={"plan": plan_id, "vehicle": vehicle, **more}
+    )
+    assert status == 202
+    assert headers["Location"] == f"/api/v1/runs/{run['id']}"
+    return dict(run)
+
+
+async def reaches(service: Service, run_id: str, *states: str) -> dict[str, Any]:
+    """Wait for one of these states."""
+    async with asyncio.timeout(10):
+        while True:
+            _, _, run = await service.call("GET", f"/api/v1/runs/{run_id}")
+            if run["state"] in states:
+                return dict(run)
+            await asyncio.sleep(0.01)
+
+
+async def test_a_run_without_start_waits_uploaded_and_then_flies_when_told(service: Service, plan_id: str) -> None:
+    run = await create(service, plan_id)
+    assert (run["plan_id"], run["vehicle_id"], run["requested_by"]) == (plan_id, "v1", "local")
+    await reaches(service, run["id"], "uploaded")
+    status, _, _ = await service.call("POST", f"/api/v1/runs/{run['id']}/start")
+    assert status == 202
+    await reaches(service, run["id"], "flying")
+
+
+async def test_a_flying_run_is_paused_resumed_and_sent_home(service: Service, plan_id: str) -> None:
+    run = await create(service, plan_id, start=True)
+    await reaches(service, run["id"], "flying")
+    for action, state in (("pause", "paused"), ("resume", "flying"), ("return", "returning")):
+        status, _, _ = await service.call("POST", f"/api/v1/runs/{run['id']}/{action}")
+        assert status == 202
+        await reaches(service, run["id"], state)
+    assert service.links[0].state().mode == "return"
+
+
+async def test_a_flying_run_is_landed_or_aborted_by_the_vehicle_in_its_mode(service: Service, plan_id: str) -> None:
+    for vehicle, link, action, mode in (
+        ("v1", service.links[0], "land", "land"),
+        ("v2", service.links[1], "abort", "return"),
+    ):
+        run = await create(service, plan_id, vehicle, start=True)
+        await reaches(service, run["id"], "flying")
+        status, _, _ = await service.call("POST", f"/api/v1/runs/{run['id']}/{action}")
+        assert (status, link.state().mode) == (202, mode)
+
+
+async def test_a_second_run_of_a_vehicle_is_409(service: Service, plan_id: str) -> None:
+    first = await create(service, plan_id)
+    status, _, problem = await service.call("POST", "/api/v1/runs", json={"plan": plan_id, "vehicle": "v1"})
+    assert (status, problem["code"], problem["run_id"]) == (409, "vehicle.busy", first["id"])
+
+
+async def test_an_unknown_plan_vehicle_or_run_is_404(service: Service, plan_id: str) -> None:
+    for body in ({"plan": "no", "vehicle": "v1"}, {"plan": plan_id, "vehicle": "v9"}):
+        status, _, problem = await service.call("POST", "/api/v1/runs", json=body)
+        assert (status, problem["code"]) == (404, "not_found")
+    for method, path in (("GET", ""), ("GET", "/events"), ("POST", "/start"), ("POST", "/abort")):
+        status, _, problem = await service.call(method, f"/api/v1/runs/no{path}")
+        assert (status, problem["code"]) == (404, "not_found")
+
+
+async def test_what_a_state_does_not_allow_is_409(service: Service, plan_id: str) -> None:
+    run = await create(service, plan_id)
+    await reaches(service, run["id"], "uploaded")
+    for action in ("pause", "resume", "return", "land"):
+        status, _, problem = await service.call("POST", f"/api/v1/runs/{run['id']}/{action}")
+        assert (status, problem["code"], problem["state"]) == (409, "run.wrong_state", "uploaded")
+    status, _, _ = await service.call("POST", f"/api/v1/runs/{run['id']}/abort")
+    assert status == 202
+    await reaches(service, run["id"], "aborted")
+
+
+async def test_runs_are_listed_newest_first_by_vehicle_and_by_being_open(service: Service, plan_id: str) -> None:
+    first = await create(service, plan_id, "v1")
+    await service.call("POST", f"/api/v1/runs/{first['id']}/abort")
+    await reaches(service, first["id"], "aborted")
+    second = await create(service, plan_id, "v2")
+
+    async def listed(query: str) -> list[str]:
+        _, _, body = await service.call("GET", f"/api/v1/runs{query}")
+        return [run["id"] for run in body["runs"]]
+
+    assert await listed("") == [second["id"], first["id"]]
+    assert await listed("?limit=1") == [second["id"]]
+    assert await listed("?vehicle=v1") == [first["id"]]
+    assert await listed("?open=true") == [second["id"]]
+    assert await listed("?open=true&vehicle=v1") == []
+    assert await listed("?open=false&vehicle=v2") == [second["id"]]
+
+
+async def test_a_runs_events_are_its_own_and_come_in_pages(service: Service, plan_id: str) -> None:
+    run, other = await create(service, plan_id, "v1"), await create(service, plan_id, "v2")
+    await reaches(service, run["id"], "uploaded")
+    await reaches(service, other["id"], "uploaded")
+    seen: list[dict[str, Any]] = []
+    while True:
+        after = seen[-1]["seq"] if seen else 0
+        _, _, page = await service.call("GET", f"/api/v1/runs/{run['id']}/events?after={after}&limit=2")
+        if not page["events"]:
+            break
+        assert len(page["events"]) <= 2
+        seen += page["events"]
+    assert {event["run_id"] for event in seen} == {run["id"]}
+    assert seen[0]["kind"] == "run.created"
+    assert [event["seq"] for event in seen] == sorted({event["seq"] for event in seen})
+
+
+async def test_a_body_that_does_not_fit_is_refused_with_pointers(service: Service) -> None:
+    for body, pointer in (
+        ({"vehicle": "v1"}, "/plan"),
+        ({"plan": "p", "vehicle": 1}, "/vehicle"),
+        ({"plan": "p", "vehicle": "v1", "start": "yes"}, "/start"),
+        ({"plan": "p", "vehicle": "v1", "go": True}, "/go"),
+        ([], ""),
+    ):
+        status, _, problem = await service.call("POST", "/api/v1/runs", json=body)
+        assert (status, problem["code"]) == (422, "request.invalid")
+        assert [finding["pointer"] for finding in problem["findings"]] == [pointer]

@@ -1,0 +1,64 @@
+"""Vehicles over REST, and what a pilot may tell one outside a run."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.domain.errors import LinkError, LinkTimeoutError, VehicleRefusedError, WaydropError
+from app.domain.ports import DuplicateSystem
+from tests.api.service import Service, until
+
+
+async def test_all_vehicles_and_each_one_are_shown(service: Service) -> None:
+    status, _, body = await service.call("GET", "/api/v1/vehicles")
+    assert status == 200
+    assert [vehicle["id"] for vehicle in body["vehicles"]] == ["v1", "v2"]
+    status, _, one = await service.call("GET", "/api/v1/vehicles/v2")
+    assert (status, one["system_id"], one["firmware"]) == (200, 2, "1.17.0")
+
+
+async def test_an_unknown_vehicle_is_404_and_the_hint_names_the_known_ones(service: Service) -> None:
+    status, _, problem = await service.call("GET", "/api/v1/vehicles/v9")
+    assert (status, problem["code"]) == (404, "not_found")
+    assert "v1, v2" in problem["hint"]
+
+
+@pytest.mark.parametrize(("action", "mode"), [("hold", "hold"), ("return", "return"), ("land", "land")])
+async def test_a_vehicle_does_what_it_is_told(service: Service, action: str, mode: str) -> None:
+    service.links[0].change(armed=True)
+    status, headers, body = await service.call("POST", f"/api/v1/vehicles/v1/{action}")
+    assert (status, headers["Location"]) == (202, "/api/v1/vehicles/v1")
+    assert body["state"]["mode"] == mode
+
+
+async def test_a_vehicle_on_the_ground_has_nothing_to_hold(service: Service) -> None:
+    status, _, problem = await service.call("POST", "/api/v1/vehicles/v1/hold")
+    assert (status, problem["code"]) == (409, "conflict")
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "code"),
+    [
+        (VehicleRefusedError("no", result="DENIED"), 409, "vehicle.refused"),
+        (LinkTimeoutError("silence"), 504, "vehicle.timeout"),
+        (LinkError("broken"), 502, "vehicle.link"),
+    ],
+)
+async def test_what_the_vehicle_answers_is_told_as_it_is(
+    service: Service, error: WaydropError, status: int, code: str
+) -> None:
+    service.links[0].change(armed=True)
+    service.links[0].refusal = error
+    answered, _, problem = await service.call("POST", "/api/v1/vehicles/v1/land")
+    assert (answered, problem["code"], problem["detail"]) == (status, code, error.detail)
+    if error.extra:
+        assert problem["result"] == "DENIED"
+
+
+async def test_a_quarantined_vehicle_is_shown_and_takes_no_command(service: Service) -> None:
+    service.links[0].tell(DuplicateSystem("two vehicles answer as system 1"))
+    await until(lambda: service.services.fleet.view("v1").quarantined is not None)
+    status, _, problem = await service.call("POST", "/api/v1/vehicles/v1/hold")
+    assert (status, problem["code"]) == (409, "vehicle.quarantined")
+    _, _, view = await service.call("GET", "/api/v1/vehicles/v1")
+    assert view["quarantined"]
