@@ -27,7 +27,7 @@ const SAY: Readonly<Record<string, Say>> = {
   "run.created": (e, v) => ({ text: `Run ${short(e.run_id)} was created for ${v}.`, tone: "neutral" }),
   "run.changed": sayRun,
   "run.upload_progress": sayUpload,
-  "run.item": (e, v) => ({ text: `${v} ${e.data["what"] === "reached" ? "has done" : "is on its way to"} ${str(e.data["item_id"])}.`, tone: "info" }),
+  "run.item": (e, v) => ({ text: `${v} ${e.data["what"] === "reached" ? "has done" : "is on its way to"} “${str(e.data["item_id"])}”.`, tone: "info" }),
   "run.command": (e, v) => ({ text: `Sent ${command(e.data["command"])} to ${v}${again(e.data["attempt"])}.`, tone: "drop" }),
   "run.ack": (e, v) => ({ text: `${v} answered ${command(e.data["command"])}: ${lower(e.data["result"])}${e.data["progress"] ? ` (${percent(Number(e.data["progress"]))})` : ""}.`, tone: ackTone(str(e.data["result"])) }),
   "run.drop": sayDrop,
@@ -70,13 +70,13 @@ function sayDrop(event: StreamEvent, vehicle: string): Sentence {
   const item = drop.plan_item_id;
   switch (drop.outcome) {
     case "released":
-      return { text: `${vehicle} released ${item}${after(", ", certaintyName(drop.certainty))}.${reason}`, tone: "ok" };
+      return { text: `${vehicle} released “${item}”${after(", ", certaintyName(drop.certainty))}.${reason}`, tone: "ok" };
     case "kept":
-      return { text: `${vehicle} kept ${item} on board.${reason}`, tone: "warn" };
+      return { text: `${vehicle} kept “${item}” on board.${reason}`, tone: "warn" };
     case "unknown":
-      return { text: `Whether ${vehicle} released ${item} is not known.${reason}`, tone: "danger" };
+      return { text: `Whether ${vehicle} released “${item}” is not known.${reason}`, tone: "danger" };
     default:
-      return { text: `Drop ${item}: ${lower(drop.phase)}.`, tone: "drop" };
+      return { text: `Drop “${item}”: ${lower(drop.phase)}.`, tone: "drop" };
   }
 }
 

@@ -26,8 +26,8 @@ export interface Palette {
 export const PALETTES: Readonly<Record<Theme, Palette>> = {
   dark: {
     background: "#0c1219",
-    gridMinor: "#141d27",
-    gridMajor: "#1f2b38",
+    gridMinor: "#17212c",
+    gridMajor: "#243241",
     ring: "#3a4c5f",
     ringText: "#8496a8",
     path: "#5cb8ff",

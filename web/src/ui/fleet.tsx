@@ -1,5 +1,5 @@
 import { useComputed } from "@preact/signals";
-import type { Run, Vehicle } from "../api/types";
+import type { Run, Vehicle, VehicleState } from "../api/types";
 import { api } from "../api/client";
 import { age, heading, metres, percent, speed } from "../format/units";
 import { landedName, plain, runStateName, runStateTone, vehicleTypeName } from "../format/words";
@@ -37,7 +37,7 @@ function VehicleRow({ id }: { id: string }) {
   return (
     <li class={`vehicle${selected ? " selected" : ""}`}>
       <button type="button" class="vehicle-main" aria-pressed={selected} onClick={() => selectVehicle(id)}>
-        <span class="vehicle-icon">
+        <span class={vehicle.state.armed === true ? "vehicle-icon armed" : "vehicle-icon"} title={vehicle.state.armed === true ? "Armed" : undefined}>
           <VehicleIcon type={vehicle.vehicle_type} />
         </span>
         <span class="vehicle-name">
@@ -46,7 +46,7 @@ function VehicleRow({ id }: { id: string }) {
         </span>
         <VehicleBadges vehicle={vehicle} />
         <span class="vehicle-facts">
-          <span>{landedName(vehicle.state.landed)}</span>
+          <Landed state={vehicle.state} />
           <Battery value={vehicle.state.battery_percent} />
           <LinkAge vehicle={vehicle} />
         </span>
@@ -69,10 +69,15 @@ function VehicleBadges({ vehicle: { state } }: { vehicle: Vehicle }) {
   return (
     <span class="vehicle-badges">
       {state.in_failsafe && <Badge tone="danger">Failsafe</Badge>}
-      {state.armed === true && <Badge tone="drop">Armed</Badge>}
       <Badge tone={state.mode === "mission" ? "info" : "neutral"}>{state.mode === null ? "No mode" : plain(state.mode)}</Badge>
     </span>
   );
+}
+
+/** Armed is only news on the ground; in the air it goes without saying. */
+function Landed({ state }: { state: VehicleState }) {
+  const ready = state.armed === true && state.landed === "on_ground";
+  return <span class={ready ? "landed armed" : "landed"}>{ready ? "Armed" : landedName(state.landed)}</span>;
 }
 
 function Battery({ value }: { value: number | null }) {

@@ -31,7 +31,7 @@ function GridLabels({ labels }: { labels: readonly Label[] }) {
   return (
     <div class="grid-labels" aria-hidden="true">
       {labels.map(({ edge, at_px, text }) => (
-        <span key={edge + text} class={edge} style={edge === "top" ? { left: `${at_px}px` } : { top: `${at_px}px` }}>
+        <span key={edge + text} class={`edge-${edge}`} style={edge === "top" ? { left: `${at_px}px` } : { top: `${at_px}px` }}>
           {text}
         </span>
       ))}
