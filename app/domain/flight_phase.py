@@ -40,6 +40,8 @@ def phase_of(view: FlightView) -> tuple[RunState, str]:
     if state.mode is FlightMode.HOLD and view.asked == "pause":
         return RunState.PAUSED, "paused, as asked"
     if state.mode is FlightMode.HOLD and view.mission_done:
+        if state.landed is LandedState.ON_GROUND:  # PX4 leaves Return mode as it disarms, and says so one by one
+            return RunState.RETURNING, "on the ground"
         return RunState.FLYING, "the mission is finished: the vehicle holds where it ended"
     mode = state.mode.value if state.mode is not None else "an unknown"
     cause = "a failsafe acts" if state.in_failsafe else "somebody else has control"
