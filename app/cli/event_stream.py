@@ -10,7 +10,7 @@ from typing import Any, Final
 
 import aiohttp
 
-from app.cli.exit_status import ServerUnreachableError
+from app.cli.exit_status import ServerRefusedError, ServerUnreachableError
 from app.cli.service_client import ServiceClient
 from app.domain.events import Event
 
@@ -40,6 +40,13 @@ class Telemetry:
 
     states: dict[str, dict[str, Any]]
 
+
+_FINAL_CLOSES: Final = {
+    4400: "the service does not take this place in the stream",
+    4401: "the service wants a valid token",
+    4409: "the service's journal is another one than before",
+}
+"""Close codes after which connecting again cannot help."""
 
 StreamItem = Event | Snapshot | Telemetry | StreamCut
 
@@ -71,6 +78,7 @@ class EventStream:
                 async for item in self._read(socket):
                     yield item
                     away_since = None
+            _refuse_final_close(socket)
             away_since = away_since or loop.time()
             yield StreamCut(f"close code {socket.close_code}")
             await asyncio.sleep(pause_s)
@@ -91,10 +99,16 @@ class EventStream:
                 return None  # seen before the cut
             self.seq = event.seq
             return event
+        if kind == "hello" and self.seq is None:
+            self.seq = int(frame["seq"])  # without `after`, the events after this one come
         if kind == "snapshot":
-            if self.seq is None:
-                self.seq = int(frame["seq"])
             return Snapshot(int(frame["seq"]), frame["vehicles"], frame["runs"])
         if kind == "telemetry":
             return Telemetry(frame["vehicles"])
         return None
+
+
+def _refuse_final_close(socket: aiohttp.ClientWebSocketResponse) -> None:
+    code = socket.close_code
+    if code in _FINAL_CLOSES:
+        raise ServerRefusedError("stream.closed", f"{_FINAL_CLOSES[code]} (close code {code})", status=code)

@@ -42,12 +42,13 @@ def fly(
     least = STRICT if strict and certainty is Certainty.INFERRED else certainty
     view: JsonView | TerminalView = JsonView() if as_json else TerminalView(out())
     with view:
-        raise typer.Exit(asyncio.run(_fly(plan, vehicle, server, token, least, view)))
+        raise typer.Exit(asyncio.run(fly_and_follow(plan, vehicle, server, token, least, view)))
 
 
-async def _fly(
+async def fly_and_follow(
     plan: Plan, vehicle_id: str, server: str, token: str | None, least: Certainty, view: RunView
 ) -> ExitStatus:
+    """Post the plan, start the run, tell `view` everything, and judge the end. Cancelling leaves the flight alone."""
     async with service_client(server, token) as client:
         stored = await client.post("/plans", plan.model_dump(mode="json"))
         follower = RunFollower(client, EventStream(client), view)

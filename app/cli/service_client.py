@@ -84,6 +84,8 @@ class ServiceClient:
 
     def _unreachable(self, error: BaseException) -> ServerUnreachableError:
         reason = str(error) or type(error).__name__
+        if isinstance(error, aiohttp.ClientConnectorError):
+            reason = str(error.os_error.strerror or error.os_error)
         return ServerUnreachableError(
             f"no Waydrop answers at {self._server}: {reason}",
             hint="start one with `waydrop up`, or name it by --server",

@@ -72,6 +72,7 @@ class SimulatorProcess:
         with _closing(handle), self.log.open("wb") as log:
             if not _try_lock(handle):
                 raise SimulatorError("the simulated vehicles run already", hint="end them with `waydrop down`")
+            self._reap()
             self._child = subprocess.Popen(
                 [sys.executable, "-m", "app.simulator", *arguments],
                 stdin=subprocess.DEVNULL,
@@ -96,6 +97,11 @@ class SimulatorProcess:
 
     def stop(self, *, within_s: float = 1.0) -> bool:
         """End it; False if none runs. One that does not end in time is killed: it has nothing to save."""
+        stopped = self._stop(within_s)
+        self._reap()
+        return stopped
+
+    def _stop(self, within_s: float) -> bool:
         for signal_number in (signal.SIGTERM, signal.SIGKILL):
             running = self.find()
             if running is None:
@@ -112,10 +118,13 @@ class SimulatorProcess:
             if time.monotonic() >= deadline:
                 return False
             time.sleep(POLL_S)
+        return True
+
+    def _reap(self) -> None:
+        """Take note of a child that has let go of the lock, so that no zombie stays."""
         if self._child is not None:
             self._child.wait()
             self._child = None
-        return True
 
     def _last_lines(self) -> str:
         with contextlib.suppress(OSError):

@@ -1,0 +1,151 @@
+"""Each command ends with the exit status that is documented, and says why in words."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from app.cli.main import main
+
+ROOT = Path(__file__).resolve().parents[3]
+GOOD = ROOT / "plans" / "clinic-run.json"
+
+
+@pytest.fixture(autouse=True)
+def _wide_and_plain(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    monkeypatch.setenv("NO_COLOR", "1")
+    monkeypatch.setattr("app.cli.serve.configure_logs", lambda settings: None)  # the log of the tests stays theirs
+    for name in ("WAYDROP_PORT", "WAYDROP_SERVER", "WAYDROP_TOKEN", "WAYDROP_CONNECTIONS", "WAYDROP_HOST"):
+        monkeypatch.delenv(name, raising=False)
+
+
+def status_of(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
+    monkeypatch.setattr(sys, "argv", ["waydrop", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    return int(ended.value.code or 0)
+
+
+def plan_file(folder: Path, **changes: Any) -> Path:
+    document = json.loads(GOOD.read_text())
+    document.update(changes)
+    file = folder / "plan.json"
+    file.write_text(json.dumps(document))
+    return file
+
+
+Capture = pytest.CaptureFixture[str]
+
+
+def test_a_good_plan_ends_with_0_and_a_timeline_of_every_item(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+    assert status_of(monkeypatch, "validate", str(GOOD)) == 0
+    shown = capsys.readouterr()
+    for item in json.loads(GOOD.read_text())["items"]:
+        assert item["id"] in shown.out
+    assert "it can be flown" in shown.err
+
+
+def test_a_plan_with_an_error_ends_with_1_and_its_rule_code(
+    monkeypatch: pytest.MonkeyPatch, capsys: Capture, tmp_path: Path
+) -> None:
+    items = [item for item in json.loads(GOOD.read_text())["items"] if item["type"] != "waypoint"]
+    assert status_of(monkeypatch, "validate", str(plan_file(tmp_path, items=items))) == 1
+    shown = capsys.readouterr()
+    assert "gripper.must_follow_position" in shown.out or "gripper.must_follow_waypoint" in shown.out
+    assert "would be refused" in shown.err
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", '{"version": 1}', '{"version": NaN}'])
+def test_a_file_that_is_no_plan_ends_with_2_and_a_pointer(
+    monkeypatch: pytest.MonkeyPatch, capsys: Capture, tmp_path: Path, text: str
+) -> None:
+    file = tmp_path / "plan.json"
+    file.write_text(text)
+    assert status_of(monkeypatch, "validate", str(file)) == 2
+    assert " at /" in capsys.readouterr().err
+
+
+def test_an_unknown_field_is_named_by_its_pointer(
+    monkeypatch: pytest.MonkeyPatch, capsys: Capture, tmp_path: Path
+) -> None:
+    assert status_of(monkeypatch, "validate", str(plan_file(tmp_path, nmae="x"))) == 2
+    assert "plan.unknown_field at /nmae" in capsys.readouterr().err
+
+
+def test_a_missing_file_ends_with_2(monkeypatch: pytest.MonkeyPatch, capsys: Capture, tmp_path: Path) -> None:
+    assert status_of(monkeypatch, "validate", str(tmp_path / "none.json")) == 2
+    assert "No such file" in capsys.readouterr().err
+
+
+def test_json_is_one_document_on_stdout(monkeypatch: pytest.MonkeyPatch, capsys: Capture, tmp_path: Path) -> None:
+    assert status_of(monkeypatch, "validate", "--json", str(GOOD)) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["timeline"]["order"]
+    assert status_of(monkeypatch, "validate", "--json", str(plan_file(tmp_path, nmae="x"))) == 2
+    assert json.loads(capsys.readouterr().out)["findings"][0]["pointer"] == "/nmae"
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("vehicles",),
+        ("runs",),
+        ("runs", "show", "r1"),
+        ("runs", "return", "r1"),
+        ("fly", str(GOOD), "--vehicle", "v1"),
+        ("validate", str(GOOD), "--vehicle", "v1"),
+    ],
+)
+def test_without_a_service_every_client_ends_with_3(
+    monkeypatch: pytest.MonkeyPatch, capsys: Capture, command: tuple[str, ...]
+) -> None:
+    monkeypatch.setenv("WAYDROP_SERVER", "http://127.0.0.1:9")
+    assert status_of(monkeypatch, *command) == 3
+    assert "no Waydrop answers at http://127.0.0.1:9" in capsys.readouterr().err
+
+
+def test_an_unusable_setting_ends_with_2_and_its_variable(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+    monkeypatch.setenv("WAYDROP_PORT", "none")
+    assert status_of(monkeypatch, "serve") == 2
+    assert "WAYDROP_PORT" in capsys.readouterr().err
+
+
+def test_an_unusable_server_address_ends_with_2(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+    assert status_of(monkeypatch, "vehicles", "--server", "127.0.0.1:8080") == 2
+    assert "http://127.0.0.1:8080" in capsys.readouterr().err
+
+
+def test_listening_for_others_without_a_token_ends_with_2_and_says_what_to_do(
+    monkeypatch: pytest.MonkeyPatch, capsys: Capture, tmp_path: Path
+) -> None:
+    monkeypatch.delenv("WAYDROP_BOOTSTRAP_TOKEN", raising=False)
+    arguments = ("--host", "0.0.0.0", "--port", "18310", "--data-dir", str(tmp_path))
+    assert status_of(monkeypatch, "serve", "--connection", "udpin://127.0.0.1:25910", *arguments) == 2
+    assert "waydrop token create" in capsys.readouterr().err
+
+
+def test_schema_and_openapi_are_json_documents(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:
+    assert status_of(monkeypatch, "schema") == 0
+    assert json.loads(capsys.readouterr().out)["$schema"]
+    assert status_of(monkeypatch, "openapi") == 0
+    assert json.loads(capsys.readouterr().out)["openapi"].startswith("3.1")
+
+
+def test_a_token_is_made_listed_and_revoked(monkeypatch: pytest.MonkeyPatch, capsys: Capture, tmp_path: Path) -> None:
+    where = ("--data-dir", str(tmp_path))
+    assert status_of(monkeypatch, "token", "create", "desk", "--role", "dispatcher", *where) == 0
+    made = capsys.readouterr()
+    assert made.out.startswith("wd_")
+    token_id = made.err.split()[1]
+    assert status_of(monkeypatch, "token", "revoke", token_id, *where) == 0
+    capsys.readouterr()
+    assert status_of(monkeypatch, "token", "list", *where) == 0
+    listed = capsys.readouterr().out
+    assert token_id in listed
+    assert made.out.strip() not in listed
+    assert status_of(monkeypatch, "token", "revoke", "nobody", *where) == 1

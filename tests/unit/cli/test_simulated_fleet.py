@@ -1,0 +1,44 @@
+"""`waydrop up` sends its four vehicles to the connections that Waydrop listens on, or says that it cannot."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.cli.simulated_fleet import FLEET, SimulatedFleet
+from app.config import SettingsError, expand_connection
+
+
+def fleet(*connections: str) -> SimulatedFleet:
+    expanded = [url for entry in connections for url in expand_connection(entry)]
+    return SimulatedFleet.for_connections(expanded, speed=1.0, seed=7)
+
+
+def test_four_ports_in_a_row_take_a_vehicle_each() -> None:
+    arguments = fleet("udpin://127.0.0.1:25500..25503").arguments()
+    assert arguments[arguments.index("--port") + 1] == "25500"
+    assert arguments[arguments.index("--local-port") + 1] == "25540"
+    assert "--shared-port" not in arguments
+
+
+def test_one_port_takes_them_all() -> None:
+    assert "--shared-port" in fleet("udpin://0.0.0.0:14540").arguments()
+
+
+def test_the_fleet_is_two_multicopters_a_fixed_wing_and_a_vtol() -> None:
+    assert FLEET == ("quad", "quad", "plane", "vtol")
+    assert "two multicopters, one fixed wing, one VTOL" in fleet("udpin://0.0.0.0:14540").words()
+
+
+@pytest.mark.parametrize(
+    "connections",
+    [
+        ("udpin://127.0.0.1:25500..25502",),
+        ("udpin://127.0.0.1:25500", "udpin://127.0.0.1:25502..25504"),
+        ("udpin://10.0.0.1:25500..25503",),
+        ("serial:///dev/ttyACM0:57600",),
+        ("udpin://127.0.0.1:25500..25502", "serial:///dev/ttyACM0:57600"),
+    ],
+)
+def test_connections_that_they_cannot_reach_are_refused(connections: tuple[str, ...]) -> None:
+    with pytest.raises(SettingsError, match="cannot reach"):
+        fleet(*connections)

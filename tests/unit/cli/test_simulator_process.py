@@ -1,0 +1,84 @@
+"""The simulated vehicles run in a process of their own that outlives whoever started it, and is found again."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from app.cli.simulated_fleet import FLEET, SimulatedFleet
+from app.cli.simulator_process import SimulatorError, SimulatorProcess
+
+ARGUMENTS = SimulatedFleet(port=25900, shared_port=False, speed=1.0, seed=0).arguments()
+STARTER = """
+import sys, time
+from pathlib import Path
+from app.cli.simulator_process import SimulatorProcess
+simulator = SimulatorProcess(Path(sys.argv[1]))
+simulator.start(sys.argv[2:])
+simulator.wait_ready(4, within_s=30)
+sys.stdout.write("started\\n")
+sys.stdout.flush()
+time.sleep(600)
+"""
+
+
+@pytest.fixture
+def simulator(tmp_path: Path) -> Iterator[SimulatorProcess]:
+    process = SimulatorProcess(tmp_path)
+    yield process
+    process.stop()
+
+
+def test_it_starts_once_is_found_and_ends(simulator: SimulatorProcess, tmp_path: Path) -> None:
+    assert simulator.find() is None
+    running = simulator.start(ARGUMENTS)
+    simulator.wait_ready(len(FLEET), within_s=30)
+    assert SimulatorProcess(tmp_path).find() == running
+    with pytest.raises(SimulatorError, match="run already"):
+        SimulatorProcess(tmp_path).start(ARGUMENTS)
+    began = time.monotonic()
+    assert simulator.stop()
+    assert time.monotonic() - began < 1.5
+    assert simulator.find() is None
+    assert not simulator.stop()
+
+
+def test_it_outlives_a_kill_of_its_starter_and_another_can_end_it(simulator: SimulatorProcess, tmp_path: Path) -> None:
+    starter = subprocess.Popen(
+        [sys.executable, "-c", STARTER, str(tmp_path), *ARGUMENTS], stdout=subprocess.PIPE, text=True
+    )
+    assert starter.stdout is not None
+    with starter.stdout:
+        assert starter.stdout.readline() == "started\n"
+        starter.send_signal(signal.SIGKILL)
+        starter.wait(timeout=10)
+    running = simulator.find()
+    assert running is not None
+    os.kill(running.pid, 0)
+    assert simulator.stop()
+    assert simulator.find() is None
+
+
+def test_one_that_cannot_start_is_told_with_its_last_words(simulator: SimulatorProcess) -> None:
+    simulator.start(["--fleet", "submarine"])
+    with pytest.raises(SimulatorError, match="submarine"):
+        simulator.wait_ready(1, within_s=30)
+
+
+def test_a_dead_one_leaves_no_trace_that_misleads(simulator: SimulatorProcess) -> None:
+    running = simulator.start(ARGUMENTS)
+    simulator.wait_ready(len(FLEET), within_s=30)
+    os.kill(running.pid, signal.SIGKILL)
+    deadline = time.monotonic() + 5
+    while simulator.find() is not None and time.monotonic() < deadline:
+        time.sleep(0.01)
+    assert simulator.find() is None
+    simulator.start(ARGUMENTS)
+    simulator.wait_ready(len(FLEET), within_s=30)
