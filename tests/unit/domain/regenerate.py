@@ -1,4 +1,4 @@
-"""Writes the golden missions and docs/rules.md anew: `python -m tests.unit.domain.regenerate`. Review the difference."""
+"""Writes the golden missions and docs/rules.md anew: `python -m tests.unit.domain.regenerate`. Read the difference."""
 
 from __future__ import annotations
 

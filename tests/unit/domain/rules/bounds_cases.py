@@ -1,0 +1,227 @@
+"""Cases of the rules about fence, limits, speeds and the vehicle's settings."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from app.domain.default_facts import default_facts
+from app.domain.vehicle import GlobalPosition, VehicleType
+from tests.unit.domain.plan_pieces import (
+    HOME,
+    RETURN,
+    Json,
+    at,
+    circle,
+    facts,
+    fixed_wing,
+    gripper,
+    land,
+    loiter,
+    multicopter,
+    plan,
+    square,
+    takeoff,
+    waypoint,
+)
+from tests.unit.domain.rules.case import Case
+
+FLIGHT = multicopter(waypoint())
+NEAR_FENCE = {"polygons": [square("inclusion", 50, 0, 100)]}
+BOW_TIE: Json = {"kind": "inclusion", "vertices": [at(-50, -50), at(150, 50), at(150, -50), at(-50, 50)]}
+SMALL = replace(default_facts(VehicleType.MULTICOPTER), max_mission_items=3, max_fence_items=4, max_rally_points=1)
+ELSEWHERE = GlobalPosition(47.40, 8.545594, 488.0)
+
+
+GEOFENCE_CASES = [
+    Case(
+        "geofence.self_crossing",
+        "/geofence/polygons/0/vertices",
+        multicopter(waypoint(), geofence={"polygons": [BOW_TIE]}),
+        multicopter(waypoint(), geofence=NEAR_FENCE),
+    ),
+    Case(
+        "geofence.home_outside",
+        "/geofence",
+        multicopter(waypoint(), geofence={"polygons": [square("inclusion", 200, 0, 150)]}),
+        multicopter(waypoint(), geofence=NEAR_FENCE),
+    ),
+    Case(
+        "geofence.home_outside",
+        "/geofence",
+        multicopter(waypoint(), geofence={"circles": [circle("exclusion", 0, 10, 15)]}),
+        multicopter(waypoint(), geofence={"circles": [circle("exclusion", 0, 40, 15)]}),
+        about="in an exclusion",
+    ),
+    Case(
+        "geofence.leg_outside",
+        "/items/1",
+        plan("multicopter", takeoff(), waypoint(200), geofence=NEAR_FENCE),
+        plan("multicopter", takeoff(), waypoint(140), geofence=NEAR_FENCE),
+        about="a waypoint outside",
+    ),
+    Case(
+        "geofence.leg_outside",
+        "/items/1",
+        multicopter(waypoint(100), waypoint(100, 60), geofence={"circles": [circle("exclusion", 50, 5, 10)]}),
+        multicopter(waypoint(100), waypoint(100, 60), geofence={"circles": [circle("exclusion", 50, -15, 10)]}),
+        about="a leg through an exclusion",
+    ),
+    Case(
+        "geofence.leg_outside",
+        "/items/3",
+        multicopter(waypoint(60), waypoint(60, 90), geofence={"polygons": [square("exclusion", 30, 45, 5)]}),
+        multicopter(waypoint(60), waypoint(60, 90), geofence={"polygons": [square("exclusion", 15, 45, 5)]}),
+        about="the way home",
+    ),
+    Case(
+        "geofence.leg_outside",
+        "/items/1",
+        fixed_wing(loiter(radius_m=100), geofence={"circles": [circle("exclusion", 390, 0, 20)]}),
+        fixed_wing(loiter(radius_m=60), geofence={"circles": [circle("exclusion", 390, 0, 20)]}),
+        about="a circle over an exclusion",
+    ),
+    Case(
+        "geofence.leg_outside",
+        "/items/4",
+        multicopter(
+            waypoint(100, 0, id="a"),
+            waypoint(50, 60),
+            waypoint(100, 100),
+            {"type": "jump", "target": "a", "repeats": 1},
+            geofence={"polygons": [square("exclusion", 100, 50, 5)]},
+        ),
+        multicopter(
+            waypoint(100, 0, id="a"),
+            waypoint(50, 60),
+            waypoint(100, 100),
+            {"type": "jump", "target": "a", "repeats": 1},
+            geofence={"polygons": [square("exclusion", 130, 50, 5)]},
+        ),
+        about="the way back of a jump",
+    ),
+    Case(
+        "geofence.rally_outside",
+        "/rally_points/0",
+        multicopter(waypoint(), geofence=NEAR_FENCE, rally_points=[at(0, 200, relative_altitude_m=20)]),
+        multicopter(waypoint(), geofence=NEAR_FENCE, rally_points=[at(0, 50, relative_altitude_m=20)]),
+    ),
+    Case(
+        "geofence.little_room",
+        "/items/1",
+        fixed_wing(waypoint(400), geofence={"circles": [circle("exclusion", 250, -30, 10)]}),
+        fixed_wing(waypoint(400), geofence={"circles": [circle("exclusion", 250, -60, 10)]}),
+    ),
+    Case(
+        "geofence.vehicle_distance",
+        "/items/1/latitude_deg",
+        FLIGHT,
+        FLIGHT,
+        facts(GF_MAX_HOR_DIST=90),
+        facts(GF_MAX_HOR_DIST=110),
+    ),
+    Case("geofence.vehicle_height", "/items/1", FLIGHT, FLIGHT, facts(GF_MAX_VER_DIST=20), facts(GF_MAX_VER_DIST=40)),
+]
+
+LIMIT_CASES = [
+    Case("limits.mission_items", "/items", multicopter(waypoint(), waypoint(50)), FLIGHT, SMALL, SMALL),
+    Case(
+        "limits.mission_items",
+        "/items",
+        plan("multicopter", takeoff(), waypoint(), gripper(mode="embedded"), RETURN),
+        plan("multicopter", takeoff(), land()),
+        SMALL,
+        SMALL,
+        about="mission items are counted, not plan items",
+    ),
+    Case(
+        "limits.fence_items",
+        "/geofence",
+        multicopter(waypoint(), geofence={**NEAR_FENCE, "circles": [circle("exclusion", 0, 50, 9)]}),
+        multicopter(waypoint(), geofence=NEAR_FENCE),
+        SMALL,
+        SMALL,
+    ),
+    Case(
+        "limits.rally_points",
+        "/rally_points",
+        multicopter(waypoint(), rally_points=[at(0, 50, relative_altitude_m=20), at(0, 60, relative_altitude_m=20)]),
+        multicopter(waypoint(), rally_points=[at(0, 50, relative_altitude_m=20)]),
+        SMALL,
+        SMALL,
+    ),
+    Case(
+        "limits.first_waypoint_too_far",
+        "/items/0",
+        plan("multicopter", takeoff(15, **at(10_001, 0)), RETURN),
+        plan("multicopter", takeoff(15, **at(9_990, 0)), RETURN),
+    ),
+    Case(
+        "limits.first_waypoint_far",
+        "/items/0",
+        plan("multicopter", takeoff(15, **at(300, 0)), RETURN),
+        plan("multicopter", takeoff(15, **at(100, 0)), RETURN),
+        facts(MIS_DIST_1WP=200),
+        facts(MIS_DIST_1WP=200),
+    ),
+    Case("limits.below_home", "/items/1", multicopter(waypoint(altitude_m=-5)), multicopter(waypoint(altitude_m=5))),
+    Case(
+        "limits.altitude",
+        "/items/1",
+        multicopter(waypoint(), limits={"max_relative_altitude_m": 25}),
+        multicopter(waypoint(), limits={"max_relative_altitude_m": 30}),
+    ),
+    Case(
+        "limits.distance",
+        "/items/1",
+        multicopter(waypoint(), limits={"max_distance_m": 99}),
+        multicopter(waypoint(), limits={"max_distance_m": 101}),
+    ),
+    Case(
+        "limits.speed",
+        "/items/0",
+        multicopter(waypoint(), limits={"max_speed_m_s": 4}),
+        multicopter(waypoint(), limits={"max_speed_m_s": 4}, cruise_speed_m_s=4),
+    ),
+    Case(
+        "limits.duration",
+        "/limits/max_duration_s",
+        multicopter(waypoint(), limits={"max_duration_s": 60}),
+        multicopter(waypoint(), limits={"max_duration_s": 200}),
+    ),
+    Case(
+        "speed.not_flyable",
+        "/items/1/speed_m_s",
+        fixed_wing(waypoint(400, speed_m_s=8)),
+        fixed_wing(waypoint(400, speed_m_s=12)),
+        about="below the stall speed",
+    ),
+    Case(
+        "speed.not_flyable",
+        "/cruise_speed_m_s",
+        multicopter(waypoint(), cruise_speed_m_s=20),
+        multicopter(waypoint(), cruise_speed_m_s=10),
+        about="too fast",
+    ),
+]
+
+ABSOLUTE: Json = {"type": "waypoint", **at(100, 0), "absolute_altitude_m": 510}
+RELATIVE: Json = {"type": "waypoint", **at(50, 0), "relative_altitude_m": 20}
+VEHICLE_CASES = [
+    Case("vehicle.type_differs", "/vehicle_type", FLIGHT, FLIGHT, facts("vtol"), facts()),
+    Case("vehicle.home_unknown", "", FLIGHT, FLIGHT, facts(home=None), facts()),
+    Case("vehicle.home_differs", "/home", FLIGHT, FLIGHT, facts(home=ELSEWHERE), facts(home=HOME)),
+    Case(
+        "vehicle.altitudes_not_comparable",
+        "/items/2",
+        multicopter(RELATIVE, ABSOLUTE, home=None),
+        multicopter(RELATIVE, ABSOLUTE),
+    ),
+    Case(
+        "contingency.link_loss_differs",
+        "/contingency/on_link_loss",
+        multicopter(waypoint(), contingency={"on_link_loss": "return"}),
+        multicopter(waypoint(), contingency={"on_link_loss": "return"}),
+        facts(NAV_DLL_ACT=0),
+        facts(NAV_DLL_ACT=2),
+    ),
+]

@@ -1,0 +1,35 @@
+"""A rule's test case: a plan that breaks the rule and the nearest plan that does not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from app.domain.plan import Plan
+from app.domain.rules import check_plan
+from app.domain.vehicle import VehicleFacts
+
+
+@dataclass(frozen=True)
+class Case:
+    """`code` is found in `wrong`, at `pointer`, and not in `right`. Facts of both, if a vehicle is needed."""
+
+    code: str
+    pointer: str
+    wrong: Plan
+    right: Plan
+    wrong_facts: VehicleFacts | None = None
+    right_facts: VehicleFacts | None = None
+    about: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.code} {self.about}".strip()
+
+
+def codes(plan: Plan, facts: VehicleFacts | None = None) -> set[str]:
+    """The codes of all findings."""
+    return {finding.code for finding in check_plan(plan, facts)}
+
+
+def errors(plan: Plan, facts: VehicleFacts | None = None) -> list[str]:
+    """The codes of the errors, in order."""
+    return [finding.code for finding in check_plan(plan, facts) if finding.severity == "error"]
