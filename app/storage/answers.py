@@ -7,6 +7,7 @@ from typing import Final
 
 import sqlalchemy as sa
 from sqlalchemy.dialects.sqlite import insert
+from sqlalchemy.ext.asyncio import AsyncConnection
 
 from app.domain.ports import StoredAnswer
 from app.storage.database import Database
@@ -24,11 +25,8 @@ class SqliteAnswerStore:
 
     async def get(self, key: str) -> StoredAnswer | None:
         """See AnswerStore."""
-        async with self._database.read() as connection:
-            row = (await connection.execute(sa.select(ANSWERS).where(ANSWERS.c.key == key))).one_or_none()
-        if row is None:
-            return None
-        return StoredAnswer(row.key, row.request_hash, row.status, json.loads(row.headers), row.body)
+        rows = await self._database.read(sa.select(ANSWERS).where(ANSWERS.c.key == key))
+        return _stored(rows[0]) if rows else None
 
     async def put(self, answer: StoredAnswer, *, now: float) -> None:
         """See AnswerStore. The first answer of a key stands: a replay must always say the same."""
@@ -40,6 +38,19 @@ class SqliteAnswerStore:
             "body": answer.body,
             "stored_at": now,
         }
-        async with self._database.write() as connection:
+
+        async def replace_old(connection: AsyncConnection) -> None:
             await connection.execute(sa.delete(ANSWERS).where(ANSWERS.c.stored_at < now - KEPT_FOR_S))
             await connection.execute(insert(ANSWERS).on_conflict_do_nothing(index_elements=["key"]), row)
+
+        await self._database.write(replace_old)
+
+
+def _stored(row: sa.RowMapping) -> StoredAnswer:
+    return StoredAnswer(
+        key=row["key"],
+        request_hash=row["request_hash"],
+        status=row["status"],
+        headers=json.loads(row["headers"]),
+        body=row["body"],
+    )

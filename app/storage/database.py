@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+import asyncio
+from collections.abc import Awaitable, Callable, Coroutine, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeAlias, TypeVar
 
 import sqlalchemy as sa
 from sqlalchemy.ext.asyncio import AsyncConnection, AsyncEngine, create_async_engine
 
 from app.storage.errors import storage_errors
+
+T = TypeVar("T")
+Work: TypeAlias = Callable[[AsyncConnection], Awaitable[T]]
 
 BUSY_TIMEOUT_MS: Final = 5000
 READERS: Final = 3
@@ -26,7 +29,7 @@ _PRAGMAS: Final = (
 
 
 class Database:
-    """`write()` gives the one writing connection in a transaction, `read()` one that cannot write.
+    """`write` works on the one connection that writes, `read` on one that cannot.
 
     One writer by construction: writes queue in this process and never meet SQLITE_BUSY from each other. Readers do
     not block it nor does it block them: migrate.py has put the file in WAL mode, which the file keeps.
@@ -34,29 +37,47 @@ class Database:
 
     def __init__(self, path: Path) -> None:
         self.path: Final = path
+        self._going_on: set[asyncio.Task[Any]] = set()
         self._writer: Final = _engine(path, connections=1, pragmas=_PRAGMAS)
         self._reader: Final = _engine(path, connections=READERS, pragmas=(*_PRAGMAS, "PRAGMA query_only = ON"))
         # IMMEDIATE takes the write lock at once: a transaction that reads, then writes, cannot find its read stale
         sa.event.listen(self._writer.sync_engine, "begin", _begin_immediate)
 
-    @asynccontextmanager
-    async def write(self) -> AsyncIterator[AsyncConnection]:
-        """A transaction: committed and on disk when the block ends, undone if it raises. Raises StorageError."""
-        with storage_errors(self.path):
-            async with self._writer.begin() as connection:
-                yield connection
+    async def write(self, work: Work[T]) -> T:
+        """Do `work` in a transaction: committed and on disk when this returns, undone if it raises.
 
-    @asynccontextmanager
-    async def read(self) -> AsyncIterator[AsyncConnection]:
-        """A connection for one SELECT: it sees all that is committed. Raises StorageError."""
-        with storage_errors(self.path):
-            async with self._reader.connect() as connection:
-                yield connection
+        If the caller is cancelled, the transaction goes on to its end. Raises StorageError.
+        """
+        return await self._to_its_end(self._write(work))
+
+    async def read(self, query: sa.Select[Any]) -> Sequence[sa.RowMapping]:
+        """The rows of a query that sees all that is committed. Raises StorageError."""
+        return await self._to_its_end(self._read(query))
 
     async def close(self) -> None:
-        """Close all connections; SQLite then folds the WAL into the file. Idempotent."""
+        """Wait for what goes on, close all connections; SQLite then folds the WAL into the file. Idempotent."""
+        while self._going_on:
+            await asyncio.wait(self._going_on)
         await self._reader.dispose()
         await self._writer.dispose()
+
+    async def _write(self, work: Work[T]) -> T:
+        with storage_errors(self.path):
+            async with self._writer.begin() as connection:
+                return await work(connection)
+
+    async def _read(self, query: sa.Select[Any]) -> Sequence[sa.RowMapping]:
+        with storage_errors(self.path):
+            async with self._reader.connect() as connection:
+                rows: Sequence[sa.RowMapping] = (await connection.execute(query)).mappings().all()
+                return rows
+
+    async def _to_its_end(self, work: Coroutine[Any, Any, T]) -> T:
+        # a cancelled statement goes on in the driver's thread; its connection, dropped meanwhile, keeps the write lock
+        task = asyncio.create_task(work)
+        self._going_on.add(task)
+        task.add_done_callback(self._going_on.discard)
+        return await asyncio.shield(task)
 
 
 def _engine(path: Path, *, connections: int, pragmas: tuple[str, ...]) -> AsyncEngine:

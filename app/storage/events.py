@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import sqlalchemy as sa
+from sqlalchemy.ext.asyncio import AsyncConnection
 
 from app.domain.events import Event, NewEvent
 from app.domain.run import Run
@@ -15,7 +16,7 @@ from app.storage.documents import to_json, unreadable
 from app.storage.runs import upsert_runs
 from app.storage.schema import EVENTS
 
-_LAST_SEQ = sa.select(sa.func.coalesce(sa.func.max(EVENTS.c.seq), 0))
+_LAST_SEQ = sa.select(sa.func.coalesce(sa.func.max(EVENTS.c.seq), 0).label("last_seq"))
 
 
 class SqliteEventStore:
@@ -35,14 +36,19 @@ class SqliteEventStore:
         if not events and not runs:
             return ()
         rows = [_row(event) for event in events]
-        async with self._database.write() as connection:
+
+        async def insert(connection: AsyncConnection) -> int:
             last_seq = 0
             if rows:
                 # read in the transaction: whatever became of an earlier one, the next number is the right one
                 last_seq = (await connection.execute(_LAST_SEQ)).scalar_one()
-                numbered = [{"seq": seq, **row} for seq, row in enumerate(rows, last_seq + 1)]
-                await connection.execute(sa.insert(EVENTS), numbered)
+                await connection.execute(
+                    sa.insert(EVENTS), [{"seq": n, **row} for n, row in enumerate(rows, last_seq + 1)]
+                )
             await upsert_runs(connection, runs)
+            return last_seq
+
+        last_seq = await self._database.write(insert)
         return tuple(self._numbered(event, seq) for seq, event in enumerate(events, last_seq + 1))
 
     async def read(self, *, after: int, limit: int, run_id: str | None = None) -> Sequence[Event]:
@@ -50,14 +56,11 @@ class SqliteEventStore:
         query = sa.select(EVENTS).where(EVENTS.c.seq > after).order_by(EVENTS.c.seq).limit(limit)
         if run_id is not None:
             query = query.where(EVENTS.c.run_id == run_id)
-        async with self._database.read() as connection:
-            rows = (await connection.execute(query)).mappings().all()
-        return tuple(self._stored(row) for row in rows)
+        return tuple([self._stored(row) for row in await self._database.read(query)])
 
     async def last_seq(self) -> int:
         """See EventStore."""
-        async with self._database.read() as connection:
-            return int((await connection.execute(_LAST_SEQ)).scalar_one())
+        return int((await self._database.read(_LAST_SEQ))[0]["last_seq"])
 
     def _numbered(self, event: NewEvent, seq: int) -> Event:
         return Event(

@@ -11,6 +11,10 @@ from pathlib import Path
 from app.domain.errors import StorageError
 
 
+class JournalInUseError(StorageError):
+    """Another process holds the journal's lock."""
+
+
 def lock_path(journal: Path) -> Path:
     """The lock file of a journal; it stays on disk, only the lock on it comes and goes."""
     return journal.with_name(journal.name + ".lock")
@@ -24,7 +28,8 @@ def exclusive_lock(journal: Path) -> Iterator[None]:
     file is never deleted, for that would let two holders lock two files of the same name.
 
     Raises:
-        StorageError: another process (or this one, a second time) holds it, or the file cannot be made.
+        JournalInUseError: another process (or this one, a second time) holds it.
+        StorageError: the file cannot be made.
     """
     path = lock_path(journal)
     try:
@@ -47,7 +52,7 @@ def _take(handle: int, journal: Path) -> None:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError as error:
         holder = os.pread(handle, 32, 0).decode("ascii", "replace").strip()
-        raise StorageError(
+        raise JournalInUseError(
             f"another Waydrop uses this journal: {journal}" + (f" (process {holder})" if holder else ""),
             hint="stop it first, or give this one a journal of its own",
             process=holder,

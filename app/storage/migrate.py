@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 
@@ -26,19 +28,42 @@ def migrate(path: Path, scripts: Path = MIGRATIONS) -> None:
     Raises:
         StorageError: the file is not a journal, or is a newer Waydrop's, or cannot be read or written.
     """
+    with storage_errors(path), _connected(path) as connection:
+        connection.exec_driver_sql("PRAGMA synchronous = FULL")
+        connection.exec_driver_sql("BEGIN IMMEDIATE")
+        _refuse_foreign_file(connection, path)
+        _upgrade(connection, path, scripts)
+        connection.exec_driver_sql("COMMIT")
+        _use_wal(connection, path)
+
+
+def require_current(path: Path) -> None:
+    """Leave the journal as it is. Raises StorageError unless it has this version's tables."""
+    with storage_errors(path), _connected(path) as connection:
+        heads = ScriptDirectory.from_config(_config(MIGRATIONS)).get_heads()
+        if list(MigrationContext.configure(connection).get_current_heads()) != list(heads):
+            raise StorageError(
+                f"journal {path} is in use by a Waydrop of another version",
+                hint="use the same version, or stop that one first",
+            )
+
+
+@contextmanager
+def _connected(path: Path) -> Iterator[sa.Connection]:
     url = sa.URL.create("sqlite", database=str(path))
     # isolation_level None: the driver must not decide where transactions begin, for it lets DDL out of them
     engine = sa.create_engine(url, poolclass=sa.NullPool, connect_args={"isolation_level": None, "timeout": 5.0})
     try:
-        with storage_errors(path), engine.connect() as connection:
-            connection.exec_driver_sql("PRAGMA synchronous = FULL")
-            connection.exec_driver_sql("BEGIN IMMEDIATE")
-            _refuse_foreign_file(connection, path)
-            _upgrade(connection, path, scripts)
-            connection.exec_driver_sql("COMMIT")
-            _use_wal(connection, path)
+        with engine.connect() as connection:
+            yield connection
     finally:
         engine.dispose()
+
+
+def _config(scripts: Path) -> Config:
+    config = Config()
+    config.set_main_option("script_location", str(scripts).replace("%", "%%"))
+    return config
 
 
 def _refuse_foreign_file(connection: sa.Connection, path: Path) -> None:
@@ -62,8 +87,7 @@ def _use_wal(connection: sa.Connection, path: Path) -> None:
 
 
 def _upgrade(connection: sa.Connection, path: Path, scripts: Path) -> None:
-    config = Config()
-    config.set_main_option("script_location", str(scripts).replace("%", "%%"))
+    config = _config(scripts)
     config.attributes["connection"] = connection
     known = {script.revision for script in ScriptDirectory.from_config(config).walk_revisions()}
     for revision in MigrationContext.configure(connection).get_current_heads():

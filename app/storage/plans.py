@@ -27,21 +27,17 @@ class SqlitePlanStore:
             "vehicle_type": plan.vehicle_type.value,
             "document": to_json(f"plan {plan.id}", plan.document),
         }
-        async with self._database.write() as connection:
-            await connection.execute(sa.insert(PLANS), row)
+        await self._database.write(lambda connection: connection.execute(sa.insert(PLANS), row))
 
     async def get(self, plan_id: str) -> StoredPlan | None:
         """See PlanStore."""
-        async with self._database.read() as connection:
-            row = (await connection.execute(sa.select(PLANS).where(PLANS.c.id == plan_id))).mappings().one_or_none()
-        return None if row is None else _stored(row)
+        rows = await self._database.read(sa.select(PLANS).where(PLANS.c.id == plan_id))
+        return _stored(rows[0]) if rows else None
 
     async def list_plans(self, *, limit: int) -> Sequence[StoredPlan]:
         """See PlanStore."""
-        async with self._database.read() as connection:
-            query = sa.select(PLANS).order_by(PLANS.c.position.desc()).limit(limit)
-            rows = (await connection.execute(query)).mappings().all()
-        return tuple(_stored(row) for row in rows)
+        query = sa.select(PLANS).order_by(PLANS.c.position.desc()).limit(limit)
+        return tuple([_stored(row) for row in await self._database.read(query)])
 
 
 def _stored(row: sa.RowMapping) -> StoredPlan:

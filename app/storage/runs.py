@@ -46,10 +46,9 @@ class SqliteRunStore:
 
     async def get(self, run_id: str) -> Run | None:
         """See RunStore."""
-        query = sa.select(RUNS.c.document).where(RUNS.c.id == run_id)
-        async with self._database.read() as connection:
-            document = (await connection.execute(query)).scalar_one_or_none()
-        return None if document is None else from_json(Run, f"run {run_id}", document)
+        query = sa.select(RUNS.c.id, RUNS.c.document).where(RUNS.c.id == run_id)
+        rows = await self._database.read(query)
+        return _run(rows[0]) if rows else None
 
     async def list_runs(self, *, limit: int, vehicle_id: str | None = None, open_only: bool = False) -> Sequence[Run]:
         """See RunStore."""
@@ -58,6 +57,8 @@ class SqliteRunStore:
             query = query.where(RUNS.c.vehicle_id == vehicle_id)
         if open_only:
             query = query.where(RUNS.c.is_over.is_(False))
-        async with self._database.read() as connection:
-            rows = (await connection.execute(query)).all()
-        return tuple(from_json(Run, f"run {row.id}", row.document) for row in rows)
+        return tuple([_run(row) for row in await self._database.read(query)])
+
+
+def _run(row: sa.RowMapping) -> Run:
+    return from_json(Run, f"run {row['id']}", row["document"])

@@ -5,19 +5,20 @@ from __future__ import annotations
 import asyncio
 import secrets
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import ExitStack, asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import sqlalchemy as sa
 from sqlalchemy.dialects.sqlite import insert
+from sqlalchemy.ext.asyncio import AsyncConnection
 
 from app.domain.ports import AnswerStore, EventStore, PlanStore, RunStore, TokenStore
 from app.storage.answers import SqliteAnswerStore
 from app.storage.database import Database
 from app.storage.events import SqliteEventStore
-from app.storage.lock import exclusive_lock
-from app.storage.migrate import migrate
+from app.storage.lock import JournalInUseError, exclusive_lock
+from app.storage.migrate import migrate, require_current
 from app.storage.plans import SqlitePlanStore
 from app.storage.runs import SqliteRunStore
 from app.storage.schema import GATEWAY
@@ -62,9 +63,35 @@ async def open_storage(path: Path) -> AsyncIterator[Storage]:
             await database.close()
 
 
+@asynccontextmanager
+async def open_tokens(path: Path) -> AsyncIterator[TokenStore]:
+    """The tokens alone, for the command line: also while a Waydrop of this version runs on the journal.
+
+    The lock guards the numbering of events; a token is one row, and SQLite keeps two writers of rows apart.
+
+    Raises:
+        StorageError: another version uses the journal, or it cannot be read or written.
+    """
+    with ExitStack() as held:
+        try:
+            held.enter_context(exclusive_lock(path))
+        except JournalInUseError:
+            await asyncio.to_thread(require_current, path)
+        else:
+            await asyncio.to_thread(migrate, path)
+        database = Database(path)
+        try:
+            yield SqliteTokenStore(database)
+        finally:
+            await database.close()
+
+
 async def _gateway_id(database: Database) -> str:
     """The id in the file; made once, when the journal is."""
-    async with database.write() as connection:
+
+    async def read_or_make(connection: AsyncConnection) -> str:
         new = {"only": 1, "id": f"gw-{secrets.token_hex(4)}"}
         await connection.execute(insert(GATEWAY).on_conflict_do_nothing(), new)
         return str((await connection.execute(sa.select(GATEWAY.c.id))).scalar_one())
+
+    return await database.write(read_or_make)

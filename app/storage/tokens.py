@@ -20,27 +20,24 @@ class SqliteTokenStore:
 
     async def add(self, token: StoredToken) -> None:
         """See TokenStore. Raises StorageError, also if the id or the hash is taken."""
-        async with self._database.write() as connection:
-            await connection.execute(sa.insert(TOKENS), asdict(token))
+        row = asdict(token)
+        await self._database.write(lambda connection: connection.execute(sa.insert(TOKENS), row))
 
     async def find_by_hash(self, token_hash: str) -> StoredToken | None:
         """See TokenStore."""
         query = sa.select(TOKENS).where(TOKENS.c.token_hash == token_hash, TOKENS.c.revoked_at.is_(None))
-        async with self._database.read() as connection:
-            row = (await connection.execute(query)).mappings().one_or_none()
-        return None if row is None else _stored(row)
+        rows = await self._database.read(query)
+        return _stored(rows[0]) if rows else None
 
     async def list_tokens(self) -> Sequence[StoredToken]:
         """See TokenStore. In order of creation."""
-        async with self._database.read() as connection:
-            rows = (await connection.execute(sa.select(TOKENS).order_by(TOKENS.c.position))).mappings().all()
-        return tuple(_stored(row) for row in rows)
+        return tuple([_stored(row) for row in await self._database.read(sa.select(TOKENS).order_by(TOKENS.c.position))])
 
     async def revoke(self, token_id: str, *, now: float) -> bool:
         """See TokenStore."""
         change = sa.update(TOKENS).where(TOKENS.c.id == token_id, TOKENS.c.revoked_at.is_(None)).values(revoked_at=now)
-        async with self._database.write() as connection:
-            return (await connection.execute(change)).rowcount == 1
+        result = await self._database.write(lambda connection: connection.execute(change))
+        return result.rowcount == 1
 
 
 def _stored(row: sa.RowMapping) -> StoredToken:

@@ -9,10 +9,13 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
+import sqlalchemy as sa
+from sqlalchemy.ext.asyncio import AsyncConnection
 
 from app.domain.errors import StorageError
 from app.storage.database import Database
 from app.storage.migrate import migrate
+from app.storage.schema import GATEWAY
 
 FULL = 2
 
@@ -26,50 +29,75 @@ async def database(tmp_path: Path) -> AsyncIterator[Database]:
     await database.close()
 
 
+async def insert(connection: AsyncConnection) -> None:
+    await connection.execute(sa.insert(GATEWAY), {"only": 1, "id": "gw-1"})
+
+
+async def gateways(database: Database) -> int:
+    return len(await database.read(sa.select(GATEWAY.c.id)))
+
+
 @pytest.mark.parametrize(
     ("pragma", "value"), [("synchronous", FULL), ("journal_mode", "wal"), ("foreign_keys", 1), ("busy_timeout", 5000)]
 )
 async def test_a_commit_is_on_disk_and_keys_are_checked(database: Database, pragma: str, value: object) -> None:
-    async with database.write() as connection:
-        assert (await connection.exec_driver_sql(f"PRAGMA {pragma}")).scalar_one() == value
+    answer = await database.write(lambda connection: connection.exec_driver_sql(f"PRAGMA {pragma}"))
+    assert answer.scalar_one() == value
 
 
 async def test_a_reader_cannot_write(database: Database) -> None:
+    await database.write(insert)
     with pytest.raises(StorageError, match="read-only"):
-        async with database.read() as connection:
-            await connection.exec_driver_sql("DELETE FROM answers")
+        await database.read(sa.delete(GATEWAY).returning(GATEWAY.c.id))  # type: ignore[arg-type]
+    assert await gateways(database) == 1
 
 
 async def test_readers_see_the_last_commit_while_a_write_goes_on(database: Database) -> None:
-    async with database.write() as writing:
-        await writing.exec_driver_sql("INSERT INTO gateway VALUES (1, 'gw-1')")
-        async with asyncio.timeout(2), database.read() as reading:
-            assert (await reading.exec_driver_sql("SELECT count(*) FROM gateway")).scalar_one() == 0
-    async with database.read() as reading:
-        assert (await reading.exec_driver_sql("SELECT count(*) FROM gateway")).scalar_one() == 1
+    async def insert_and_look(connection: AsyncConnection) -> int:
+        await insert(connection)
+        async with asyncio.timeout(2):
+            return await gateways(database)
+
+    assert await database.write(insert_and_look) == 0
+    assert await gateways(database) == 1
 
 
-async def test_a_block_that_raises_is_undone(database: Database) -> None:
-    async def insert_then_fail() -> None:
-        async with database.write() as connection:
-            await connection.exec_driver_sql("INSERT INTO gateway VALUES (1, 'gw-1')")
-            raise RuntimeError
+async def test_work_that_raises_is_undone(database: Database) -> None:
+    async def insert_then_fail(connection: AsyncConnection) -> None:
+        await insert(connection)
+        raise RuntimeError
 
     with pytest.raises(RuntimeError):
-        await insert_then_fail()
-    async with database.read() as reading:
-        assert (await reading.exec_driver_sql("SELECT count(*) FROM gateway")).scalar_one() == 0
+        await database.write(insert_then_fail)
+    assert await gateways(database) == 0
+
+
+async def test_a_write_whose_caller_gives_up_goes_on_to_its_end_and_close_waits_for_it(database: Database) -> None:
+    begun, go_on, ended = asyncio.Event(), asyncio.Event(), asyncio.Event()
+
+    async def insert_slowly(connection: AsyncConnection) -> None:
+        begun.set()
+        await go_on.wait()
+        await insert(connection)
+        ended.set()
+
+    writing = asyncio.create_task(database.write(insert_slowly))
+    await begun.wait()
+    writing.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await writing
+    closing = asyncio.create_task(database.close())
+    await asyncio.sleep(0)
+    go_on.set()
+    await closing
+    assert ended.is_set()
+    assert await gateways(database) == 1
 
 
 async def test_a_lock_of_another_program_is_waited_for(database: Database) -> None:
     with closing(sqlite3.connect(database.path, isolation_level=None)) as other:
         other.execute("BEGIN IMMEDIATE")
-
-        async def write() -> None:
-            async with database.write() as connection:
-                await connection.exec_driver_sql("INSERT INTO gateway VALUES (1, 'gw-1')")
-
-        writing = asyncio.create_task(write())
+        writing = asyncio.create_task(database.write(insert))
         await asyncio.wait({writing}, timeout=0.2)
         assert not writing.done()
         other.execute("COMMIT")
@@ -77,7 +105,6 @@ async def test_a_lock_of_another_program_is_waited_for(database: Database) -> No
 
 
 async def test_closing_folds_the_log_into_the_file(database: Database) -> None:
-    async with database.write() as connection:
-        await connection.exec_driver_sql("INSERT INTO gateway VALUES (1, 'gw-1')")
+    await database.write(insert)
     await database.close()
     assert not database.path.with_name("journal.db-wal").exists()
