@@ -33,12 +33,17 @@ class Airframe:
         return self.name == "rover"
 
     @property
-    def can_hover(self) -> bool:
-        """Takes off and lands vertically."""
-        return self.name in ("quad", "hexa", "vtol", "airship")
+    def is_airship(self) -> bool:
+        """Floats, and cannot brake."""
+        return self.name == "airship"
+
+    @property
+    def is_multicopter(self) -> bool:
+        """Always in rotary-wing state."""
+        return self.name in ("quad", "hexa")
 
 
-_PLANE_SPEEDS = {"FW_AIRSPD_TRIM": 12.0, "FW_AIRSPD_MAX": 14.0, "FW_AIRSPD_MIN": 9.0}
+_PLANE_SPEEDS = {"FW_AIRSPD_TRIM": 12.0, "FW_AIRSPD_MAX": 14.0, "FW_AIRSPD_MIN": 10.0}
 
 AIRFRAMES = {
     airframe.name: airframe
@@ -46,8 +51,8 @@ AIRFRAMES = {
         Airframe("quad", 2, 5, {"SYS_AUTOSTART": 10040}),
         Airframe("hexa", 13, 7, {"SYS_AUTOSTART": 10044}),
         Airframe("plane", 1, 5, {"SYS_AUTOSTART": 10041, "MIS_TKO_LAND_REQ": 2, **_PLANE_SPEEDS}),
-        Airframe("vtol", 22, 9, {"SYS_AUTOSTART": 10043, "MIS_TKO_LAND_REQ": 2, "FW_AIRSPD_TRIM": 10.0}),
-        Airframe("rover", 10, 3, {"SYS_AUTOSTART": 10045}),
+        Airframe("vtol", 22, 9, {"SYS_AUTOSTART": 10043, "MIS_TKO_LAND_REQ": 2, "FW_AIRSPD_TRIM": 10.5}),
+        Airframe("rover", 10, 3, {"SYS_AUTOSTART": 10045, "NAV_ACC_RAD": 0.5}),
         Airframe("airship", 7, 5, {"SYS_AUTOSTART": 2507, "MPC_XY_CRUISE": 3.0, "MPC_Z_V_AUTO_UP": 1.0}),
     )
 }

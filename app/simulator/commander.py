@@ -61,12 +61,23 @@ class Commander:
 
     def change_mode(self, mode: Mode) -> None:
         """Change without a question: the user's intention, a command already checked, or the end of a mode."""
-        if mode is Mode.RTL and self._state.status.mode is not Mode.RTL:
-            self._text(Severity.INFO, "Returning to launch")
-            self._event("commander_rtl")
         self.intended = mode
         self._state.status.mode = mode
         self._state.status.failsafe = False
+
+    def return_to_launch(self) -> Result:
+        """NAV_RETURN_TO_LAUNCH, as a command or as a mission item."""
+        self._text(Severity.INFO, "Returning to launch")
+        self._event("commander_rtl")
+        self.change_mode(Mode.RTL)
+        return Result.ACCEPTED
+
+    def land(self) -> Result:
+        """NAV_LAND as a command."""
+        self._text(Severity.INFO, "Landing at current position")
+        self._event("commander_landing_current_pos")
+        self.change_mode(Mode.LAND)
+        return Result.ACCEPTED
 
     def force_mode(self, mode: Mode) -> None:
         """A failsafe takes the controls; the intention stays."""

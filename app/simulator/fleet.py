@@ -16,6 +16,7 @@ from app.simulator.geo import LocalFrame
 from app.simulator.options import Options, VehicleOptions
 from app.simulator.params import Params, Value
 from app.simulator.vehicle import Vehicle, VehicleSpec
+from app.simulator.wire import GRIPPER_FUNCTION
 
 LOOPBACK = "127.0.0.1"
 TICK_S = 0.01
@@ -26,33 +27,32 @@ TIMES_SCALED_BY_SPEED = ("COM_DL_LOSS_T", "COM_OF_LOSS_T")
 """PX4's SITL start-up multiplies these by the speed factor, so that they stay wall time."""
 
 
+def build_vehicle(options: Options, index: int, entry: VehicleOptions, wall: Callable[[], float]) -> Vehicle:
+    """Vehicle `index` of the fleet, without a socket."""
+    airframe, profile = AIRFRAMES[entry.airframe], PROFILES[options.firmware]
+    own: dict[str, Value] = {
+        "MAV_SYS_ID": entry.system_id,
+        "MAV_TYPE": airframe.mav_type,
+        f"PWM_MAIN_FUNC{airframe.gripper_servo}": GRIPPER_FUNCTION,
+    }
+    params = Params(airframe.params, profile.params, own, dict(options.params))
+    for name in TIMES_SCALED_BY_SPEED:
+        params.set(name, params[name] * options.speed)
+    first = LocalFrame(*options.home)
+    latitude, longitude = first.to_global(0.0, SPACING_M * index)
+    frame = LocalFrame(latitude, longitude, options.home[2])
+    spec = VehicleSpec(airframe, entry.system_id, profile, frame, params, options.seed, options.speed, salt=str(index))
+    return Vehicle(spec, wall)
+
+
 class Fleet:
     """Builds the vehicles of `options`, opens their sockets, and runs them until `run` is cancelled."""
 
     def __init__(self, options: Options, wall: Callable[[], float] = time.monotonic) -> None:
         self.options = options
         self._wall = wall
-        self.vehicles = [self._build(index, entry) for index, entry in enumerate(options.fleet)]
+        self.vehicles = [build_vehicle(options, index, entry, wall) for index, entry in enumerate(options.fleet)]
         self._channels: list[Channel] = []
-
-    def _build(self, index: int, entry: VehicleOptions) -> Vehicle:
-        options = self.options
-        airframe, profile = AIRFRAMES[entry.airframe], PROFILES[options.firmware]
-        own: dict[str, Value] = {
-            "MAV_SYS_ID": entry.system_id,
-            "MAV_TYPE": airframe.mav_type,
-            f"PWM_MAIN_FUNC{airframe.gripper_servo}": 430,
-        }
-        params = Params(airframe.params, profile.params, own, dict(options.params))
-        for name in TIMES_SCALED_BY_SPEED:
-            params.set(name, params[name] * options.speed)
-        first = LocalFrame(*options.home)
-        latitude, longitude = first.to_global(0.0, SPACING_M * index)
-        frame = LocalFrame(latitude, longitude, options.home[2])
-        spec = VehicleSpec(
-            airframe, entry.system_id, profile, frame, params, options.seed, options.speed, salt=str(index)
-        )
-        return Vehicle(spec, self._wall)
 
     async def open(self) -> None:
         """Bind every vehicle's socket. Raises OSError when a local port is taken."""

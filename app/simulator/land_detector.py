@@ -64,7 +64,9 @@ class LandDetector:
             self._since_s = None
             return body.up_m <= 0.5 or status.landed
         if self._airframe.is_rover:
-            return self._rover(status.landed)
+            return self._rover(status.landed, setpoint)
+        if self._airframe.is_airship:
+            return False
         if self._airframe.is_fixed_wing:
             return self._plane(status.landed)
         if status.landed:
@@ -85,8 +87,9 @@ class LandDetector:
             return body.ground_speed_m_s < PLANE_TAKEOFF_M_S and body.on_ground
         return body.on_ground and body.ground_speed_m_s < PLANE_LANDED_M_S
 
-    def _rover(self, was_landed: bool) -> bool:
-        """Landed only when disarmed or in land mode; leaves soon after arming."""
-        if self._state.status.mode is Mode.LAND:
+    def _rover(self, was_landed: bool, setpoint: Setpoint) -> bool:
+        """Landed only when disarmed, in land mode or at the end of a return; leaves soon after arming."""
+        mode = self._state.status.mode
+        if mode is Mode.LAND or (mode is Mode.RTL and setpoint.kind is SetpointKind.LAND):
             return True
         return was_landed and not self._held(True, ROVER_MOVES_S)

@@ -35,6 +35,8 @@ class Setpoint:
     """NaN: the vehicle's own."""
     loiter_radius_m: float = 80.0
     loiter_clockwise: bool = True
+    yaw_rad: float = math.nan
+    """Heading to hold; NaN: the vehicle's own choice."""
     approach_slope: float = math.nan
     """Fixed wing LAND: height over distance."""
 

@@ -40,7 +40,7 @@ from app.simulator.router import Router
 from app.simulator.state import Body, VehicleState
 from app.simulator.streams import Streams
 from app.simulator.telemetry import Telemetry
-from app.simulator.wire import Cmd, Mode, Result, VtolState
+from app.simulator.wire import Cmd, Result, VtolState
 
 REBOOT_SILENCE_S = 0.2
 FALL_M_S = 8.0
@@ -104,7 +104,7 @@ class Vehicle:
             self.payload,
             {
                 Cmd.DO_CHANGE_SPEED: lambda _kind, speed: flight.apply_speed(speed),
-                Cmd.NAV_RETURN_TO_LAUNCH: lambda _p1, _p2: self.commander.change_mode(Mode.RTL),
+                Cmd.NAV_RETURN_TO_LAUNCH: lambda _p1, _p2: self._return(),
                 Cmd.DO_VTOL_TRANSITION: lambda wanted, _p2: self._transition_in_mission(wanted),
             },
         )
@@ -224,6 +224,9 @@ class Vehicle:
             return Result.TEMPORARILY_REJECTED
         self._dynamics.transition(round(wanted))
         return Result.ACCEPTED
+
+    def _return(self) -> None:
+        self.commander.return_to_launch()
 
     def _transition_in_mission(self, wanted: float) -> None:
         self._transition(wanted)

@@ -18,11 +18,14 @@ from app.simulator.state import Body
 POSITION_GAIN = 0.95  # MPC_XY_P
 VELOCITY_GAIN = 1.8  # MPC_XY_VEL_P_ACC
 VELOCITY_INTEGRAL_GAIN = 0.4  # MPC_XY_VEL_I_ACC
-DRAG_PER_S = 0.5
+ERROR_MAX_M = 2.0  # MPC_XY_ERR_MAX
+DRAG_PER_S = 1.0  # SIH_KDV over the mass
 VERTICAL_GAIN = 4.0  # MPC_Z_VEL_P_ACC
+YAW_DISTANCE_M = 2.0
 TAKEOFF_DELAY_S = 4.1
 """From the start of a takeoff to lifting off: spool-up and the thrust ramp (MPC_TKO_RAMP_T)."""
 YAW_RATE_RAD_S = math.radians(45.0)  # MPC_YAWRAUTO_MAX
+MAX_TILT_ACCELERATION = 9.81  # MPC_TILTMAX_AIR 45 degrees
 VERTICAL_ACCELERATION = 4.0  # MPC_ACC_UP_MAX
 LAND_CRAWL_M = 0.6
 LAND_CRAWL_M_S = 0.3
@@ -35,6 +38,7 @@ class Multicopter:
         self._params = params
         self._trajectory = (0.0, 0.0)
         self._trajectory_speed = 0.0
+        self._trajectory_acceleration = 0.0
         self._integral = (0.0, 0.0)
         self._takeoff_s = 0.0
         self._flying = False
@@ -43,6 +47,7 @@ class Multicopter:
         """Take over a body in any state (after a transition, a reboot or on the ground)."""
         self._trajectory = (body.north_m, body.east_m)
         self._trajectory_speed = body.ground_speed_m_s
+        self._trajectory_acceleration = 0.0
         self._integral = (0.0, 0.0)
         self._flying = not body.on_ground
         self._takeoff_s = 0.0
@@ -92,18 +97,24 @@ class Multicopter:
             radius_m = setpoint.acceptance_radius_m
             final = min(limit, speed_in_turn_m_s(here, setpoint.point, setpoint.next, acceleration, radius_m))
         wanted = min(limit, speed_to_stop_m_s(distance_m, acceleration, jerk, final))
-        step = acceleration * dt_s
-        self._trajectory_speed += max(-step, min(step, wanted - self._trajectory_speed))
-        move_m = min(self._trajectory_speed * dt_s, distance_m)
+        self._accelerate(wanted, acceleration, jerk, dt_s)
         unit = (to_target[0] / distance_m, to_target[1] / distance_m) if distance_m > 1e-6 else (0.0, 0.0)
+        behind_m = (here[0] - body.north_m) * unit[0] + (here[1] - body.east_m) * unit[1]
+        stretch = 1.0 - max(0.0, min(behind_m / ERROR_MAX_M, 1.0))  # the trajectory waits for the vehicle
+        move_m = min(self._trajectory_speed * stretch * dt_s, distance_m)
         self._trajectory = (here[0] + unit[0] * move_m, here[1] + unit[1] * move_m)
         error = (self._trajectory[0] - body.north_m, self._trajectory[1] - body.east_m)
-        lag_m = math.hypot(*error)
-        if lag_m > 2.0:  # the trajectory waits for the vehicle (MPC_XY_ERR_MAX)
-            keep = 2.0 / lag_m
-            self._trajectory = (body.north_m + error[0] * keep, body.east_m + error[1] * keep)
-        feed = move_m / dt_s
+        feed = self._trajectory_speed
         return unit[0] * feed + POSITION_GAIN * error[0], unit[1] * feed + POSITION_GAIN * error[1]
+
+    def _accelerate(self, wanted_m_s: float, limit_m_s2: float, jerk_m_s3: float, dt_s: float) -> None:
+        """Bring the trajectory's speed to `wanted_m_s` within the limits of acceleration and jerk."""
+        missing = wanted_m_s - self._trajectory_speed
+        gentle = math.copysign(math.sqrt(2.0 * jerk_m_s3 * abs(missing)), missing)
+        target = max(-limit_m_s2, min(limit_m_s2, gentle))
+        step = jerk_m_s3 * dt_s
+        self._trajectory_acceleration += max(-step, min(step, target - self._trajectory_acceleration))
+        self._trajectory_speed = max(0.0, self._trajectory_speed + self._trajectory_acceleration * dt_s)
 
     def _horizontal(self, body: Body, command: tuple[float, float], dt_s: float, wind: Wind) -> None:
         error = (command[0] - body.v_north_m_s, command[1] - body.v_east_m_s)
@@ -113,7 +124,7 @@ class Multicopter:
         )
         thrust = [VELOCITY_GAIN * error[axis] + self._integral[axis] for axis in (0, 1)]
         size = math.hypot(*thrust)
-        limit = float(self._params["MPC_ACC_HOR"]) * 1.5
+        limit = MAX_TILT_ACCELERATION
         if size > limit:
             thrust = [value * limit / size for value in thrust]
         body.v_north_m_s += (thrust[0] - DRAG_PER_S * (body.v_north_m_s - wind.north_m_s)) * dt_s
@@ -129,7 +140,7 @@ class Multicopter:
         if setpoint.kind is SetpointKind.LAND:
             return -self._land_speed(body.up_m)
         height_m = setpoint.up_m - body.up_m
-        if setpoint.kind is SetpointKind.TAKEOFF:
+        if setpoint.kind is SetpointKind.TAKEOFF and body.up_m < float(params["MPC_LAND_ALT1"]):
             up = float(params["MPC_TKO_SPEED"])
         else:
             up = float(params["MPC_Z_V_AUTO_UP"])
@@ -154,9 +165,12 @@ class Multicopter:
         body.throttle = max(0.1, min(1.0, 0.5 + 0.05 * body.v_up_m_s))
 
     def _turn(self, body: Body, setpoint: Setpoint, dt_s: float) -> None:
-        """Nose along the track (MPC_YAW_MODE 0), while the target is more than a metre away."""
+        """To the heading asked for, else along the track (MPC_YAW_MODE 0) while the target is far enough away."""
         to_target = (setpoint.north_m - body.north_m, setpoint.east_m - body.east_m)
-        if math.hypot(*to_target) > 1.0 and setpoint.kind in (SetpointKind.POSITION, SetpointKind.LOITER):
-            error = wrap_pi(math.atan2(to_target[1], to_target[0]) - body.yaw_rad)
+        wanted = setpoint.yaw_rad
+        travelling = setpoint.kind in (SetpointKind.POSITION, SetpointKind.LOITER)
+        if math.isnan(wanted) and travelling and math.hypot(*to_target) > YAW_DISTANCE_M:
+            wanted = math.atan2(to_target[1], to_target[0])
+        if math.isfinite(wanted):
             step = YAW_RATE_RAD_S * dt_s
-            body.yaw_rad = wrap_pi(body.yaw_rad + max(-step, min(step, error)))
+            body.yaw_rad = wrap_pi(body.yaw_rad + max(-step, min(step, wrap_pi(wanted - body.yaw_rad))))

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import math
 
+from app.simulator.geo import wrap_pi
 from app.simulator.navigator.context import NavContext
 from app.simulator.navigator.target import Target
 from app.simulator.wire import Cmd
 
 MAX_SWITCH_DISTANCE_M = 500.0
-ROVER_RADIUS_M = 1.3
-"""Rovers steer with their own acceptance radius [13_rover_delivery: 1.3 m before the point]."""
+ROVER_CORNER_M = 1.284
+"""Wheel base over the sine of the steering limit, times RA_ACC_RAD_GAIN."""
+ROVER_CORNER_MAX_M = 3.0  # RA_ACC_RAD_MAX
 LOITER_REACHED_FACTOR = 1.2
+ORBIT_ALTITUDE_M = 5.0
+EXIT_COURSE_RAD = math.radians(8.0)
+"""A loiter that asks for it is left when the vehicle flies towards the next point."""
 TAKEOFF_TOLERANCE_M = 0.8
 
 
@@ -45,13 +50,27 @@ class Arrival:
     def switch_radius_m(self, target: Target) -> float:
         """Horizontal distance at which the target counts as reached."""
         context = self._context
+        default_m = float(context.params["NAV_ACC_RAD"])
         if context.airframe.is_rover:
-            return ROVER_RADIUS_M
-        if not context.flies_like_plane:
+            return self._corner_radius_m(target, default_m)
+        if context.hovers:
             return target.acceptance_radius_m
+        if not context.flies_like_plane:
+            return default_m
         speed = context.state.body.ground_speed_m_s
-        switch_m = min(MAX_SWITCH_DISTANCE_M, speed * context.profile.switch_distance_s)
-        return max(float(context.params["NAV_ACC_RAD"]), switch_m)
+        return max(default_m, min(MAX_SWITCH_DISTANCE_M, speed * context.profile.switch_distance_s))
+
+    def _corner_radius_m(self, target: Target, default_m: float) -> float:
+        """A rover turns in early, so that it cuts the corner tangentially; none at its last point."""
+        following = self._context.setpoint.next
+        if following is None:
+            return default_m
+        back = (self._started_from[0] - target.point[0], self._started_from[1] - target.point[1])
+        on = (following[0] - target.point[0], following[1] - target.point[1])
+        angle = abs(wrap_pi(math.atan2(back[1], back[0]) - math.atan2(on[1], on[0])))
+        if angle < 1e-3:
+            return ROVER_CORNER_MAX_M
+        return max(default_m, min(ROVER_CORNER_MAX_M, ROVER_CORNER_M / math.tan(angle / 2.0)))
 
     def _hold_s(self, target: Target) -> float:
         """A WAYPOINT's hold counts in rotary-wing state only."""
@@ -65,7 +84,7 @@ class Arrival:
         context = self._context
         body = context.state.body
         distance_m = math.dist((body.north_m, body.east_m), target.point)
-        if target.is_takeoff and context.flies_like_plane:
+        if target.is_takeoff and not (context.hovers or context.airframe.is_vtol):
             return body.up_m >= target.up_m - TAKEOFF_TOLERANCE_M
         if target.is_loiter and context.flies_like_plane:
             return self._orbit_reached(target, distance_m)
@@ -75,13 +94,27 @@ class Arrival:
         return near and self._altitude_reached(target)
 
     def _orbit_reached(self, target: Target, distance_m: float) -> bool:
-        """A loiter begins when the orbit is reached; LOITER_TO_ALT also wants the altitude."""
+        """A loiter begins when the orbit is reached; LOITER_TO_ALT comes down only then, and wants the altitude."""
         context = self._context
-        if distance_m <= target.loiter_radius_m * LOITER_REACHED_FACTOR:
+        if not self._on_orbit and distance_m <= target.loiter_radius_m * LOITER_REACHED_FACTOR:
             self._on_orbit = True
+            context.setpoint.up_m = target.up_m
+        if not self._on_orbit:
+            return False
         if target.command == Cmd.NAV_LOITER_TO_ALT:
-            return self._on_orbit and abs(context.state.body.up_m - target.up_m) <= 5.0
-        return self._on_orbit
+            if abs(context.state.body.up_m - target.up_m) > ORBIT_ALTITUDE_M:
+                return False
+            return not target.leave_towards_next or self._faces_next()
+        return True
+
+    def _faces_next(self) -> bool:
+        following = self._context.setpoint.next
+        if following is None:
+            return True
+        body = self._context.state.body
+        bearing = math.atan2(following[1] - body.east_m, following[0] - body.north_m)
+        course = math.atan2(body.v_east_m_s, body.v_north_m_s)
+        return abs(wrap_pi(bearing - course)) <= EXIT_COURSE_RAD
 
     def _altitude_reached(self, target: Target) -> bool:
         context = self._context

@@ -51,7 +51,7 @@ class NavContext:
         """Rotary-wing state: the vehicle can stop in the air."""
         if self.airframe.is_vtol:
             return self.state.status.vtol_state in (VtolState.MC, VtolState.TRANSITION_TO_MC)
-        return self.airframe.can_hover
+        return self.airframe.is_multicopter
 
     @property
     def flies_like_plane(self) -> bool:
@@ -61,7 +61,7 @@ class NavContext:
     def stop_point(self) -> tuple[float, float]:
         """Where the vehicle can come to rest (preproject_stop_point); a plane's own place."""
         body = self.state.body
-        if self.flies_like_plane:
+        if not self.hovers:
             return body.north_m, body.east_m
         speed = body.ground_speed_m_s
         if speed < 0.1:
@@ -94,5 +94,5 @@ class NavContext:
         setpoint.cruise_speed_m_s = self.cruise_speed_m_s
         setpoint.loiter_radius_m = abs(float(self.params["NAV_LOITER_RAD"]))
         setpoint.loiter_clockwise = float(self.params["NAV_LOITER_RAD"]) >= 0.0
-        setpoint.approach_slope = math.nan
+        setpoint.approach_slope = setpoint.yaw_rad = math.nan
         return setpoint

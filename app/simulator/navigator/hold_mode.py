@@ -33,7 +33,9 @@ class HoldMode:
         if self._wanted is not None:
             north, east, up_m = self._wanted
             self._wanted = None
-            point = context.stop_point() if north is None or east is None else (north, east)
+            holding = context.setpoint.kind is SetpointKind.LOITER
+            kept = context.setpoint.point if holding else context.stop_point()
+            point = kept if north is None or east is None else (north, east)
             height = context.state.body.up_m if up_m is None or not math.isfinite(up_m) else up_m
             context.set_point(SetpointKind.LOITER, point, height)
         elif context.setpoint.kind is SetpointKind.IDLE and not context.state.status.landed:

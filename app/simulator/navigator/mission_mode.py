@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from enum import Enum, auto
 
-from app.simulator.mission.item import LAND_COMMANDS, TAKEOFF_COMMANDS, Item
+from app.simulator.mission.item import Item
 from app.simulator.mission.store import MissionStore
 from app.simulator.navigator.arrival import Arrival
 from app.simulator.navigator.context import NavContext
 from app.simulator.navigator.jumps import JumpCounter
+from app.simulator.navigator.lookahead import next_point
+from app.simulator.navigator.preparation import Preparation
 from app.simulator.navigator.target import Target, target_of
 from app.simulator.payload import PayloadDeliverer
 from app.simulator.setpoint import SetpointKind
-from app.simulator.wire import Cmd, Severity, VtolState
+from app.simulator.wire import Cmd, Severity
 
 CLIMB_TOLERANCE_M = 0.8
 
@@ -30,15 +31,6 @@ class MissionResult:
     seq_reached: int = -1
 
 
-class _Stage(Enum):
-    ITEM = auto()
-    CLIMB = auto()
-    """Straight up before a position item, because the vehicle stands on the ground."""
-    TRANSITION = auto()
-    """A VTOL changes to fixed wing after its takeoff, or back before its landing."""
-    MOVE_TO_LAND = auto()
-
-
 class MissionMode:
     """Executes the stored mission and writes `result`."""
 
@@ -52,8 +44,10 @@ class MissionMode:
         self._payload = payload
         self._arrival = Arrival(context)
         self._jumps = JumpCounter()
-        self._stage = _Stage.ITEM
+        self._preparation = Preparation(context, self._arrival, self._report_reached)
         self._item_started_s = 0.0
+        self._from_here = True
+        """The next leg begins where the vehicle is, not at the last waypoint."""
         self._activated = False
         self._pending_seq: int | None = None
 
@@ -68,7 +62,7 @@ class MissionMode:
         self._jumps.reset()
         self._pending_seq = None
         if self.active and self.result.valid:
-            self._begin()
+            self._restart()
 
     def set_current(self, seq: int, at_once: bool) -> bool:
         """MISSION_SET_CURRENT, or command 224, which outside mission mode waits for the entry into it."""
@@ -77,8 +71,8 @@ class MissionMode:
         if self.active or at_once:
             self._go_to(seq)
             self.result.finished = False
-            if self.active:
-                self._begin()
+            if self.active and self.result.valid:
+                self._restart()
         else:
             self._pending_seq = seq
         return True
@@ -103,18 +97,19 @@ class MissionMode:
         if self.result.valid:
             context.text(Severity.INFO, "Executing Mission")
             context.event("mission_execute")
-            self._begin()
+            self._restart()
 
     def step(self) -> None:
         if not self.result.valid or self.result.finished:
             return
-        if self._stage is not _Stage.ITEM:
-            self._step_preparation()
-            return
         item = self._item
+        if self._preparation.busy:
+            if self._preparation.step(item, self._target(item) if item.has_position else None):
+                self._execute(item)
+            return
         if not self._completed(item):
             return
-        self.result.seq_reached = self._store.current_seq
+        self._report_reached()
         if item.autocontinue:
             self._advance()
 
@@ -130,7 +125,9 @@ class MissionMode:
     def _go_to(self, seq: int) -> None:
         self._store.current_seq = seq
         self.result.seq_current = seq
-        self._stage = _Stage.ITEM
+
+    def _report_reached(self) -> None:
+        self.result.seq_reached = self._store.current_seq
 
     def _advance(self) -> None:
         following = self._jumps.after(self._store.mission.items, self._store.current_seq)
@@ -149,6 +146,11 @@ class MissionMode:
         kind = SetpointKind.IDLE if landed else SetpointKind.LOITER
         context.set_point(kind, context.stop_point(), context.state.body.up_m)
 
+    def _restart(self) -> None:
+        """Start the current item out of the track."""
+        self._from_here = True
+        self._begin()
+
     def _begin(self) -> None:
         """Start the current item."""
         context = self._context
@@ -160,109 +162,54 @@ class MissionMode:
             self._go_to(resolved)
         item = self._item
         self._item_started_s = context.now_s
-        self._stage = _Stage.ITEM
-        if not item.has_position:
-            if item.command == Cmd.NAV_RETURN_TO_LAUNCH:  # ends the mission in the same cycle
-                self.result.seq_reached = self._store.current_seq
-                self._finish()
-            context.command((item.command, (item.param1, item.param2, item.param3, item.param4)))
-            return
-        target = self._target(item)
-        if self._must_climb(item):
-            self._climb(target)
-        elif item.command in LAND_COMMANDS and self._must_move_to_land(target):
-            self._stage = _Stage.MOVE_TO_LAND
-            self._arrival.start()
-            context.set_point(SetpointKind.POSITION, target.point, max(context.state.body.up_m, target.up_m))
+        self._preparation.cancel()
+        if item.has_position:
+            waits = self._preparation.begin(item, self._target(item))
         else:
-            self._fly(item, target)
+            towards = next_point(context, self._store.mission.items, self._store.current_seq)
+            waits = self._preparation.begin_transition(item, towards)
+        if not waits:
+            self._execute(item)
 
-    def _must_climb(self, item: Item) -> bool:
-        context = self._context
-        hovering = context.airframe.can_hover and context.hovers
-        return hovering and context.state.status.landed and item.command not in LAND_COMMANDS
-
-    def _climb(self, target: Target) -> None:
-        context = self._context
-        body = context.state.body
-        up_m = max(target.up_m, body.up_m + float(context.params["MIS_TAKEOFF_ALT"]))
-        context.text(Severity.INFO, f"Climb to {up_m - context.home.up_m:.1f} meters above home")
-        context.event("mission_climb_before_start")
-        self._stage = _Stage.CLIMB
-        context.set_point(SetpointKind.TAKEOFF, (body.north_m, body.east_m), up_m)
-
-    def _must_move_to_land(self, target: Target) -> bool:
-        context = self._context
-        if context.airframe.is_rover or context.airframe.is_fixed_wing:
-            return False
-        body = context.state.body
-        away_m = math.dist((body.north_m, body.east_m), target.point)
-        return context.flies_like_plane or away_m > target.acceptance_radius_m
-
-    def _step_preparation(self) -> None:
-        context = self._context
-        item = self._item
-        target = self._target(item)
-        if self._stage is _Stage.CLIMB:
-            if context.state.body.up_m < context.setpoint.up_m - CLIMB_TOLERANCE_M:
-                return
-            if item.command == Cmd.NAV_VTOL_TAKEOFF and context.hovers:
-                self._stage = _Stage.TRANSITION
-                context.command((Cmd.DO_VTOL_TRANSITION, (float(VtolState.FW), 0.0, 0.0, 0.0)))
-                return
-            self._fly(item, target)
-        elif self._stage is _Stage.TRANSITION:
-            wanted = VtolState.FW if item.command == Cmd.NAV_VTOL_TAKEOFF else VtolState.MC
-            if context.state.status.vtol_state == wanted:
-                self._fly(item, target)
-        elif self._near_landing(target):
-            if context.flies_like_plane:
-                self._stage = _Stage.TRANSITION
-                context.command((Cmd.DO_VTOL_TRANSITION, (float(VtolState.MC), 0.0, 0.0, 0.0)))
-            else:
-                self._fly(item, target)
-
-    def _near_landing(self, target: Target) -> bool:
-        body = self._context.state.body
-        distance_m = math.dist((body.north_m, body.east_m), target.point)
-        return distance_m <= self._arrival.switch_radius_m(target)
+    def _execute(self, item: Item) -> None:
+        if item.has_position:
+            self._fly(item, self._target(item))
+            return
+        if item.command == Cmd.NAV_RETURN_TO_LAUNCH:  # ends the mission in the same cycle
+            self._report_reached()
+            self._finish()
+        self._context.command((item.command, (item.param1, item.param2, item.param3, item.param4)))
 
     def _fly(self, item: Item, target: Target) -> None:
         context = self._context
         body = context.state.body
-        self._stage = _Stage.ITEM
         self._arrival.start()
         kind, up_m = SetpointKind.POSITION, target.up_m
-        if target.is_takeoff and context.state.status.landed:
+        if target.is_takeoff and (context.state.status.landed or body.on_ground):
             kind = SetpointKind.TAKEOFF
         elif target.is_landing:
             kind = SetpointKind.LAND
         elif target.is_loiter:
             kind = SetpointKind.LOITER
+            if target.command == Cmd.NAV_LOITER_TO_ALT and context.flies_like_plane:
+                up_m = max(body.up_m, target.up_m)
+        came_from = (body.north_m, body.east_m)
+        if kind is SetpointKind.POSITION and not self._from_here:
+            came_from = context.setpoint.point  # the last waypoint, not where its turn began
+        self._from_here = False
         setpoint = context.set_point(
             kind,
             target.point,
             up_m,
-            next_point=self._next_point(item),
-            previous=(body.north_m, body.east_m),
+            next_point=next_point(context, self._store.mission.items, self._store.current_seq),
+            previous=came_from,
             acceptance_radius_m=target.acceptance_radius_m,
         )
         setpoint.loiter_radius_m = target.loiter_radius_m
         setpoint.loiter_clockwise = target.loiter_clockwise
-
-    def _next_point(self, item: Item) -> tuple[float, float] | None:
-        """Where the track goes on; None makes a multicopter stop (PX4: brake_for_hold)."""
-        context = self._context
-        items = self._store.mission.items
-        following = items[self._store.current_seq + 1 :]
-        waits = context.hovers and (item.command == Cmd.NAV_WAYPOINT and item.param1 > 0.0)
-        gripper_next = bool(following) and following[0].command in (Cmd.DO_GRIPPER, Cmd.DO_WINCH)
-        if waits or not item.autocontinue or (context.profile.gripper_items_brake and gripper_next):
-            return None
-        for candidate in following:
-            if candidate.has_position:
-                return None if candidate.command in TAKEOFF_COMMANDS else self._target(candidate).point
-        return None
+        distance_m = math.dist((body.north_m, body.east_m), target.point)
+        if target.is_landing and distance_m > 1.0:
+            setpoint.approach_slope = (body.up_m - target.up_m) / distance_m
 
     # completion ---------------------------------------------------------------------------------------------
 

@@ -7,7 +7,7 @@ from enum import Enum, auto
 
 from app.simulator.navigator.context import NavContext
 from app.simulator.setpoint import SetpointKind
-from app.simulator.wire import Severity
+from app.simulator.wire import Cmd, Severity, VtolState
 
 CONE_HALF_ANGLE_RAD = math.radians(45.0)  # RTL_CONE_ANG
 ALTITUDE_TOLERANCE_M = 0.8
@@ -60,7 +60,9 @@ class ReturnMode:
 
     def _arrive(self) -> None:
         context = self._context
-        if context.flies_like_plane:
+        if context.airframe.is_vtol and context.flies_like_plane:
+            context.command((Cmd.DO_VTOL_TRANSITION, (float(VtolState.MC), 0.0, 0.0, 0.0)))
+        elif context.flies_like_plane:
             self._stage = _Stage.LOITER
             descend_m = self._ground_m + float(context.params["RTL_DESCEND_ALT"])
             context.set_point(SetpointKind.LOITER, self._destination, min(self._return_up_m, descend_m))

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 from app.simulator.navigator.context import NavContext
 from app.simulator.setpoint import SetpointKind
+from app.simulator.wire import Severity
 
 ALTITUDE_TOLERANCE_M = 0.8
 PLANE_RUN_M = 300.0
@@ -24,11 +27,16 @@ class TakeoffMode:
     def activate(self) -> None:
         context = self._context
         body = context.state.body
-        lowest_m = body.up_m + float(context.params["MIS_TAKEOFF_ALT"])
-        up_m = max(lowest_m, self._wanted_up_m or 0.0)
+        default_m = float(context.params["MIS_TAKEOFF_ALT"])
+        if self._wanted_up_m is None:
+            context.text(Severity.INFO, f"Using default takeoff altitude: {default_m:.1f} m")
+            context.event("navigator_takeoff_default_alt", default_m)
+        up_m = max(body.up_m + default_m, self._wanted_up_m or 0.0)
         self._wanted_up_m = None
         self.finished = False
-        context.set_point(SetpointKind.TAKEOFF, (body.north_m, body.east_m), up_m)
+        run_m = PLANE_RUN_M if context.flies_like_plane else 0.0
+        ahead = (body.north_m + run_m * math.cos(body.yaw_rad), body.east_m + run_m * math.sin(body.yaw_rad))
+        context.set_point(SetpointKind.TAKEOFF, ahead, up_m, previous=(body.north_m, body.east_m))
 
     def step(self) -> None:
         context = self._context

@@ -1,0 +1,159 @@
+"""A fixed wing: keeps its airspeed, turns by bank, follows lines and circles, needs a runway.
+
+Speeds, climb and bank are those of PX4's SITL plane: 5.3 m/s up in the takeoff climb, 2 m/s down, 43 degrees of bank.
+"""
+
+from __future__ import annotations
+
+import math
+
+from app.simulator.dynamics.model import Wind
+from app.simulator.dynamics.path import course_on_circle, course_on_line
+from app.simulator.geo import wrap_pi
+from app.simulator.params import Params
+from app.simulator.setpoint import Setpoint, SetpointKind
+from app.simulator.state import Body
+
+GRAVITY_M_S2 = 9.81
+MAX_BANK_RAD = math.radians(43.0)
+ROLL_RATE_RAD_S = math.radians(60.0)
+COURSE_GAIN = 1.2
+RUNWAY_ACCELERATION = 5.5
+BRAKE_M_S2 = 4.0
+ROLL_OUT_DRAG_PER_S = 0.7
+TAKEOFF_CLIMB_M_S = 5.3
+CLIMB_RATE_PER_S = 2.0
+ALTITUDE_GAIN = 0.5
+SPEED_RATE_M_S2 = 1.5
+FLARE_HEIGHT_M = 0.8
+
+
+class FixedWing:
+    """Dynamics of planes, and of a VTOL in fixed-wing flight."""
+
+    def __init__(self, params: Params) -> None:
+        self._params = params
+        self._airspeed = 0.0
+        self._bank = 0.0
+        self._airborne = False
+        self._touched_down = False
+
+    def reset(self, body: Body) -> None:
+        """Take over a body in any state."""
+        self._airspeed = body.ground_speed_m_s
+        self._bank = 0.0
+        self._airborne = not body.on_ground
+        self._touched_down = False
+
+    def transition(self, wanted: int) -> None:
+        """No VTOL."""
+
+    def step(self, body: Body, setpoint: Setpoint, dt_s: float, wind: Wind) -> None:
+        """Advance by `dt_s`; the vehicle is armed."""
+        if self._airborne:
+            self._fly(body, setpoint, dt_s, wind)
+        else:
+            self._roll_on_ground(body, setpoint, dt_s)
+
+    # on the ground ------------------------------------------------------------------------------------------
+
+    def _roll_on_ground(self, body: Body, setpoint: Setpoint, dt_s: float) -> None:
+        wants_up = setpoint.kind in (SetpointKind.TAKEOFF, SetpointKind.POSITION, SetpointKind.LOITER)
+        if wants_up and not self._touched_down:
+            if self._airspeed <= 0.0:
+                body.yaw_rad = math.atan2(setpoint.east_m - body.east_m, setpoint.north_m - body.north_m)
+            self._airspeed += RUNWAY_ACCELERATION * dt_s
+            body.throttle = 1.0
+            if self._airspeed >= float(self._params["FW_AIRSPD_TRIM"]) * 0.98:
+                self._airborne = True
+        else:
+            braking = BRAKE_M_S2 if self._airspeed > 2.0 else ROLL_OUT_DRAG_PER_S * self._airspeed
+            self._airspeed = max(0.0, self._airspeed - braking * dt_s)
+            body.throttle = 0.0
+        body.v_north_m_s = self._airspeed * math.cos(body.yaw_rad)
+        body.v_east_m_s = self._airspeed * math.sin(body.yaw_rad)
+        body.v_up_m_s = 0.0
+        body.up_m = 0.0
+        body.pitch_rad = body.roll_rad = 0.0
+        body.north_m += body.v_north_m_s * dt_s
+        body.east_m += body.v_east_m_s * dt_s
+
+    # in the air ---------------------------------------------------------------------------------------------
+
+    def _fly(self, body: Body, setpoint: Setpoint, dt_s: float, wind: Wind) -> None:
+        climb = self._climb_command(body, setpoint)
+        change = max(-CLIMB_RATE_PER_S * dt_s, min(CLIMB_RATE_PER_S * dt_s, climb - body.v_up_m_s))
+        body.v_up_m_s += change
+        self._set_airspeed(body, setpoint, dt_s)
+        self._bank_towards(body, self._course(body, setpoint), dt_s, wind)
+        horizontal = math.sqrt(max(self._airspeed**2 - body.v_up_m_s**2, 1.0))
+        body.v_north_m_s = horizontal * math.cos(body.yaw_rad) + wind.north_m_s
+        body.v_east_m_s = horizontal * math.sin(body.yaw_rad) + wind.east_m_s
+        body.north_m += body.v_north_m_s * dt_s
+        body.east_m += body.v_east_m_s * dt_s
+        body.up_m += body.v_up_m_s * dt_s
+        body.roll_rad = self._bank
+        body.pitch_rad = math.asin(max(-0.5, min(0.5, body.v_up_m_s / max(self._airspeed, 1.0))))
+        body.throttle = max(0.0, min(1.0, 0.8 + 0.1 * body.v_up_m_s))
+        if body.up_m <= 0.0:
+            self._touch_down(body)
+
+    def _touch_down(self, body: Body) -> None:
+        body.up_m = body.v_up_m_s = 0.0
+        self._airborne = False
+        self._touched_down = True
+        self._airspeed = body.ground_speed_m_s
+        self._bank = 0.0
+        body.yaw_rad = math.atan2(body.v_east_m_s, body.v_north_m_s)
+
+    def _set_airspeed(self, body: Body, setpoint: Setpoint, dt_s: float) -> None:
+        params = self._params
+        cruise = setpoint.cruise_speed_m_s
+        lowest, highest = float(params["FW_AIRSPD_MIN"]), float(params["FW_AIRSPD_MAX"])
+        wanted = float(params["FW_AIRSPD_TRIM"]) * 0.99
+        if cruise > 0.0:
+            wanted = max(lowest, min(highest, cruise))
+        if body.v_up_m_s < -0.5:
+            wanted = lowest  # descending to land, or to a lower orbit
+        step = SPEED_RATE_M_S2 * dt_s
+        self._airspeed += max(-step, min(step, wanted - self._airspeed))
+
+    def _climb_command(self, body: Body, setpoint: Setpoint) -> float:
+        if setpoint.kind is SetpointKind.LAND:
+            return self._land_climb(body, setpoint)
+        missing = setpoint.up_m - body.up_m
+        if setpoint.kind is SetpointKind.TAKEOFF and missing > 1.0:
+            return TAKEOFF_CLIMB_M_S
+        fastest = float(self._params["FW_CLMB_TRGT"]) if missing > 0.0 else float(self._params["FW_SINK_TRGT"])
+        return max(-fastest, min(fastest, ALTITUDE_GAIN * missing))
+
+    def _land_climb(self, body: Body, setpoint: Setpoint) -> float:
+        """Down the line from where the approach began to the landing point; a flare just above the ground."""
+        distance_m = math.hypot(setpoint.north_m - body.north_m, setpoint.east_m - body.east_m)
+        slope = setpoint.approach_slope if math.isfinite(setpoint.approach_slope) else 0.08
+        on_line_m = setpoint.up_m + distance_m * slope
+        if body.up_m - setpoint.up_m < FLARE_HEIGHT_M:
+            return -0.5
+        sink = -slope * body.ground_speed_m_s + ALTITUDE_GAIN * (on_line_m - body.up_m)
+        return max(-float(self._params["FW_SINK_TRGT"]), min(0.0, sink))
+
+    # steering -----------------------------------------------------------------------------------------------
+
+    def _course(self, body: Body, setpoint: Setpoint) -> float:
+        here = (body.north_m, body.east_m)
+        speed = max(body.ground_speed_m_s, 1.0)
+        if setpoint.kind is SetpointKind.LOITER:
+            return course_on_circle(here, setpoint.point, setpoint.loiter_radius_m, setpoint.loiter_clockwise)
+        return course_on_line(here, setpoint.previous, setpoint.point, lookahead_m=2.2 * speed)
+
+    def _bank_towards(self, body: Body, course_rad: float, dt_s: float, wind: Wind) -> None:
+        """Turn the track over ground to `course_rad` with a coordinated bank."""
+        airspeed = max(self._airspeed, 5.0)
+        cross = -wind.north_m_s * math.sin(course_rad) + wind.east_m_s * math.cos(course_rad)
+        heading = course_rad - math.asin(max(-0.9, min(0.9, cross / airspeed)))
+        error = wrap_pi(heading - body.yaw_rad)
+        wanted = math.atan(COURSE_GAIN * error * airspeed / GRAVITY_M_S2)
+        wanted = max(-MAX_BANK_RAD, min(MAX_BANK_RAD, wanted))
+        step = ROLL_RATE_RAD_S * dt_s
+        self._bank += max(-step, min(step, wanted - self._bank))
+        body.yaw_rad = wrap_pi(body.yaw_rad + GRAVITY_M_S2 * math.tan(self._bank) / airspeed * dt_s)
