@@ -35,7 +35,7 @@ def json_body(model: type[ModelT]) -> Body[ModelT]:
     return Body(model=model, parse=parse, codes=("request.malformed", "request.invalid"))
 
 
-PLAN_BODY: Final = Body(model=Plan, parse=parse_plan, codes=("plan.invalid",))
+PLAN_BODY: Final = Body(model=Plan, parse=parse_plan, codes=("request.malformed", "plan.invalid"))
 
 
 def _nothing(raw: bytes) -> Empty:

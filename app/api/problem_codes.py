@@ -45,6 +45,7 @@ _KINDS: Final = (
     ProblemKind("vehicle.quarantined", 409, "The vehicle is quarantined"),
     ProblemKind("vehicle.refused", 409, "The vehicle refused"),
     ProblemKind("run.wrong_state", 409, "The run is in another state"),
+    ProblemKind("command.expired", 504, "The moment for this command is over"),
     ProblemKind("vehicle.link", 502, "The link to the vehicle failed"),
     ProblemKind("mission.upload_failed", 502, "The mission could not be uploaded"),
     ProblemKind("vehicle.timeout", 504, "The vehicle did not answer"),

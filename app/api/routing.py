@@ -93,7 +93,7 @@ class Route(Generic[QueryT, BodyT]):
     @property
     def problem_codes(self) -> tuple[str, ...]:
         """Every code that this route may answer, without those that any path may."""
-        codes = [*self.errors, "request.query_invalid", "internal"]
+        codes = [*self.errors, "request.query_invalid", "request.expectation", "internal"]
         if self.path not in PROBED:
             codes.append("host.not_allowed")
         if self.role is not None:

@@ -1,0 +1,109 @@
+"""The API describes itself, and cannot describe anything else than what it serves."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+from jsonschema import Draft202012Validator  # type: ignore[import-untyped]
+from openapi_spec_validator import OpenAPIV31SpecValidator
+
+from app.api.problem_codes import PROBLEMS
+from app.api.routes import ROUTES
+from app.api.stream.frames import CloseCode
+from tests.api.conftest import PLANS
+from tests.api.service import Service
+
+EXAMPLE_PLANS = sorted(PLANS.glob("*.json"))
+
+
+@pytest.fixture
+async def openapi(service: Service) -> dict[str, Any]:
+    """The served document."""
+    status, _, document = await service.call("GET", "/api/v1/openapi.json")
+    assert status == 200
+    return dict(document)
+
+
+async def test_the_openapi_document_is_valid(openapi: dict[str, Any]) -> None:
+    assert openapi["openapi"].startswith("3.1")
+    assert [error.message for error in OpenAPIV31SpecValidator(openapi).iter_errors()] == []
+
+
+async def test_every_route_that_is_served_is_described_and_the_other_way_round(
+    service: Service, openapi: dict[str, Any]
+) -> None:
+    described = {(method.upper(), path) for path, item in openapi["paths"].items() for method in item}
+    served = {
+        (route.method, route.resource.canonical)
+        for route in service.app.router.routes()
+        if route.resource is not None and route.method != "HEAD"
+    }
+    by_hand = {"/", "/assets/{name}", "/{name}", "/api/v1/docs", "/api/v1/docs/{name}", "/api/v1/stream"}
+    assert {path for _, path in served - described} == by_hand
+    assert described <= served
+
+
+async def test_operations_have_unique_ids_a_role_and_their_errors(openapi: dict[str, Any]) -> None:
+    operations = [operation for item in openapi["paths"].values() for operation in item.values()]
+    assert len({operation["operationId"] for operation in operations}) == len(operations) == len(ROUTES)
+    for operation in operations:
+        assert operation["description"].startswith("Role: ")
+        assert "500" in operation["responses"]
+
+
+async def test_the_plan_schema_takes_the_example_plans_and_not_everything(service: Service) -> None:
+    status, headers, schema = await service.call("GET", "/api/v1/schemas/plan")
+    assert (status, headers["Content-Type"]) == (200, "application/schema+json")
+    Draft202012Validator.check_schema(schema)
+    validator = Draft202012Validator(schema)
+    plans = EXAMPLE_PLANS
+    assert plans
+    for path in plans:
+        assert validator.is_valid(json.loads(path.read_text(encoding="utf-8"))), path.name
+    assert not validator.is_valid({"version": 1, "items": []})
+
+
+async def test_the_asyncapi_document_names_every_frame_and_every_close_code(service: Service) -> None:
+    status, _, document = await service.call("GET", "/api/v1/asyncapi.json")
+    assert (status, document["asyncapi"]) == (200, "3.0.0")
+    assert set(document["components"]["messages"]) == {"hello", "snapshot", "event", "telemetry"}
+    for code in CloseCode:
+        assert f"- {int(code)}: " in document["info"]["description"]
+    for reference in _references(document):
+        _resolve(document, reference)
+
+
+async def test_the_frames_that_come_are_the_frames_that_are_described(service: Service) -> None:
+    _, _, document = await service.call("GET", "/api/v1/asyncapi.json")
+    seen: set[str] = set()
+    async with service.http.ws_connect(f"{service.url}/api/v1/stream?after=0") as socket:
+        while seen != {"hello", "snapshot", "event", "telemetry"}:
+            frame = await socket.receive_json(timeout=5)
+            payload = document["components"]["messages"][frame["type"]]["payload"]
+            schema = {**payload, "components": document["components"]}
+            assert [error.message for error in Draft202012Validator(schema).iter_errors(frame)] == []
+            seen.add(frame["type"])
+
+
+async def test_every_problem_type_leads_to_the_list_of_codes(service: Service) -> None:
+    _, _, problem = await service.call("GET", "/nothing")
+    path, _, code = problem["type"].partition("#")
+    status, _, body = await service.call("GET", path)
+    assert status == 200
+    assert {entry["code"] for entry in body["problems"]} == set(PROBLEMS)
+    assert code in PROBLEMS
+
+
+def _references(node: Any) -> list[str]:
+    if isinstance(node, dict):
+        own = [node["$ref"]] if isinstance(node.get("$ref"), str) else []
+        return own + [reference for value in node.values() for reference in _references(value)]
+    return [reference for value in node for reference in _references(value)] if isinstance(node, list) else []
+
+
+def _resolve(document: dict[str, Any], reference: str) -> None:
+    node: Any = document
+    for part in reference.removeprefix("#/").split("/"):
+        node = node[part]

@@ -1,0 +1,29 @@
+"""Every documented code can be met. Those of one place only are met here; the test at the end counts."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from app.api.problem_codes import PROBLEMS
+from app.api.routes import ROUTES
+
+HERE = Path(__file__).parent
+FROM_SERVICES = {
+    "input.invalid": "raised by services that read documents; its answer is tested with the table",
+    "command.expired": "ends a release within a run",
+    "mission.upload_failed": "ends a run, whose request was answered long before",
+}
+
+
+def test_each_code_is_met_over_a_socket_by_a_test() -> None:
+    texts = "\n".join(
+        path.read_text(encoding="utf-8") for path in HERE.glob("test_*.py") if path.name != Path(__file__).name
+    )
+    met = set(re.findall(r'"([a-z_]+(?:\.[a-z_]+)*)"', texts))
+    assert sorted(set(PROBLEMS) - met - set(FROM_SERVICES)) == []
+
+
+def test_each_code_that_a_route_names_is_in_the_table() -> None:
+    for route in ROUTES:
+        assert set(route.problem_codes) <= set(PROBLEMS), route.path

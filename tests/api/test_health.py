@@ -1,0 +1,58 @@
+"""What keeps the service running: liveness, readiness, metrics."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from app.api import ApiServices
+from tests.api.service import Service, run_service
+
+
+async def test_a_healthy_service_is_alive_and_ready(service: Service) -> None:
+    status, _, health = await service.call("GET", "/healthz")
+    assert (status, health) == (200, {"status": "ok", "version": "0.0-test"})
+    status, _, ready = await service.call("GET", "/readyz")
+    assert (status, ready) == (200, {"ready": True, "reasons": {}})
+
+
+async def test_what_is_not_ready_says_why(tmp_path: Path) -> None:
+    def change(services: ApiServices) -> ApiServices:
+        checks = {"links": lambda: "udpin://0.0.0.0:14540 is not open", "fine": lambda: None}
+        return replace(services, readiness=checks)
+
+    async with run_service(tmp_path, change=change) as service:
+        status, _, ready = await service.call("GET", "/readyz")
+        assert (status, ready["ready"]) == (503, False)
+        assert ready["reasons"] == {"links": "udpin://0.0.0.0:14540 is not open"}
+
+
+async def test_metrics_count_requests_sockets_events_runs_and_vehicles(service: Service, plan: dict[str, Any]) -> None:
+    await service.call("POST", "/api/v1/plans", json=plan)
+    await service.call("GET", "/api/v1/runs/nothing")
+    await service.call("GET", "/no/such/path")
+    service.links[1].change(connected=False)
+    async with service.http.ws_connect(f"{service.url}/api/v1/stream") as socket:
+        await socket.receive_json()
+        status, headers, text = await service.call("GET", "/metrics")
+    assert status == 200
+    assert headers["Content-Type"].startswith("text/plain; version=0.0.4")
+    lines = set(text.splitlines())
+    assert 'waydrop_http_requests_total{method="POST",route="/api/v1/plans",status="201"} 1.0' in lines
+    assert 'waydrop_http_requests_total{method="GET",route="/api/v1/runs/{run_id}",status="404"} 1.0' in lines
+    assert 'waydrop_http_requests_total{method="GET",route="unmatched",status="404"} 1.0' in lines
+    assert "waydrop_websocket_clients 1.0" in lines
+    assert 'waydrop_events_total{kind="plan.created"} 1.0' in lines
+    assert 'waydrop_vehicles{link="connected"} 1.0' in lines
+    assert 'waydrop_vehicles{link="lost"} 1.0' in lines
+    assert 'waydrop_runs_open{state="flying"} 0.0' in lines
+
+
+async def test_odd_methods_and_paths_do_not_grow_the_metrics(service: Service) -> None:
+    for number, method in enumerate(("PROPFIND", "MKCOL", "COPY", "MOVE", "LOCK")):
+        await service.call(method, f"/odd/{number}")
+    _, _, text = await service.call("GET", "/metrics")
+    assert "PROPFIND" not in text
+    assert "/odd/" not in text
+    assert 'waydrop_http_requests_total{method="other",route="unmatched",status="404"} 5.0' in text

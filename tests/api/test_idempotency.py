@@ -1,0 +1,99 @@
+"""Idempotency-Key: done once, answered as often as asked."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from app.services.access import Role
+from tests.api.service import Service, run_service
+
+KEY = {"Idempotency-Key": "0b8f6c1e-order-2041"}
+
+
+async def plans_stored(service: Service) -> int:
+    """How many plans there are."""
+    _, _, listed = await service.call("GET", "/api/v1/plans?limit=500")
+    return len(listed["plans"])
+
+
+async def test_a_repetition_gets_the_first_answer_and_nothing_is_done_twice(
+    service: Service, plan: dict[str, Any]
+) -> None:
+    first = await service.call("POST", "/api/v1/plans", json=plan, headers=KEY)
+    again = await service.call("POST", "/api/v1/plans", json=plan, headers=KEY)
+    assert first[0] == again[0] == 201
+    assert first[2] == again[2]
+    for name in ("Location", "ETag", "Content-Type"):
+        assert first[1][name] == again[1][name]
+    assert "Idempotency-Replayed" not in first[1]
+    assert again[1]["Idempotency-Replayed"] == "true"
+    assert await plans_stored(service) == 1
+
+
+async def test_many_at_once_are_done_once(service: Service, plan: dict[str, Any]) -> None:
+    answers = await asyncio.gather(*(service.call("POST", "/api/v1/plans", json=plan, headers=KEY) for _ in range(20)))
+    assert {answer[0] for answer in answers} == {201}
+    assert len({answer[2]["id"] for answer in answers}) == 1
+    assert sum("Idempotency-Replayed" in answer[1] for answer in answers) == 19
+    assert await plans_stored(service) == 1
+
+
+async def test_many_runs_at_once_with_one_key_are_one_run_and_no_conflict(
+    service: Service, plan: dict[str, Any]
+) -> None:
+    _, _, made = await service.call("POST", "/api/v1/plans", json=plan)
+    body = {"plan": made["id"], "vehicle": "v1"}
+    answers = await asyncio.gather(*(service.call("POST", "/api/v1/runs", json=body, headers=KEY) for _ in range(10)))
+    assert {answer[0] for answer in answers} == {202}
+    assert len({answer[2]["id"] for answer in answers}) == 1
+
+
+async def test_the_same_key_with_another_body_is_refused(service: Service, plan: dict[str, Any]) -> None:
+    await service.call("POST", "/api/v1/plans", json=plan, headers=KEY)
+    status, _, problem = await service.call("POST", "/api/v1/plans", json={**plan, "name": "Other"}, headers=KEY)
+    assert (status, problem["code"]) == (422, "idempotency.key_reused")
+    assert await plans_stored(service) == 1
+
+
+async def test_a_refusal_is_not_kept_for_nothing_was_done(service: Service, plan: dict[str, Any]) -> None:
+    _, _, made = await service.call("POST", "/api/v1/plans", json=plan)
+    body = {"plan": made["id"], "vehicle": "v1"}
+    _, _, blocking = await service.call("POST", "/api/v1/runs", json=body)
+    status, _, problem = await service.call("POST", "/api/v1/runs", json=body, headers=KEY)
+    assert (status, problem["code"]) == (409, "vehicle.busy")
+    await service.call("POST", f"/api/v1/runs/{blocking['id']}/abort")
+    async with asyncio.timeout(5):
+        while (await service.call("POST", "/api/v1/runs", json=body, headers=KEY))[0] != 202:
+            await asyncio.sleep(0.01)
+
+
+async def test_without_a_key_each_request_is_its_own(service: Service, plan: dict[str, Any]) -> None:
+    for _ in range(2):
+        await service.call("POST", "/api/v1/plans", json=plan)
+    assert await plans_stored(service) == 2
+
+
+async def test_an_answer_outlives_a_restart(tmp_path: Path, plan: dict[str, Any]) -> None:
+    async with run_service(tmp_path) as service:
+        _, _, first = await service.call("POST", "/api/v1/plans", json=plan, headers=KEY)
+    async with run_service(tmp_path) as service:
+        _, headers, again = await service.call("POST", "/api/v1/plans", json=plan, headers=KEY)
+    assert (again, headers["Idempotency-Replayed"]) == (first, "true")
+
+
+async def test_one_clients_key_is_not_anothers(service: Service, plan: dict[str, Any]) -> None:
+    one, other = await service.token(Role.DISPATCHER), await service.token(Role.PILOT)
+    _, _, first = await service.call("POST", "/api/v1/plans", json=plan, headers=KEY | one)
+    _, _, second = await service.call("POST", "/api/v1/plans", json=plan, headers=KEY | other)
+    assert first["id"] != second["id"]
+
+
+@pytest.mark.parametrize("key", ["", "two words", "x" * 201, "\xe9"])
+async def test_a_key_that_cannot_be_used_is_400(service: Service, plan: dict[str, Any], key: str) -> None:
+    status, _, problem = await service.call("POST", "/api/v1/plans", json=plan, headers={"Idempotency-Key": key})
+    assert (status, problem["code"]) == (400, "idempotency.key_invalid")
+    assert await plans_stored(service) == 0
