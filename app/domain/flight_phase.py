@@ -39,9 +39,10 @@ def phase_of(view: FlightView) -> tuple[RunState, str]:
         return RunState.RETURNING, "landing, as asked" if view.asked == "land" else "the vehicle lands"
     if state.mode is FlightMode.HOLD and view.asked == "pause":
         return RunState.PAUSED, "paused, as asked"
+    is_ending = view.mission_done or view.asked in ("return", "land", "contingency")
+    if state.mode is FlightMode.HOLD and is_ending and state.landed is LandedState.ON_GROUND:
+        return RunState.RETURNING, "on the ground"  # PX4 leaves Return mode as it disarms, and says so one by one
     if state.mode is FlightMode.HOLD and view.mission_done:
-        if state.landed is LandedState.ON_GROUND:  # PX4 leaves Return mode as it disarms, and says so one by one
-            return RunState.RETURNING, "on the ground"
         return RunState.FLYING, "the mission is finished: the vehicle holds where it ended"
     mode = state.mode.value if state.mode is not None else "an unknown"
     cause = "a failsafe acts" if state.in_failsafe else "somebody else has control"

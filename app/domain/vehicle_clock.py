@@ -25,11 +25,14 @@ class VehicleClock:
         return replace(self, samples=(*kept, (now_s, boot_s)))
 
     @property
+    def is_measured(self) -> bool:
+        """Whether there are samples over at least a second."""
+        return len(self.samples) > 1 and self.samples[-1][0] - self.samples[0][0] >= SHORTEST_S
+
+    @property
     def rate(self) -> float:
-        """Vehicle seconds per second of ours; 1 until there are samples over at least a second."""
-        if len(self.samples) < 2:
+        """Vehicle seconds per second of ours; 1 until it is measured."""
+        if not self.is_measured:
             return 1.0
         (first_now, first_boot), (last_now, last_boot) = self.samples[0], self.samples[-1]
-        if last_now - first_now < SHORTEST_S:
-            return 1.0
         return min(FASTEST, max(0.01, (last_boot - first_boot) / (last_now - first_now)))

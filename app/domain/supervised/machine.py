@@ -21,7 +21,7 @@ from app.domain.supervised.inputs import (
     RunEnding,
     SendRelease,
 )
-from app.domain.supervised.terms import GRIPPER_CLOSED_US, GRIPPER_OPEN_US, DropTerms
+from app.domain.supervised.terms import GRIPPER_CLOSED_US, GRIPPER_OPEN_US, LATE_SIGN_S, DropTerms
 from app.domain.vehicle import FlightMode
 
 _REFUSALS: Final = frozenset({MavResult.DENIED, MavResult.UNSUPPORTED, MavResult.FAILED})
@@ -35,8 +35,11 @@ class DropMachine:
     `in_flight` is the attempt whose final ack is awaited. `unsure` says that some attempt had no final answer, so the
     parcel may be gone. `approached` is set once the mission was seen before or at the hold, so that a stale index
     from an earlier flight does not count as passed. `accepted_at_s` is set while the gripper's output is watched after
-    an ACCEPTED. Laws (tests/unit/domain/supervised/test_supervised_laws.py): no release is sent unless every check holds at that moment; none
-    after an ACCEPTED; one at a time; one Finish; `kept` never while unsure; `released` never without evidence.
+    an ACCEPTED.
+
+    Laws (tests/unit/domain/supervised/test_supervised_laws.py): no release is sent unless every check holds at that
+    moment; none after an ACCEPTED; one at a time; one Finish; `kept` never while unsure; `released` never without
+    evidence.
     """
 
     terms: DropTerms
@@ -56,6 +59,10 @@ class DropMachine:
     def is_over(self) -> bool:
         """Whether the drop has its outcome."""
         return self.phase is DropPhase.DONE
+
+    def waiting_since(self, not_begun_at_s: float) -> DropMachine:
+        """The machine told, from the journal, that at this time of the vehicle's clock the drop still waited."""
+        return replace(self, hold=HoldClock(not_begun_at_s - LATE_SIGN_S))
 
     def may_send(self, seen: Observation) -> bool:
         """Whether the release that is about to go out is still right at this very moment."""

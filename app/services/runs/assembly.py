@@ -9,15 +9,17 @@ from app.domain.drop import DropRecord
 from app.domain.mission import CompiledDrop, Mission
 from app.domain.plan import Gripper, Plan, Winch
 from app.domain.ports import VehicleLink
-from app.domain.run import Run
+from app.domain.run import IN_FLIGHT, Run
 from app.services.clock import Clock
 from app.services.journal import Journal
+from app.services.runs.embedded_release import EmbeddedRelease
 from app.services.runs.flight import RunFlight
+from app.services.runs.orders import Release
 from app.services.runs.prepare import Preparation
 from app.services.runs.recorder import RunRecorder
-from app.services.runs.releases import EmbeddedRelease, Release, SupervisedRelease
 from app.services.runs.sending import OrderSender
 from app.services.runs.settings import RunSettings
+from app.services.runs.supervised_release import SupervisedRelease
 from app.services.runs.watch import FlightWatch
 
 
@@ -50,12 +52,13 @@ def assemble(
 def _releases(run: Run, plan: Plan, drops: Sequence[CompiledDrop], settings: RunSettings) -> tuple[Release, ...]:
     offsets = {item.id: item.max_offset_m for item in plan.items if isinstance(item, Gripper | Winch)}
     made: list[Release] = []
+    waited_at_s = run.updated_at if run.state in IN_FLIGHT else None
     on_failure = plan.contingency.on_drop_failure
     for drop in drops:
         record = run.drop(drop.plan_item_id)
         if drop.supervised:
             offset_m = offsets.get(drop.plan_item_id) or settings.default_max_offset_m
-            made.append(SupervisedRelease(drop, record, offset_m, on_failure))
+            made.append(SupervisedRelease(drop, record, offset_m, on_failure, waited_at_s))
         else:
             made.append(EmbeddedRelease(drop, record, on_failure))
     return tuple(made)

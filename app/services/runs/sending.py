@@ -12,8 +12,8 @@ from app.domain.errors import CommandExpiredError, LinkError, StorageError
 from app.domain.events import EventKind
 from app.domain.mission import NAN
 from app.domain.ports import VehicleLink
+from app.services.runs.orders import FailureOrder, Order, ReleaseOrder, ResumeOrder
 from app.services.runs.recorder import RunRecorder
-from app.services.runs.releases import FailureOrder, Order, ReleaseOrder, ResumeOrder
 from app.services.runs.settings import RunSettings
 from app.services.runs.watch import FlightWatch
 

@@ -13,9 +13,11 @@ from app.domain.run import NEXT, RunState
 from app.domain.vehicle import FlightMode, VehicleState, VehicleType
 from app.domain.vehicle_clock import VehicleClock
 from app.services.clock import Clock
+from app.services.runs.evidence import Look
+from app.services.runs.orders import Order, Release
 from app.services.runs.recorder import RunRecorder
-from app.services.runs.releases import Look, Order, Release, SupervisedRelease
 from app.services.runs.settings import UNFINISHED_DROPS_S, RunSettings
+from app.services.runs.supervised_release import SupervisedRelease
 
 
 class FlightWatch:
@@ -73,7 +75,9 @@ class FlightWatch:
 
     def now(self) -> Look:
         """The vehicle at this moment."""
-        return Look(self._link.state(), self._clock.monotonic(), self._clock.now(), self._rate.rate)
+        return Look(
+            self._link.state(), self._clock.monotonic(), self._clock.now(), self._rate.rate, self._rate.is_measured
+        )
 
     def look(self) -> tuple[Order, ...]:
         """Look once: update the run, and say what must be sent now."""

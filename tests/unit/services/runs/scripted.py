@@ -299,11 +299,12 @@ async def desk(
         await journal.close()
 
 
-async def restarted(before: Desk) -> tuple[Runs, Fleet, Journal]:
+async def restarted(before: Desk, *, meanwhile: Callable[[], None] = lambda: None) -> tuple[Runs, Fleet, Journal]:
     """The same vehicle, plans and disk under a new process of the service; the old one is gone without a goodbye."""
     await before.runs.close()
     await before.fleet.close()
     await before.journal.close()
+    meanwhile()
     clock = SystemClock()
     journal = Journal(before.events, clock)
     await journal.start()

@@ -256,6 +256,20 @@ async def test_after_a_restart_the_run_goes_on_where_the_vehicle_is() -> None:
         assert at.run.flown_item_ids == ("takeoff", "corner", "clinic", "drop", "home")
 
 
+async def test_after_a_restart_during_the_hold_its_end_is_counted_from_when_it_was_last_seen_waiting() -> None:
+    async with desk() as at:
+        await at.create()
+        await at.until_state(RunState.FLYING)
+        at.vehicle.put(mission_seq=2, landed=LandedState.IN_AIR)
+        await at.until(lambda: at.run.item_id == "clinic", "progress must show")
+        drop = at.mission.drops[0]
+        await restarted(
+            at, meanwhile=lambda: at.vehicle.put(latitude_deg=drop.latitude_deg, longitude_deg=drop.longitude_deg)
+        )
+        await at.until(lambda: at.drop.outcome is DropOutcome.RELEASED, "25 s of the hold are surely left")
+        assert len(at.vehicle.releases) == 1
+
+
 async def test_after_a_restart_a_commanded_release_is_not_sent_again() -> None:
     async with desk() as at:
         at.vehicle.answers = [LinkTimeoutError("killed meanwhile")] * 9

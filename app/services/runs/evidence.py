@@ -1,0 +1,62 @@
+"""One look at a vehicle, and the evidence of a drop that is taken from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from app.domain.drop import DropPhase, DropRecord
+from app.domain.geo import distance_m
+from app.domain.mission import CompiledDrop
+from app.domain.supervised import Finish
+from app.domain.vehicle import VehicleState
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """One look at the vehicle: the state, our two clocks, and how fast the vehicle's own clock runs.
+
+    `clock_rate` is 1 until it is measured, about a second after the first position.
+    """
+
+    state: VehicleState
+    now_s: float
+    time_s: float
+    clock_rate: float
+    rate_is_measured: bool = True
+
+
+def offset_m(state: VehicleState, compiled: CompiledDrop) -> float | None:
+    """Horizontal distance of the vehicle from the drop point; None without a position."""
+    if state.latitude_deg is None or state.longitude_deg is None:
+        return None
+    return distance_m(state.latitude_deg, state.longitude_deg, compiled.latitude_deg, compiled.longitude_deg)
+
+
+def where(seen: Look, compiled: CompiledDrop) -> dict[str, float | None]:
+    """Where the vehicle is at this look, for the evidence."""
+    state = seen.state
+    return {
+        "latitude_deg": state.latitude_deg,
+        "longitude_deg": state.longitude_deg,
+        "relative_altitude_m": state.relative_altitude_m,
+        "ground_speed_m_s": state.ground_speed_m_s,
+        "offset_m": offset_m(state, compiled),
+    }
+
+
+def commanded(record: DropRecord, attempt: int, seen: Look, compiled: CompiledDrop) -> DropRecord:
+    """The record with a release about to be sent."""
+    changes = {"attempts": attempt, "commanded_at": seen.time_s, **where(seen, compiled)}
+    return record.model_copy(update=changes)
+
+
+def finished(record: DropRecord, finish: Finish) -> DropRecord:
+    """The record at its end."""
+    return record.model_copy(
+        update={
+            "phase": DropPhase.DONE,
+            "outcome": finish.outcome,
+            "certainty": finish.certainty,
+            "reason": finish.reason,
+        }
+    )

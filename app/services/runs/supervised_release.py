@@ -1,0 +1,136 @@
+"""A drop that Waydrop commands itself: looks and acks go into its pure machine, orders and evidence come out."""
+
+from __future__ import annotations
+
+from app.domain.commands import CommandAck
+from app.domain.drop import DropPhase, DropRecord
+from app.domain.mission import CompiledDrop, MavCmd
+from app.domain.progress import Progress
+from app.domain.supervised import (
+    DropMachine,
+    DropTerms,
+    Finish,
+    Observation,
+    ReleaseAck,
+    ReleaseTimedOut,
+    ReleaseWithheld,
+    Resume,
+    RunEnding,
+    SendRelease,
+    step,
+)
+from app.domain.supervised.inputs import DropInput
+from app.services.runs.evidence import Look, commanded, finished, offset_m
+from app.services.runs.orders import Order, ReleaseOrder, ResumeOrder, failure_order
+
+
+class SupervisedRelease:
+    """A drop that Waydrop commands itself.
+
+    `waited_at_s`, after a restart of ours, is the Unix time at which the journal last saw the drop still waiting: the
+    hold had not begun then, and its end is counted from there.
+    """
+
+    def __init__(
+        self,
+        compiled: CompiledDrop,
+        record: DropRecord,
+        max_offset_m: float,
+        on_failure: str,
+        waited_at_s: float | None = None,
+    ) -> None:
+        self.compiled = compiled
+        self.record = record
+        self._on_failure = on_failure
+        terms = DropTerms.of(compiled, max_offset_m)
+        self.machine = DropMachine.taken_up(terms, record.attempts)
+        self._waited_at_s = waited_at_s if record.phase is DropPhase.WAITING else None
+
+    @property
+    def is_over(self) -> bool:
+        """See Release."""
+        return self.machine.is_over or self.record.phase is DropPhase.DONE
+
+    @property
+    def is_active(self) -> bool:
+        """See Release."""
+        return not self.is_over and self.machine.phase in (DropPhase.HOLDING, DropPhase.RELEASING)
+
+    @property
+    def awaits_answer(self) -> bool:
+        """Whether a release was sent whose final ack is still awaited."""
+        return self.machine.in_flight is not None
+
+    def look(self, seen: Look, progress: Progress) -> tuple[Order, ...]:
+        """See Release."""
+        if self._waited_at_s is not None:
+            if not seen.rate_is_measured or seen.state.boot_time_s is None:
+                return ()
+            waited_s = (seen.time_s - self._waited_at_s) * seen.clock_rate
+            self.machine = self.machine.waiting_since(seen.state.boot_time_s - waited_s)
+            self._waited_at_s = None
+        return self._hear(self.observe(seen), seen)
+
+    def observe(self, seen: Look) -> Observation:
+        """What the machine is told of a look."""
+        state, has_gripper = seen.state, self.compiled.command is MavCmd.DO_GRIPPER
+        return Observation(
+            now_s=seen.now_s,
+            connected=state.connected,
+            mode=state.mode,
+            armed=state.armed,
+            in_failsafe=state.in_failsafe,
+            landed=state.landed,
+            mission_seq=state.mission_seq,
+            boot_s=state.boot_time_s,
+            clock_rate=seen.clock_rate,
+            offset_m=offset_m(state, self.compiled),
+            ground_speed_m_s=state.ground_speed_m_s,
+            position_age_s=state.position_age_s,
+            gripper_output_us=state.gripper_output_us if has_gripper else None,
+            gripper_output_age_s=state.gripper_output_age_s if has_gripper else None,
+        )
+
+    def acked(self, attempt: int, ack: CommandAck, seen: Look) -> tuple[Order, ...]:
+        """A COMMAND_ACK of one release."""
+        changes = {"acknowledged_result": ack.word}
+        if ack.is_final:
+            self.record = self.record.model_copy(update={**changes, "acknowledged_at": seen.time_s})
+        return self._hear(ReleaseAck(seen.now_s, attempt, ack), seen)
+
+    def timed_out(self, attempt: int, seen: Look) -> tuple[Order, ...]:
+        """No final ack came."""
+        return self._hear(ReleaseTimedOut(seen.now_s, attempt), seen)
+
+    def withheld(self, attempt: int, seen: Look) -> tuple[Order, ...]:
+        """The release was not sent after all."""
+        return self._hear(ReleaseWithheld(seen.now_s, attempt), seen)
+
+    def end(self, reason: str, now_s: float) -> None:
+        """See Release."""
+        self.machine, effects = step(self.machine, RunEnding(now_s, reason))
+        self._take(effects)
+
+    def _hear(self, heard: DropInput, seen: Look) -> tuple[Order, ...]:
+        if self.machine.is_over:
+            return ()
+        before = self.machine.phase
+        self.machine, effects = step(self.machine, heard)
+        if self.machine.phase is not before and self.machine.phase is not DropPhase.DONE:
+            self.record = self.record.model_copy(update={"phase": self.machine.phase})
+        for effect in effects:
+            if isinstance(effect, SendRelease):
+                self.record = commanded(self.record, effect.attempt, seen, self.compiled)
+        output = seen.state.gripper_output_us
+        if self.record.commanded_at is not None and output is not None and output != self.record.output_us:
+            self.record = self.record.model_copy(update={"output_us": output, "output_at": seen.time_s})
+        self._take(effects)
+        if failure := failure_order(self.record, self._on_failure, seen.state):
+            return (failure,)  # instead of moving on
+        sends = [ReleaseOrder(self, e.attempt) for e in effects if isinstance(e, SendRelease)]
+        return (*sends, *(ResumeOrder(e.seq) for e in effects if isinstance(e, Resume)))
+
+    def _take(self, effects: tuple[object, ...]) -> None:
+        for effect in effects:
+            if isinstance(effect, Finish):
+                self.record = finished(self.record, effect)
