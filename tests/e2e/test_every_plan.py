@@ -1,0 +1,55 @@
+"""Every plan in plans/ is flown: its drops end released, and its items come in the predicted order."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from pathlib import Path
+from typing import Any
+
+import aiohttp
+
+from tests.service import Dispatcher, ServiceProcess
+from tests.simulated import SimulatedFleet
+
+PLANS = sorted((Path(__file__).parents[2] / "plans").glob("*.json"))
+AIRFRAME = {"multicopter": "quad", "fixed_wing": "plane", "vtol": "vtol", "rover": "rover", "airship": "airship"}
+SUPERVISED_SPEED = 4.0
+LONGEST_FLIGHT_S = 240.0
+
+
+async def test_every_plan_flies_as_predicted(tmp_path: Path, http: aiohttp.ClientSession) -> None:
+    """All at once, one vehicle each: at the highest speed factor at which our own timers still hold."""
+    plans = [json.loads(path.read_text()) for path in PLANS]
+    assert plans, "there must be example plans"
+    fleet = ",".join(AIRFRAME[plan["vehicle_type"]] + ":winch=1" * _has_winch(plan) for plan in plans)
+    with (
+        SimulatedFleet(fleet, speed=SUPERVISED_SPEED) as simulated,
+        ServiceProcess(tmp_path, simulated.connections) as service,
+    ):
+        dispatcher = Dispatcher(http, service.url)
+        await dispatcher.until_vehicles(len(plans))
+        flights = [_fly(dispatcher, plan, f"v{number}") for number, plan in enumerate(plans, start=1)]
+        ended = await asyncio.gather(*flights)
+        log = service.log()
+    wrong = [f"{path.name}: {problem}" for path, problem in zip(PLANS, ended, strict=True) if problem]
+    assert not wrong, "\n".join([*wrong, log])
+
+
+async def _fly(dispatcher: Dispatcher, plan: Any, vehicle_id: str) -> str:
+    """What went otherwise than promised; empty if nothing."""
+    made = await dispatcher.post("/plans", plan)
+    run = await dispatcher.post("/runs", {"plan": made["id"], "vehicle": vehicle_id, "start": True})
+    run = await dispatcher.until_over(run["id"], LONGEST_FLIGHT_S)
+    if run["state"] != "completed":
+        return f"it ended {run['state']}: {run['reason']}; flown {run['flown_item_ids']}; drops {run['drops']}"
+    kept = [drop for drop in run["drops"] if drop["outcome"] != "released"]
+    if kept:
+        return f"not all drops ended released: {kept}"
+    if run["flown_item_ids"] != made["timeline"]["order"]:
+        return f"predicted {made['timeline']['order']}, flown {run['flown_item_ids']}"
+    return ""
+
+
+def _has_winch(plan: Any) -> bool:
+    return any(item["type"] == "winch" for item in plan["items"])
