@@ -1,1 +1,6 @@
-"""The MAVLink side: the only importer of mavsdk."""
+"""The MAVLink side: vehicles on native mavsdk. The only importer of mavsdk."""
+
+from app.vehicles.link_source import MavsdkLinkSource
+from app.vehicles.settings import LinkSettings
+
+__all__ = ["LinkSettings", "MavsdkLinkSource"]

@@ -1,0 +1,152 @@
+"""Commands and their acks: COMMAND_LONG out, COMMAND_ACK back, one command of one id at a time per vehicle.
+
+mavlink_direct's own send_command gives only the final ack and never counts the confirmation up, so it is not used.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections import defaultdict
+from collections.abc import AsyncGenerator, Callable
+from contextlib import aclosing
+from typing import Final
+
+from app.domain.commands import CommandAck, CommandRequest, MavResult, PendingCommand
+from app.domain.errors import ConflictError, LinkError, LinkTimeoutError, VehicleRefusedError
+from app.domain.mission import NAN, MavCmd
+from app.vehicles.decoders import CommandAckReport
+from app.vehicles.encoders import CommandLong, Outgoing
+from app.vehicles.inbox import Inbox
+from app.vehicles.mavsdk_system import OUR_COMPONENT_ID, OUR_SYSTEM_ID
+from app.vehicles.status_texts import StatusTexts
+
+_ACKS_WAITING: Final = 32
+_UNKNOWN_PROGRESS: Final = 255
+
+
+class CommandSender:
+    """Sends commands to one vehicle. An ack is ours only if it is addressed to 245/190 and names the command."""
+
+    def __init__(self, send: Callable[[Outgoing], None], inbox: Inbox, texts: StatusTexts) -> None:
+        self._send = send
+        self._texts = texts
+        self._waiting: dict[int, asyncio.Queue[CommandAck | None]] = {}
+        self._turns: defaultdict[int, asyncio.Lock] = defaultdict(asyncio.Lock)
+        self._closed = False
+        inbox.on(CommandAckReport, self._take)
+
+    async def acks(self, request: CommandRequest) -> AsyncGenerator[CommandAck, None]:
+        """Send and yield each ack; the last is final.
+
+        Raises:
+            ConflictError: the same command is under way. It is not queued: a release must not be sent later.
+            LinkTimeoutError: no final ack before the deadline.
+        """
+        turn = self._turns[request.command]
+        if turn.locked():
+            raise ConflictError(f"{_name(request.command)} is already under way", hint="wait for its final ack")
+        async with turn, aclosing(self._acks(request)) as acks:
+            async for ack in acks:
+                yield ack
+
+    async def result(self, request: CommandRequest) -> CommandAck:
+        """Wait for the turn, send, and return the final ack whatever it says. Raises LinkTimeoutError."""
+        async with self._turns[request.command], aclosing(self._acks(request)) as acks:
+            async for ack in acks:
+                final = ack
+            return final
+
+    async def accepted(self, request: CommandRequest, what: str, *, text_window_s: float) -> None:
+        """Send and return when ACCEPTED.
+
+        Raises:
+            VehicleRefusedError: any other final ack; `extra` has the result and the vehicle's texts.
+            LinkTimeoutError: no final ack.
+        """
+        since_s = time.monotonic()
+        ack = await self.result(request)
+        if ack.result is MavResult.ACCEPTED:
+            return
+        texts = await self._texts.await_reasons(since_s, window_s=text_window_s)
+        raise VehicleRefusedError(
+            f"the vehicle refused to {what}: {ack.word}" + "".join(f"; {text}" for text in texts),
+            hint="see its texts" if texts else "",
+            command=int(request.command),
+            result=ack.word,
+            result_code=ack.result_code,
+            texts=texts,
+        )
+
+    def close(self) -> None:
+        """End all waits with LinkError. Idempotent."""
+        self._closed = True
+        for queue in self._waiting.values():
+            _put(queue, None)
+
+    async def _acks(self, request: CommandRequest) -> AsyncGenerator[CommandAck, None]:
+        if self._closed:
+            raise LinkError("the link is closed")
+        queue: asyncio.Queue[CommandAck | None] = asyncio.Queue(_ACKS_WAITING)
+        self._waiting[request.command] = queue  # before sending: the ack may come within 0.1 ms
+        try:
+            self._send(_encoded(request, confirmation=0))
+            pending = PendingCommand.sent(request, time.monotonic())
+            while not pending.is_over:
+                ack = await _next(queue, pending.deadline_s)
+                if ack is None:
+                    pending, again = pending.ticked(time.monotonic())
+                    if again:
+                        self._send(_encoded(request, confirmation=pending.sends - 1))
+                else:
+                    pending = pending.acked(ack, time.monotonic())
+                    yield ack
+        finally:
+            del self._waiting[request.command]
+        if pending.timed_out:
+            after = "after IN_PROGRESS" if pending.in_progress else f"{pending.sends} times sent, no answer"
+            raise LinkTimeoutError(
+                f"no final ack of {_name(request.command)}: {after}",
+                hint="what the vehicle did is not known: look at its state",
+                command=int(request.command),
+            )
+
+    def _take(self, ack: CommandAckReport, _received_s: float) -> None:
+        if (ack.target_system, ack.target_component) != (OUR_SYSTEM_ID, OUR_COMPONENT_ID):
+            return
+        queue = self._waiting.get(ack.command)
+        if queue is not None:
+            progress = None if ack.progress == _UNKNOWN_PROGRESS else ack.progress
+            _put(queue, CommandAck(command=ack.command, result_code=ack.result, progress=progress))
+
+
+def command(command: MavCmd, *params: float, timeout_s: float = 1.0, attempts: int = 3) -> CommandRequest:
+    """A request with the given first params and NaN for the rest."""
+    p1, p2, p3, p4, p5, p6, p7 = (*params, *[NAN] * (7 - len(params)))
+    return CommandRequest(command, (p1, p2, p3, p4, p5, p6, p7), timeout_s=timeout_s, attempts=attempts)
+
+
+def _encoded(request: CommandRequest, *, confirmation: int) -> CommandLong:
+    return CommandLong(int(request.command), request.params, confirmation=min(confirmation, 255))
+
+
+def _name(number: int) -> str:
+    return MavCmd(number).name
+
+
+def _put(queue: asyncio.Queue[CommandAck | None], ack: CommandAck | None) -> None:
+    if queue.full():
+        queue.get_nowait()  # progress that nobody read; the newest counts
+    queue.put_nowait(ack)
+
+
+async def _next(queue: asyncio.Queue[CommandAck | None], deadline_s: float) -> CommandAck | None:
+    """The next ack, or None at the deadline. Raises LinkError when the link is closed."""
+    try:
+        async with asyncio.timeout(deadline_s - time.monotonic()):
+            ack = await queue.get()
+    except TimeoutError:
+        return None
+    if ack is None:
+        raise LinkError("the link was closed before the final ack")
+    return ack

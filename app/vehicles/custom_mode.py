@@ -1,0 +1,45 @@
+"""PX4's flight modes: HEARTBEAT.custom_mode and DO_SET_MODE (px4_custom_mode.h)."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from app.domain.vehicle import FlightMode
+
+_MAIN: Final = {
+    1: FlightMode.MANUAL,
+    2: FlightMode.ALTITUDE,
+    3: FlightMode.POSITION,
+    6: FlightMode.OFFBOARD,
+    7: FlightMode.STABILIZED,
+}
+_AUTO: Final = {
+    2: FlightMode.TAKEOFF,
+    3: FlightMode.HOLD,
+    4: FlightMode.MISSION,
+    5: FlightMode.RETURN,
+    6: FlightMode.LAND,
+    9: FlightMode.LAND,
+    10: FlightMode.TAKEOFF,
+}
+_MAIN_AUTO: Final = 4
+_MAIN_POSITION: Final = 3
+_SUB_ORBIT: Final = 1
+
+COMMANDED: Final = {
+    FlightMode.MISSION: (_MAIN_AUTO, 4),
+    FlightMode.HOLD: (_MAIN_AUTO, 3),
+    FlightMode.RETURN: (_MAIN_AUTO, 5),
+    FlightMode.LAND: (_MAIN_AUTO, 6),
+}
+"""Main mode and sub mode of the modes that Waydrop commands."""
+
+
+def flight_mode(custom_mode: int) -> FlightMode:
+    """The mode of a custom_mode: main mode in its third byte, sub mode in its fourth."""
+    main, sub = custom_mode >> 16 & 0xFF, custom_mode >> 24 & 0xFF
+    if main == _MAIN_AUTO:
+        return _AUTO.get(sub, FlightMode.OTHER)
+    if main == _MAIN_POSITION and sub == _SUB_ORBIT:
+        return FlightMode.ORBIT
+    return _MAIN.get(main, FlightMode.OTHER)

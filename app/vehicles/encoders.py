@@ -1,0 +1,125 @@
+"""The messages that Waydrop sends, each with its own typed fields.
+
+mavsdk's mavlink_direct takes JSON and says SUCCESS to anything: a misspelt field, a float for an int or a number out of
+range silently sends something else, an omitted float sends 0. So nothing is sent but what is defined here, checked and
+complete; a test decodes what arrives.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final, Protocol
+
+_FLOAT_MAX: Final = 3.4028234663852886e38
+Field = int | float | str | None
+
+
+class Outgoing(Protocol):
+    """A message that can be sent."""
+
+    @property
+    def name(self) -> str:
+        """The MAVLink message name."""
+
+    def fields_json(self, target_system: int, target_component: int) -> str:
+        """All fields, as mavlink_direct wants them."""
+
+
+@dataclass(frozen=True, slots=True)
+class CommandLong:
+    """COMMAND_LONG. `params` are param1..7, NaN means "not given"; `confirmation` counts the repetitions."""
+
+    command: int
+    params: tuple[float, float, float, float, float, float, float]
+    confirmation: int = 0
+
+    name = "COMMAND_LONG"
+
+    def fields_json(self, target_system: int, target_component: int) -> str:
+        """All fields. Raises ValueError for what MAVLink cannot carry."""
+        fields: dict[str, Field] = {f"param{n}": _float(value) for n, value in enumerate(self.params, start=1)}
+        fields["command"] = _unsigned(self.command, 16)
+        fields["confirmation"] = _unsigned(self.confirmation, 8)
+        return _targeted(fields, target_system, target_component)
+
+
+@dataclass(frozen=True, slots=True)
+class ParamRequestRead:
+    """PARAM_REQUEST_READ by name."""
+
+    param_id: str
+
+    name = "PARAM_REQUEST_READ"
+
+    def fields_json(self, target_system: int, target_component: int) -> str:
+        """All fields. Raises ValueError if the name is longer than 16 characters."""
+        if not self.param_id.isascii() or not 0 < len(self.param_id) <= 16:
+            raise ValueError(f"not a parameter name: {self.param_id!r}")
+        return _targeted({"param_id": self.param_id, "param_index": -1}, target_system, target_component)
+
+
+@dataclass(frozen=True, slots=True)
+class MissionClearAll:
+    """MISSION_CLEAR_ALL of one list."""
+
+    mission_type: int
+
+    name = "MISSION_CLEAR_ALL"
+
+    def fields_json(self, target_system: int, target_component: int) -> str:
+        """All fields."""
+        return _targeted({"mission_type": _unsigned(self.mission_type, 8)}, target_system, target_component)
+
+
+@dataclass(frozen=True, slots=True)
+class MissionAckOut:
+    """MISSION_ACK to the vehicle; type 15 (OPERATION_CANCELLED) ends a transfer that it still waits in."""
+
+    mission_type: int
+    type: int = 15
+
+    name = "MISSION_ACK"
+
+    def fields_json(self, target_system: int, target_component: int) -> str:
+        """All fields."""
+        fields: dict[str, Field] = {
+            "type": _unsigned(self.type, 8),
+            "mission_type": _unsigned(self.mission_type, 8),
+            "opaque_id": 0,
+        }
+        return _targeted(fields, target_system, target_component)
+
+
+@dataclass(frozen=True, slots=True)
+class MissionSetCurrent:
+    """MISSION_SET_CURRENT: has no ack; for firmware that does not know command 224."""
+
+    seq: int
+
+    name = "MISSION_SET_CURRENT"
+
+    def fields_json(self, target_system: int, target_component: int) -> str:
+        """All fields."""
+        return _targeted({"seq": _unsigned(self.seq, 16)}, target_system, target_component)
+
+
+def _targeted(fields: Mapping[str, Field], target_system: int, target_component: int) -> str:
+    target = {"target_system": _unsigned(target_system, 8), "target_component": _unsigned(target_component, 8)}
+    return json.dumps({**target, **fields}, allow_nan=False)
+
+
+def _unsigned(value: int, bits: int) -> int:
+    if not isinstance(value, int) or not 0 <= value < 1 << bits:
+        raise ValueError(f"{value!r} is no unsigned {bits} bit number")
+    return int(value)
+
+
+def _float(value: float) -> float | None:
+    if math.isnan(value):
+        return None  # NaN on the wire
+    if abs(value) > _FLOAT_MAX:
+        raise ValueError(f"{value!r} is no finite 32 bit float")
+    return float(value)

@@ -1,0 +1,124 @@
+"""LinkSource on native mavsdk: one instance per connection, the vehicles found on each, and their end."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import time
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Final
+
+from app.domain.errors import LinkError
+from app.domain.ports import Unsubscribe, VehicleLink
+from app.vehicles.connection_url import check_connections
+from app.vehicles.mavsdk_instance import MAX_INSTANCES, NativeInstance
+from app.vehicles.mavsdk_link import MavsdkVehicleLink
+from app.vehicles.mavsdk_system import NativeSystem
+from app.vehicles.settings import LinkSettings
+
+_TICK_S: Final = 0.25
+_LOOK_EVERY: Final = 4
+_DEFAULTS: Final = LinkSettings()
+_log = logging.getLogger(__name__)
+
+
+class MavsdkLinkSource:
+    """Finds vehicles on its connections. A vehicle is announced with its first HEARTBEAT after its discovery."""
+
+    def __init__(self, connection_urls: Sequence[str], *, settings: LinkSettings = _DEFAULTS) -> None:
+        self._urls = tuple(connection_urls)
+        self._settings = settings
+        self._instances: dict[str, NativeInstance] = {}
+        self._links: list[MavsdkVehicleLink] = []
+        self._announced: list[MavsdkVehicleLink] = []
+        self._listeners: list[Callable[[VehicleLink], None]] = []
+        self._ticker: asyncio.Task[None] | None = None
+
+    def links(self) -> Sequence[VehicleLink]:
+        """See LinkSource."""
+        return tuple(self._announced)
+
+    def subscribe(self, listener: Callable[[VehicleLink], None]) -> Unsubscribe:
+        """See LinkSource."""
+        self._listeners.append(listener)
+
+        def unsubscribe() -> None:
+            if listener in self._listeners:
+                self._listeners.remove(listener)
+
+        return unsubscribe
+
+    async def start(self) -> None:
+        """See LinkSource. Nothing stays open if one connection cannot be opened."""
+        if len(self._urls) > MAX_INSTANCES:
+            raise LinkError(
+                f"{len(self._urls)} connections, at most {MAX_INSTANCES} in one process",
+                hint="put several vehicles on one connection, or start another gateway process",
+            )
+        check_connections(self._urls)
+        try:
+            for url in self._urls:
+                self._instances[url] = NativeInstance(url)
+        except LinkError:
+            self._destroy_instances()
+            raise
+        loop = asyncio.get_running_loop()
+        for url, instance in self._instances.items():
+            instance.on_new_system(partial(_on_thread, loop, partial(self._look, url)))
+        self._ticker = asyncio.create_task(self._tick(), name="link ticker")
+
+    async def close(self) -> None:
+        """See LinkSource."""
+        self._listeners.clear()
+        if self._ticker is not None:
+            self._ticker.cancel()
+            await asyncio.gather(self._ticker, return_exceptions=True)
+            self._ticker = None
+        try:
+            await asyncio.gather(*(link.close() for link in self._links))
+        finally:
+            self._destroy_instances()
+
+    def _destroy_instances(self) -> None:
+        for instance in self._instances.values():
+            instance.destroy()
+        self._instances.clear()
+
+    async def _tick(self) -> None:
+        turn = 0
+        while True:
+            now_s = time.monotonic()
+            for link in self._links:
+                link.tick(now_s)
+            if turn % _LOOK_EVERY == 0:  # a system may show its autopilot after its first component
+                for url in tuple(self._instances):
+                    self._look(url)
+            turn += 1
+            await asyncio.sleep(_TICK_S)
+
+    def _look(self, url: str) -> None:
+        instance = self._instances.get(url)
+        for system in () if instance is None else instance.new_systems():
+            self._found(system, url)
+
+    def _found(self, system: NativeSystem, url: str) -> None:
+        link = MavsdkVehicleLink(system, url, self._settings, self._announce)
+        first = next((known for known in self._links if known.identity.system_id == system.system_id), None)
+        self._links.append(link)
+        if first is not None:
+            link.quarantine(
+                f"system id {system.system_id} is also on {first.identity.connection}, where it was seen first"
+            )
+
+    def _announce(self, link: MavsdkVehicleLink) -> None:
+        self._announced.append(link)
+        for listener in tuple(self._listeners):
+            listener(link)
+
+
+def _on_thread(loop: asyncio.AbstractEventLoop, call: Callable[[], None]) -> None:
+    try:
+        loop.call_soon_threadsafe(call)
+    except RuntimeError:
+        return  # the loop has ended; nobody looks for vehicles any more

@@ -1,0 +1,100 @@
+"""Reading a list of mission items back, and clearing one. The caller holds the vehicle's mission lock."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from typing import Final
+
+from app.domain.errors import LinkError, LinkTimeoutError, VehicleRefusedError
+from app.domain.mission import MissionType
+from app.vehicles.decoders import MissionAck
+from app.vehicles.encoders import MissionAckOut, MissionClearAll, Outgoing
+from app.vehicles.future_result import settle_from_thread
+from app.vehicles.inbox import Inbox
+from app.vehicles.mavsdk_system import OUR_SYSTEM_ID, NativeSystem
+from app.vehicles.mission_result import MissionResult, result_word
+from app.vehicles.mission_wire import WireItem
+from app.vehicles.settings import LinkSettings
+
+_PER_ITEM_S: Final = 0.5
+_CLEAR_ATTEMPTS: Final = 5
+_CLEAR_TIMEOUT_S: Final = 0.7
+_CANCEL_SETTLES_S: Final = 0.05
+
+
+class ListTransfer:
+    """Downloads and clears."""
+
+    def __init__(
+        self, system: NativeSystem, send: Callable[[Outgoing], None], inbox: Inbox, settings: LinkSettings
+    ) -> None:
+        self._system = system
+        self._send = send
+        self._inbox = inbox
+        self._settings = settings
+
+    async def download(self, mission_type: MissionType, *, expected_items: int) -> list[WireItem]:
+        """The list as the vehicle holds it. `expected_items` only sets how long to wait.
+
+        Raises:
+            LinkTimeoutError: no whole list came.
+            LinkError: mavsdk could not download; `extra` has its result.
+        """
+        done: asyncio.Future[tuple[str, list[WireItem]]] = asyncio.get_running_loop().create_future()
+        self._system.download(mission_type, lambda result, items: settle_from_thread(done, (result, items)))
+        try:
+            async with asyncio.timeout(self._settings.transfer_silence_s + _PER_ITEM_S * expected_items):
+                result, items = await asyncio.shield(done)
+        except TimeoutError:
+            result, items = "TIMEOUT", []
+        finally:
+            if not done.done():
+                self._system.cancel_transfers()
+                await asyncio.wait({done}, timeout=self._settings.close_timeout_s)
+        if result == "SUCCESS":
+            return items
+        error = LinkTimeoutError if result == "TIMEOUT" else LinkError
+        raise error(f"the {mission_type.name.lower()} list could not be read back: {result}", result=result)
+
+    async def clear(self, mission_type: MissionType) -> None:
+        """Empty one list. Raises LinkTimeoutError, or VehicleRefusedError with the MAV_MISSION_RESULT."""
+        acks: asyncio.Queue[MissionAck] = asyncio.Queue(8)
+
+        def take(message: MissionAck, _received_s: float) -> None:
+            if message.mission_type == mission_type and message.target_system == OUR_SYSTEM_ID and not acks.full():
+                acks.put_nowait(message)
+
+        end = self._inbox.on(MissionAck, take)
+        try:
+            for _ in range(_CLEAR_ATTEMPTS):
+                self._send(MissionClearAll(mission_type))
+                ack = await _next(acks)
+                if ack is not None and ack.type == MissionResult.ACCEPTED:
+                    return
+                if ack is not None and ack.type != MissionResult.ERROR:
+                    word = result_word(ack.type)
+                    raise VehicleRefusedError(
+                        f"the vehicle did not clear its {_name(mission_type)}: {word}", result=word
+                    )
+                await self.end_open_transfer(mission_type)
+        finally:
+            end()
+        raise LinkTimeoutError(f"no answer to clearing the {_name(mission_type)}", mission_type=_name(mission_type))
+
+    async def end_open_transfer(self, mission_type: MissionType) -> None:
+        """Tell the vehicle that a transfer it may still wait in is over; PX4 takes a new one 50 ms later."""
+        self._send(MissionAckOut(mission_type))
+        await asyncio.sleep(_CANCEL_SETTLES_S)
+
+
+def _name(mission_type: MissionType) -> str:
+    return mission_type.name.lower()
+
+
+async def _next(acks: asyncio.Queue[MissionAck]) -> MissionAck | None:
+    try:
+        async with asyncio.timeout(_CLEAR_TIMEOUT_S):
+            return await acks.get()
+    except TimeoutError:
+        return None

@@ -1,0 +1,145 @@
+"""The newest measurements of a vehicle, each with its arrival time, and what changed by a message."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from app.domain.ports import LinkFact, MissionCurrent, StateChanged
+from app.domain.vehicle import FlightMode, GlobalPosition, LandedState, MissionState, VehicleState
+from app.vehicles.custom_mode import flight_mode
+from app.vehicles.decoders import (
+    BatteryStatus,
+    CurrentMode,
+    ExtendedSysState,
+    GlobalPositionInt,
+    Heartbeat,
+    HomePosition,
+    MissionCurrentReport,
+    SysStatus,
+)
+
+_LANDED: Final = tuple(LandedState)
+_MISSION: Final = tuple(MissionState)
+_VTOL: Final = (None, "transition_to_fixed_wing", "transition_to_multicopter", "multicopter", "fixed_wing")
+_ARMED: Final = 128
+_CRITICAL: Final = 5
+_NO_MISSION_TOTAL: Final = 65535
+_HEADING_UNKNOWN: Final = 65535
+
+
+@dataclass(slots=True)
+class Measurements:
+    """Times are monotonic arrival times; None means never received."""
+
+    heartbeat: Heartbeat | None = None
+    heartbeat_s: float | None = None
+    mode: FlightMode | None = None
+    mode_s: float | None = None
+    system: ExtendedSysState | None = None
+    position: GlobalPositionInt | None = None
+    position_s: float | None = None
+    home: GlobalPosition | None = None
+    battery_percent: float | None = None
+    battery_from_battery: bool = False
+    mission: MissionCurrentReport | None = None
+    mission_s: float | None = None
+    gripper_output_us: int | None = None
+    gripper_output_s: float | None = None
+
+    def take_heartbeat(self, message: Heartbeat, received_s: float) -> LinkFact | None:
+        """HEARTBEAT: mode, armed, failsafe."""
+        old, before = self.heartbeat, self.mode
+        self.heartbeat, self.heartbeat_s = message, received_s
+        self.mode, self.mode_s = flight_mode(message.custom_mode), received_s
+        same = (
+            old is not None
+            and (old.base_mode ^ message.base_mode) & _ARMED == 0
+            and (old.system_status == _CRITICAL) == (message.system_status == _CRITICAL)
+            and before is self.mode
+        )
+        return None if same else StateChanged()
+
+    def take_mode(self, message: CurrentMode, received_s: float) -> LinkFact | None:
+        """CURRENT_MODE: the mode, sooner than the next HEARTBEAT."""
+        before = self.mode
+        self.mode, self.mode_s = flight_mode(message.custom_mode), received_s
+        return None if before is self.mode else StateChanged()
+
+    def take_system(self, message: ExtendedSysState) -> LinkFact | None:
+        """EXTENDED_SYS_STATE: landed_state, vtol_state."""
+        old, self.system = self.system, message
+        return None if old == message else StateChanged()
+
+    def take_position(self, message: GlobalPositionInt, received_s: float) -> None:
+        """GLOBAL_POSITION_INT."""
+        self.position, self.position_s = message, received_s
+
+    def take_home(self, message: HomePosition) -> None:
+        """HOME_POSITION: it moves to where the vehicle disarms."""
+        self.home = GlobalPosition(message.latitude / 1e7, message.longitude / 1e7, message.altitude / 1e3)
+
+    def take_battery(self, message: BatteryStatus | SysStatus) -> None:
+        """The first battery's charge; SYS_STATUS only while there is no BATTERY_STATUS."""
+        if isinstance(message, BatteryStatus):
+            if message.id != 0:
+                return
+            self.battery_from_battery = True
+        elif self.battery_from_battery:
+            return
+        self.battery_percent = float(message.battery_remaining) if message.battery_remaining >= 0 else None
+
+    def take_mission(self, message: MissionCurrentReport, received_s: float) -> LinkFact | None:
+        """MISSION_CURRENT."""
+        old, self.mission = self.mission, message
+        self.mission_s = received_s
+        return None if old == message else MissionCurrent(seq=message.seq)
+
+    def forget_after_reboot(self) -> None:
+        """What the vehicle said before it restarted is not true any more."""
+        self.mission = self.mission_s = self.gripper_output_us = self.gripper_output_s = None
+
+    def state(self, now_s: float, *, connected: bool) -> VehicleState:
+        """All of it, with ages at `now_s`."""
+        beat, place, mission, system = self.heartbeat, self.position, self.mission, self.system
+        total = None if mission is None or mission.total == _NO_MISSION_TOTAL else mission.total
+        return VehicleState(
+            connected=connected,
+            mode=self.mode,
+            armed=None if beat is None else bool(beat.base_mode & _ARMED),
+            landed=LandedState.UNDEFINED if system is None else _word(_LANDED, system.landed_state),
+            in_failsafe=beat is not None and beat.system_status == _CRITICAL,
+            latitude_deg=None if place is None else place.lat / 1e7,
+            longitude_deg=None if place is None else place.lon / 1e7,
+            absolute_altitude_m=None if place is None else place.alt / 1e3,
+            relative_altitude_m=None if place is None else place.relative_alt / 1e3,
+            velocity_north_m_s=None if place is None else place.vx / 1e2,
+            velocity_east_m_s=None if place is None else place.vy / 1e2,
+            velocity_down_m_s=None if place is None else place.vz / 1e2,
+            heading_deg=None if place is None or place.hdg == _HEADING_UNKNOWN else place.hdg / 1e2,
+            position_age_s=_age(self.position_s, now_s),
+            heartbeat_age_s=_age(self.heartbeat_s, now_s),
+            battery_percent=self.battery_percent,
+            home=self.home,
+            mission_seq=None if mission is None else mission.seq,
+            mission_total=total,
+            mission_state=MissionState.UNKNOWN if mission is None else mission_state(mission),
+            mission_id=None if mission is None or not mission.mission_id else mission.mission_id,
+            vtol_state=None if system is None or system.vtol_state >= len(_VTOL) else _VTOL[system.vtol_state],
+            boot_time_s=None if place is None else place.time_boot_ms / 1e3,
+            gripper_output_us=self.gripper_output_us,
+            gripper_output_age_s=_age(self.gripper_output_s, now_s),
+        )
+
+
+def mission_state(message: MissionCurrentReport) -> MissionState:
+    """The word for MISSION_CURRENT.mission_state; unknown for numbers that MAVLink does not know."""
+    return _MISSION[message.mission_state] if message.mission_state < len(_MISSION) else MissionState.UNKNOWN
+
+
+def _word(words: tuple[LandedState, ...], number: int) -> LandedState:
+    return words[number] if number < len(words) else LandedState.UNDEFINED
+
+
+def _age(at_s: float | None, now_s: float) -> float | None:
+    return None if at_s is None else max(0.0, now_s - at_s)

@@ -1,0 +1,74 @@
+"""Flight modes: commanded with DO_SET_MODE and then seen, because an ack alone does not say that the mode holds."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Final
+
+from app.domain.errors import LinkTimeoutError
+from app.domain.mission import MavCmd
+from app.domain.vehicle import FlightMode
+from app.vehicles.command_sender import CommandSender, command
+from app.vehicles.custom_mode import COMMANDED, flight_mode
+from app.vehicles.decoders import CurrentMode, Heartbeat
+from app.vehicles.inbox import Inbox
+from app.vehicles.settings import LinkSettings
+
+_CUSTOM_MODE_ENABLED: Final = 1
+
+
+class ModeSwitch:
+    """Switches modes of one vehicle."""
+
+    def __init__(self, sender: CommandSender, inbox: Inbox, settings: LinkSettings) -> None:
+        self._sender = sender
+        self._inbox = inbox
+        self._settings = settings
+
+    async def to(self, mode: FlightMode) -> None:
+        """Command `mode` and return when a HEARTBEAT or CURRENT_MODE shows it.
+
+        Raises:
+            VehicleRefusedError: the vehicle cannot enter the mode; `extra` has its texts.
+            LinkTimeoutError: no ack, or acknowledged and then not seen.
+        """
+        main, sub = COMMANDED[mode]
+        request = command(
+            MavCmd.DO_SET_MODE,
+            _CUSTOM_MODE_ENABLED,
+            main,
+            sub,
+            timeout_s=self._settings.command_timeout_s,
+            attempts=self._settings.command_attempts,
+        )
+        what = f"enter {mode.value} mode"
+        with self._watching(mode) as seen:
+            await self._sender.accepted(request, what, text_window_s=self._settings.refusal_text_window_s)
+            try:
+                async with asyncio.timeout(self._settings.mode_seen_timeout_s):
+                    await seen.wait()
+            except TimeoutError as error:
+                raise LinkTimeoutError(
+                    f"{mode.value} mode was acknowledged but not seen within {self._settings.mode_seen_timeout_s:g} s",
+                    hint="the vehicle may have left it again: look at its mode and texts",
+                    mode=mode.value,
+                ) from error
+
+    @contextmanager
+    def _watching(self, mode: FlightMode) -> Iterator[asyncio.Event]:
+        """An event that is set when `mode` is seen; watched from before the command, or the first sign is missed."""
+        seen, since_s = asyncio.Event(), time.monotonic()
+
+        def look(message: Heartbeat | CurrentMode, received_s: float) -> None:
+            if received_s >= since_s and flight_mode(message.custom_mode) is mode:
+                seen.set()
+
+        ends = (self._inbox.on(Heartbeat, look), self._inbox.on(CurrentMode, look))
+        try:
+            yield seen
+        finally:
+            for end in ends:
+                end()

@@ -1,0 +1,107 @@
+"""PX4 parameters by name, many at once, each with its own time-out.
+
+mavsdk's param plugin blocks a thread for up to 3 s a name, one after another, and destroy() during that hangs for ever.
+So PARAM_REQUEST_READ goes through mavlink_direct. PX4 packs an int's bits into the float field, and JSON has no NaN
+with a payload: the bits of a negative int are lost there. Only then the plugin reads the value, from a vehicle that
+has just answered for that very name.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import struct
+from collections.abc import Callable, Iterable
+from typing import Final
+
+from app.domain.errors import LinkError
+from app.vehicles.blocking_call import BlockingCall
+from app.vehicles.decoders import ParamError, ParamValue
+from app.vehicles.encoders import Outgoing, ParamRequestRead
+from app.vehicles.inbox import Inbox
+from app.vehicles.mavsdk_system import OUR_COMPONENT_ID, OUR_SYSTEM_ID
+from app.vehicles.settings import LinkSettings
+
+_REAL32: Final = 9
+_AT_ONCE: Final = 16
+Value = int | float
+
+
+class ParameterReader:
+    """Reads parameters of one vehicle. `read_int` is the blocking call for negative ints."""
+
+    def __init__(
+        self,
+        send: Callable[[Outgoing], None],
+        read_int: Callable[[str], int | None],
+        inbox: Inbox,
+        settings: LinkSettings,
+    ) -> None:
+        self._send = send
+        self._read_int = read_int
+        self._settings = settings
+        self._waiting: dict[str, asyncio.Future[ParamValue | None]] = {}
+        self._plugin = BlockingCall("waydrop-param")
+        inbox.on(ParamValue, self._take_value)
+        inbox.on(ParamError, self._take_error)
+
+    async def read(self, names: Iterable[str]) -> dict[str, Value]:
+        """The values of those that exist. One that does not answer within all its attempts is left out.
+
+        Raises:
+            LinkError: the link was closed meanwhile.
+        """
+        places = asyncio.Semaphore(_AT_ONCE)
+        wanted = tuple(dict.fromkeys(names))
+
+        async def one(name: str) -> Value | None:
+            async with places:
+                return await self._one(name)
+
+        tasks = [asyncio.ensure_future(one(name)) for name in wanted]
+        try:
+            values = await asyncio.gather(*tasks)
+        finally:
+            for task in tasks:
+                task.cancel()
+        return {name: value for name, value in zip(wanted, values, strict=True) if value is not None}
+
+    async def close(self, *, timeout_s: float) -> None:
+        """End all waits with LinkError, and wait for the blocking call if one is under way."""
+        for future in self._waiting.values():
+            if not future.done():
+                future.set_exception(LinkError("the link was closed"))
+        await self._plugin.close(timeout_s=timeout_s)
+
+    async def _one(self, name: str) -> Value | None:
+        future: asyncio.Future[ParamValue | None] = asyncio.get_running_loop().create_future()
+        self._waiting[name] = future
+        try:
+            for _ in range(self._settings.parameter_attempts):
+                self._send(ParamRequestRead(name))
+                done, _pending = await asyncio.wait({future}, timeout=self._settings.parameter_timeout_s)
+                if done:
+                    return await self._value(future.result())
+            return None
+        finally:
+            del self._waiting[name]
+
+    async def _value(self, message: ParamValue | None) -> Value | None:
+        if message is None:
+            return None
+        if message.param_type == _REAL32:
+            return message.value
+        if message.value is None:
+            return await self._plugin.run(lambda: self._read_int(message.param_id))
+        return int(struct.unpack("<i", struct.pack("<f", message.value))[0])
+
+    def _take_value(self, message: ParamValue, _received_s: float) -> None:
+        self._answer(message.param_id, message)
+
+    def _take_error(self, message: ParamError, _received_s: float) -> None:
+        if (message.target_system, message.target_component) == (OUR_SYSTEM_ID, OUR_COMPONENT_ID):
+            self._answer(message.param_id, None)
+
+    def _answer(self, name: str, message: ParamValue | None) -> None:
+        future = self._waiting.get(name)
+        if future is not None and not future.done():
+            future.set_result(message)

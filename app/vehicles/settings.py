@@ -1,0 +1,36 @@
+"""How long to wait and how often to ask on a vehicle's link."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class LinkSettings:
+    """Times in seconds, rates in Hz. The defaults suit a radio of a few kB/s as well as loopback.
+
+    `link_lost_s`: silence of HEARTBEAT after which the link counts as lost.
+    `transfer_silence_s`: a mission transfer without a word from the vehicle for so long is given up; mavsdk itself
+    gives up after 2.5 s of silence, PX4 after 5 s.
+    `mission_state_stale_s`: for so long after an upload MISSION_CURRENT may still show the old state (0.9 s seen).
+    """
+
+    position_rate_hz: float = 10.0
+    slow_rate_hz: float = 5.0
+    link_lost_s: float = 3.0
+    command_timeout_s: float = 1.0
+    command_attempts: int = 3
+    mode_seen_timeout_s: float = 3.5
+    identity_retry_s: float = 1.0
+    identity_recheck_s: float = 30.0
+    parameter_timeout_s: float = 0.5
+    parameter_attempts: int = 6
+    upload_attempts: int = 5
+    upload_backoff_s: float = 0.3
+    transfer_silence_s: float = 6.0
+    progress_period_s: float = 0.05
+    mission_state_stale_s: float = 2.5
+    mission_ready_after_ack_s: float = 0.05
+    refusal_text_window_s: float = 0.3
+    close_timeout_s: float = 0.7
+    mailbox_capacity: int = 512

@@ -1,0 +1,87 @@
+"""STATUSTEXT: chunks joined, and the newest texts kept, because they are a vehicle's reasons for a refusal."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+from app.domain.ports import StatusText
+from app.vehicles.decoders import StatusTextChunk
+
+_SEVERITIES: Final = ("emergency", "alert", "critical", "error", "warning", "notice", "info", "debug")
+_CHUNK_CHARS: Final = 50
+_CHUNKS: Final = 8
+_LOST_AFTER_S: Final = 1.0
+_KEPT: Final = 64
+_REASON_SEVERITIES: Final = frozenset(_SEVERITIES[:5])
+
+
+@dataclass(slots=True)
+class _Open:
+    severity: int
+    since_s: float
+    chunks: dict[int, str]
+
+
+class StatusTexts:
+    """Joins texts of more than 50 bytes. A text whose end is lost is told when another begins, or after a second."""
+
+    def __init__(self, tell: Callable[[StatusText], None]) -> None:
+        self._tell = tell
+        self._open: dict[int, _Open] = {}
+        self._kept: deque[tuple[float, StatusText]] = deque(maxlen=_KEPT)
+        self._arrived = asyncio.Event()
+
+    def take(self, chunk: StatusTextChunk, received_s: float) -> None:
+        """One STATUSTEXT message."""
+        for other in [key for key in self._open if key != chunk.id]:
+            self._finish(other, received_s)
+        if chunk.id == 0:
+            self._keep(chunk.severity, chunk.text, received_s)
+            return
+        text = self._open.setdefault(chunk.id, _Open(chunk.severity, received_s, {}))
+        text.chunks[chunk.chunk_seq] = chunk.text
+        ended = len(chunk.text.encode()) < _CHUNK_CHARS
+        complete = len(text.chunks) == max(text.chunks) + 1
+        if (ended and complete) or len(text.chunks) >= _CHUNKS:
+            self._finish(chunk.id, received_s)
+
+    def tick(self, now_s: float) -> None:
+        """Tell texts whose end does not come."""
+        for key in [key for key, text in self._open.items() if now_s - text.since_s > _LOST_AFTER_S]:
+            self._finish(key, now_s)
+
+    def told(self, text: StatusText, received_s: float) -> None:
+        """Keep and tell a text from elsewhere (an EVENT in words)."""
+        self._kept.append((received_s, text))
+        self._arrived.set()
+        self._tell(text)
+
+    def reasons_since(self, since_s: float) -> tuple[str, ...]:
+        """Texts of severity warning and above since `since_s` (monotonic), each once."""
+        found = [t.text for at_s, t in self._kept if at_s >= since_s and t.severity in _REASON_SEVERITIES]
+        return tuple(dict.fromkeys(found))
+
+    async def await_reasons(self, since_s: float, *, window_s: float) -> tuple[str, ...]:
+        """As reasons_since, but waits up to `window_s` for the first one: texts may follow the ack they explain."""
+        try:
+            async with asyncio.timeout(window_s):
+                while not self.reasons_since(since_s):
+                    self._arrived.clear()
+                    await self._arrived.wait()
+        except TimeoutError:
+            pass
+        return self.reasons_since(since_s)
+
+    def _finish(self, key: int, received_s: float) -> None:
+        text = self._open.pop(key)
+        self._keep(text.severity, "".join(text.chunks[n] for n in sorted(text.chunks)), received_s)
+
+    def _keep(self, severity: int, text: str, received_s: float) -> None:
+        words = _SEVERITIES[severity] if severity < len(_SEVERITIES) else f"severity {severity}"
+        clean = text.strip().rstrip("\x00").strip()
+        if clean:
+            self.told(StatusText(severity=words, text=clean), received_s)
