@@ -2,20 +2,20 @@
 
 import { ProblemError, problemFrom, unreachable } from "./problem";
 import { readToken } from "./token";
-import type { Plan, PlanCheck, PlanSummary, Run, StoredPlan, Vehicle } from "./types";
+import type { PlanCheck, PlanDocument, PlanHead, Run, StoredPlan, Vehicle } from "./types";
 import type { RunAction } from "../state/runs";
 
 const BASE = "/api/v1";
 
 export const api = {
   vehicles: async (): Promise<Vehicle[]> => (await get<{ vehicles: Vehicle[] }>("/vehicles")).vehicles,
-  plans: async (): Promise<PlanSummary[]> => (await get<{ plans: PlanSummary[] }>("/plans")).plans,
+  plans: async (): Promise<PlanHead[]> => (await get<{ plans: PlanHead[] }>("/plans")).plans,
   plan: (id: string): Promise<StoredPlan> => get(`/plans/${encodeURIComponent(id)}`),
   run: (id: string): Promise<Run> => get(`/runs/${encodeURIComponent(id)}`),
 
-  checkPlan: (plan: Plan, vehicle: string | null, signal: AbortSignal): Promise<PlanCheck> =>
+  checkPlan: (plan: PlanDocument, vehicle: string | null, signal: AbortSignal): Promise<PlanCheck> =>
     send("/plan-checks", vehicle === null ? { plan } : { plan, vehicle }, { signal }),
-  createPlan: (plan: Plan): Promise<StoredPlan> => send("/plans", plan, { once: true }),
+  createPlan: (plan: PlanDocument): Promise<StoredPlan> => send("/plans", plan, { once: true }),
   createRun: (plan: string, vehicle: string, start: boolean): Promise<Run> =>
     send("/runs", { plan, vehicle, start }, { once: true }),
 

@@ -1,7 +1,7 @@
 /** Each event of the stream as a sentence that can be read aloud. Unknown kinds still say what they are. Pure. */
 
-import type { DropRecord, Run } from "../api/types";
-import type { StreamEvent } from "../stream/frames";
+import type { DropRecord, EventKind, Run } from "../api/types";
+import type { StreamEvent } from "../api/types";
 import { percent } from "./units";
 import { certaintyName, plain, runStateName, runStateTone, type Tone } from "./words";
 
@@ -12,7 +12,7 @@ export interface Sentence {
 
 type Say = (event: StreamEvent, vehicle: string) => Sentence;
 
-const SAY: Readonly<Record<string, Say>> = {
+const SAY: Readonly<Record<EventKind, Say>> = {
   "service.started": (e) => ({ text: `The service started${after(" (version ", e.data["version"], ")")}.`, tone: "neutral" }),
   "service.stopped": () => ({ text: "The service stopped.", tone: "warn" }),
   "vehicle.seen": (e, v) => ({ text: `${v} was seen${after(": ", lower(e.data["vehicle_type"]))}${after(", firmware ", e.data["firmware"])}.`, tone: "info" }),
@@ -36,7 +36,8 @@ const SAY: Readonly<Record<string, Say>> = {
 
 export function sentence(event: StreamEvent): Sentence {
   const vehicle = event.vehicle_id ?? "A vehicle";
-  return SAY[event.kind]?.(event, vehicle) ?? { text: `${plain(event.kind.replaceAll(".", " "))}.`, tone: "neutral" };
+  const say: Say | undefined = SAY[event.kind]; // a newer service may tell more than this page knows
+  return say?.(event, vehicle) ?? { text: `${plain(event.kind.replaceAll(".", " "))}.`, tone: "neutral" };
 }
 
 function sayChanged(event: StreamEvent, vehicle: string): Sentence {

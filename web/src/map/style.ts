@@ -34,7 +34,6 @@ function backgroundLayers(p: Palette): LayerSpecification[] {
     { id: "gridMinor", type: "line", source: "gridMinor", paint: { "line-color": p.gridMinor } },
     { id: "gridMajor", type: "line", source: "gridMajor", paint: { "line-color": p.gridMajor } },
     { id: "rings", type: "line", source: "rings", filter: ["==", kind, "ring"], paint: { "line-color": p.ring, "line-dasharray": [2, 4] } },
-    { id: "ringText", type: "symbol", source: "rings", filter: ["==", kind, "label"], layout: text("label", 11), paint: textPaint(p.ringText, p) },
     { id: "home", type: "symbol", source: "rings", filter: ["==", kind, "home"], layout: { "icon-image": "home", "icon-allow-overlap": true } },
     {
       id: "fenceFill",
@@ -64,6 +63,7 @@ function planLayers(p: Palette): LayerSpecification[] {
       paint: { "line-color": ["match", state, "done", p.pathDone, p.path], "line-width": ["match", state, "current", 4, 2.5] },
     },
     { id: "tracks", type: "line", source: "tracks", layout: { ...ROUND }, paint: { "line-color": p.track, "line-width": 2, "line-opacity": 0.75 } },
+    { id: "ringText", type: "symbol", source: "rings", filter: ["==", ["get", "kind"], "label"], layout: text("label", 11), paint: textPaint(p.ringText, p) },
     {
       id: "places",
       type: "circle",

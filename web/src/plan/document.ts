@@ -3,7 +3,7 @@
  * what is wrong with them is the service's to say. Pure.
  */
 
-import type { Plan } from "../api/types";
+import type { PlanDocument } from "../api/types";
 import type { Point } from "../map/geometry";
 
 export interface PlanItemView {
@@ -28,7 +28,7 @@ export interface PlanView {
   readonly home: Point | null;
 }
 
-export type Parsed = { readonly plan: Plan } | { readonly error: string } | null;
+export type Parsed = { readonly plan: PlanDocument } | { readonly error: string } | null;
 
 /** The plan in a text; null for an empty text, a sentence if it is no JSON object. */
 export function parsePlanText(text: string): Parsed {
@@ -41,7 +41,7 @@ export function parsePlanText(text: string): Parsed {
   }
 }
 
-export function viewPlan(plan: Plan): PlanView {
+export function viewPlan(plan: PlanDocument): PlanView {
   const fence = isRecord(plan["geofence"]) ? plan["geofence"] : {};
   return {
     name: textOf(plan["name"]) ?? "Unnamed plan",

@@ -1,24 +1,31 @@
-/** The service's prediction for a plan, as far as the lists show it. Pure. */
+/** The service's prediction for a plan, as the lists show it. Pure. */
 
 import type { Timeline } from "../api/types";
-import { metres, seconds } from "../format/units";
+import { metres, seconds, speed } from "../format/units";
 
-export interface TimelineView {
-  readonly duration_s: number | null;
-  readonly distance_m: number | null;
-  readonly arrivals: ReadonlyMap<string, { readonly at_s: number | null; readonly distance_m: number | null }>;
+/** When an item begins, counted from the start: "+1 min 05 s". An item that is visited again says how often. */
+export function arrivalText(timeline: Timeline | null, itemId: string): string {
+  const visits = timeline?.entries.filter((entry) => entry.item_id === itemId) ?? [];
+  const last = visits.at(-1);
+  if (last === undefined) return "";
+  return `+${seconds(Math.round(last.end_s))}${visits.length > 1 ? ` (${visits.length} visits)` : ""}`;
 }
 
-export function viewTimeline(_timeline: Timeline): TimelineView | null {
-  return null;
-}
-
-export function arrivalText(timeline: TimelineView | null, itemId: string): string {
-  const arrival = timeline?.arrivals.get(itemId);
-  return arrival && arrival.at_s !== null ? `+${seconds(Math.round(arrival.at_s))}` : "";
-}
-
-export function totalText(timeline: TimelineView | null): string {
+/** The whole flight: "3 min 20 s · 840 m". */
+export function totalText(timeline: Timeline | null): string {
   if (timeline === null) return "";
-  return [seconds(timeline.duration_s), metres(timeline.distance_m)].join(" · ");
+  const end = timeline.open_ended ? " until told otherwise" : "";
+  return `${seconds(Math.round(timeline.duration_s))}${end} · ${metres(timeline.distance_m)}`;
+}
+
+/** How a drop is predicted to act: where before the point, how fast, how far the parcel flies on. */
+export function dropText(timeline: Timeline | null, itemId: string): string {
+  const drop = timeline?.drops.find((predicted) => predicted.item_id === itemId);
+  if (!drop) return "";
+  const parts = [
+    `${drop.supervised ? "supervised" : "embedded"}, predicted at ${speed(drop.ground_speed_m_s)} and ${metres(drop.relative_altitude_m)} up`,
+    drop.lead_m >= 1 ? `${metres(drop.lead_m)} before the point` : "",
+    drop.throw_m >= 1 ? `falls ${seconds(drop.fall_s)}, flies on ${metres(drop.throw_m)}` : "",
+  ];
+  return parts.filter((part) => part !== "").join(" · ");
 }

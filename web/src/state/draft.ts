@@ -3,7 +3,7 @@
 import { computed, effect, signal } from "@preact/signals";
 import { api } from "../api/client";
 import { asProblem, type ProblemError } from "../api/problem";
-import type { Finding, Plan, Timeline } from "../api/types";
+import type { Finding, PlanDocument, Timeline } from "../api/types";
 import { parsePlanText, viewPlan } from "../plan/document";
 import { keepPlan } from "./plans";
 import { report } from "./notices";
@@ -15,7 +15,7 @@ const CHECK_DELAY_MS = 300;
 
 export type Check =
   | { readonly kind: "none" }
-  | { readonly kind: "done"; readonly findings: readonly Finding[]; readonly timeline: Timeline }
+  | { readonly kind: "done"; readonly findings: readonly Finding[]; readonly timeline: Timeline | null }
   | { readonly kind: "refused"; readonly problem: ProblemError };
 
 export const draftText = signal(sessionStorage.getItem(KEY) ?? "");
@@ -27,7 +27,7 @@ export const checking = signal(false);
 export const sending = signal(false);
 
 export const parsed = computed(() => parsePlanText(draftText.value));
-export const draftPlan = computed<Plan | null>(() => (parsed.value !== null && "plan" in parsed.value ? parsed.value.plan : null));
+export const draftPlan = computed<PlanDocument | null>(() => (parsed.value !== null && "plan" in parsed.value ? parsed.value.plan : null));
 export const draftView = computed(() => (draftPlan.value === null ? null : viewPlan(draftPlan.value)));
 export const findings = computed<readonly Finding[]>(() => {
   if (check.value.kind === "done") return check.value.findings;
@@ -76,7 +76,7 @@ export function watchDraft(): void {
   });
 }
 
-async function runCheck(plan: Plan, vehicle: string | null, signal: AbortSignal): Promise<void> {
+async function runCheck(plan: PlanDocument, vehicle: string | null, signal: AbortSignal): Promise<void> {
   try {
     const { findings, timeline } = await api.checkPlan(plan, vehicle, signal);
     if (signal.aborted) return;
@@ -104,7 +104,7 @@ export async function uploadDraft(vehicle: string): Promise<void> {
   }
 }
 
-async function storeDraft(plan: Plan): Promise<string> {
+async function storeDraft(plan: PlanDocument): Promise<string> {
   const text = draftText.value;
   if (storedAs.value?.text === text) return storedAs.value.id;
   const stored = await api.createPlan(plan);

@@ -1,12 +1,12 @@
 /** How one event changes vehicles and runs. Unknown kinds change nothing: they are for the feed. Pure. */
 
-import type { DropRecord, Run, Vehicle } from "../api/types";
-import type { StreamEvent } from "../stream/frames";
+import type { DropRecord, EventKind, Run, Vehicle } from "../api/types";
+import type { StreamEvent } from "../api/types";
 import { withRun, type World } from "./world";
 
 type Apply = (world: World, event: StreamEvent) => World;
 
-const APPLY: Readonly<Record<string, Apply>> = {
+const APPLY: Readonly<Partial<Record<EventKind, Apply>>> = {
   "vehicle.seen": onSeen,
   "vehicle.link_lost": (world, event) => withState(world, event, { connected: false }),
   "vehicle.link_restored": (world, event) => withState(world, event, { connected: true }),
@@ -36,7 +36,8 @@ function onSeen(world: World, event: StreamEvent): World {
 
 function onRun(world: World, event: StreamEvent): World {
   const run = event.data as unknown as Run;
-  return typeof run.id === "string" ? withRun(world, run) : world;
+  const known = world.runs[run.id]; // a snapshot may hold more than its seq says: never go back behind it
+  return known && known.updated_at > run.updated_at ? world : withRun(world, run);
 }
 
 function onUploadProgress(world: World, event: StreamEvent): World {

@@ -2,10 +2,10 @@
 
 import { signal } from "@preact/signals";
 import { api } from "../api/client";
-import type { PlanSummary, StoredPlan } from "../api/types";
+import type { PlanHead, StoredPlan } from "../api/types";
 import { report } from "./notices";
 
-export const storedPlans = signal<readonly PlanSummary[] | null>(null);
+export const storedPlans = signal<readonly PlanHead[] | null>(null);
 export const plansById = signal<Readonly<Record<string, StoredPlan>>>({});
 
 const asked = new Set<string>();

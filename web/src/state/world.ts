@@ -5,8 +5,8 @@
  * leaves a hole sets `resync`, upon which the connection is opened again with `after=seq`.
  */
 
-import type { Run, Vehicle } from "../api/types";
-import type { EventFrame, Frame, HelloFrame, SnapshotFrame, StreamEvent, TelemetryFrame } from "../stream/frames";
+import type { Run, StreamEvent, Vehicle } from "../api/types";
+import type { EventFrame, Frame, HelloFrame, SnapshotFrame, TelemetryFrame } from "../stream/frames";
 import { applyEvent } from "./events";
 
 /** Events kept for the feed. */
@@ -113,7 +113,7 @@ function onEvent(world: World, { event }: EventFrame): World {
 /** Stands in the feed for events that the service could not give again: a hole is said, never hidden. */
 function missing(after: number, next: StreamEvent): StreamEvent {
   const data = { first: after + 1, last: next.seq - 1 };
-  return { seq: next.seq - 0.5, time: next.time, kind: "page.missing", vehicle_id: null, run_id: null, data };
+  return { seq: next.seq - 0.5, time: next.time, kind: "page.missing", gateway: next.gateway, vehicle_id: null, run_id: null, data };
 }
 
 function onTelemetry(world: World, frame: TelemetryFrame, at: number): World {

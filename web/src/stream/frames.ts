@@ -1,16 +1,6 @@
 /** Frames of /api/v1/stream, in the order in which the service sends them: hello, snapshot, then events and telemetry. */
 
-import type { Run, Vehicle, VehicleState } from "../api/types";
-
-/** A fact, numbered without gaps by its gateway. */
-export interface StreamEvent {
-  seq: number;
-  time: number;
-  kind: string;
-  vehicle_id: string | null;
-  run_id: string | null;
-  data: Record<string, unknown>;
-}
+import type { Run, StreamEvent, Vehicle, VehicleState } from "../api/types";
 
 export interface HelloFrame {
   type: "hello";

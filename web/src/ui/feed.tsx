@@ -3,7 +3,7 @@ import { sentence } from "../format/sentences";
 import { clockTime, fullTime } from "../format/units";
 import { feed } from "../state/store";
 import { selectRun } from "../state/selection";
-import type { StreamEvent } from "../stream/frames";
+import type { StreamEvent } from "../api/types";
 
 /** Rows drawn at first; more on request, up to all that is kept. */
 const PAGE = 80;

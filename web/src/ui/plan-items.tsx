@@ -1,7 +1,7 @@
-import type { Finding } from "../api/types";
+import type { Finding, Timeline } from "../api/types";
 import { itemSummary, itemTitle } from "../plan/describe";
 import { isDrop, type PlanItemView } from "../plan/document";
-import { arrivalText, type TimelineView } from "../plan/timeline";
+import { arrivalText, dropText } from "../plan/timeline";
 import type { Progress } from "../map/features";
 import { itemId } from "../state/selection";
 import { FindingNote } from "./finding-note";
@@ -9,7 +9,7 @@ import { FindingNote } from "./finding-note";
 interface Props {
   items: readonly PlanItemView[];
   findingsOf: (item: PlanItemView) => readonly Finding[];
-  timeline: TimelineView | null;
+  timeline: Timeline | null;
   progress: ReadonlyMap<string, Progress> | null;
 }
 
@@ -18,7 +18,7 @@ export function PlanItems({ items, findingsOf, timeline, progress }: Props) {
   return (
     <ol class="plan-items">
       {items.map((item) => (
-        <PlanItem key={item.index} item={item} findings={findingsOf(item)} arrival={arrivalText(timeline, item.id)} progress={progress?.get(item.id) ?? null} />
+        <PlanItem key={item.index} item={item} findings={findingsOf(item)} timeline={timeline} progress={progress?.get(item.id) ?? null} />
       ))}
     </ol>
   );
@@ -27,11 +27,13 @@ export function PlanItems({ items, findingsOf, timeline, progress }: Props) {
 interface ItemProps {
   item: PlanItemView;
   findings: readonly Finding[];
-  arrival: string;
+  timeline: Timeline | null;
   progress: Progress | null;
 }
 
-function PlanItem({ item, findings, arrival, progress }: ItemProps) {
+function PlanItem({ item, findings, timeline, progress }: ItemProps) {
+  const arrival = arrivalText(timeline, item.id);
+  const drop = isDrop(item) ? dropText(timeline, item.id) : "";
   const pointed = itemId.value === item.id;
   return (
     <li class={`plan-item ${progress ?? ""} ${isDrop(item) ? "is-drop" : ""}`} aria-current={progress === "current" ? "step" : undefined}>
@@ -40,6 +42,7 @@ function PlanItem({ item, findings, arrival, progress }: ItemProps) {
         <span class="plan-item-text">
           <b>{itemTitle(item)}</b> <code>{item.id}</code>
           <small>{itemSummary(item)}</small>
+          {drop !== "" && <small class="plan-item-drop">{drop}</small>}
         </span>
         {arrival !== "" && <span class="plan-item-arrival">{arrival}</span>}
       </button>

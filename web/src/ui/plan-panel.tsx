@@ -1,7 +1,7 @@
 import { useEffect } from "preact/hooks";
 import { vehicleTypeName } from "../format/words";
 import { itemOfFinding, type PlanItemView } from "../plan/document";
-import { totalText, viewTimeline } from "../plan/timeline";
+import { totalText } from "../plan/timeline";
 import { canSend, check, checking, draftView, findings, parsed, sending, uploadDraft } from "../state/draft";
 import { selectVehicle, vehicleId } from "../state/selection";
 import { live, vehicleIds, vehicles } from "../state/store";
@@ -42,7 +42,7 @@ function PlanSummary() {
   const of = new Map(findings.value.map((finding) => [finding, itemOfFinding(finding, plan.items)]));
   const ofPlan = findings.value.filter((finding) => of.get(finding) === null);
   const ofItem = (item: PlanItemView) => findings.value.filter((finding) => of.get(finding) === item);
-  const timeline = check.value.kind === "done" ? viewTimeline(check.value.timeline) : null;
+  const timeline = check.value.kind === "done" ? check.value.timeline : null;
   return (
     <section aria-label="The plan">
       <header class="plan-head">

@@ -4,7 +4,6 @@ import { clockTime, percent, seconds } from "../format/units";
 import { runStateName, runStateTone } from "../format/words";
 import { itemProgress } from "../map/features";
 import { viewPlan } from "../plan/document";
-import { viewTimeline } from "../plan/timeline";
 import { needPlan, plansById } from "../state/plans";
 import { newestRuns } from "../state/runs";
 import { selectRun, selectedRun, showPanel } from "../state/selection";
@@ -102,7 +101,7 @@ function RunItems({ run }: { run: Run }) {
   const plan = viewPlan(stored.plan);
   return (
     <section aria-label="Items of the plan">
-      <PlanItems items={plan.items} findingsOf={() => []} timeline={viewTimeline(stored.timeline)} progress={itemProgress(plan, run)} />
+      <PlanItems items={plan.items} findingsOf={() => []} timeline={stored.timeline} progress={itemProgress(plan, run)} />
     </section>
   );
 }

@@ -1,0 +1,60 @@
+import { describe, expect, it } from "vitest";
+import type { EventKind, StreamEvent } from "../api/types";
+import { sampleDrop, sampleEvent, sampleRun } from "../testing/samples";
+import { sentence } from "./sentences";
+import { age, heading, metres, percent, seconds, speed } from "./units";
+import { landedName, plain } from "./words";
+
+describe("measurements", () => {
+  it("that are not known are a dash, never a zero", () => {
+    expect([metres(null), speed(null), seconds(null), percent(null), heading(null)]).toEqual(["–", "–", "–", "–", "–"]);
+  });
+
+  it("have as many decimals as help", () => {
+    expect([metres(0.42), metres(9), metres(120.4), metres(12_300)]).toEqual(["0.4 m", "9 m", "120 m", "12.3 km"]);
+    expect([seconds(5), seconds(0.5), seconds(65), seconds(3720)]).toEqual(["5 s", "0.5 s", "1 min 05 s", "1 h 02 min"]);
+    expect([heading(5), heading(359.8)]).toEqual(["005°", "000°"]);
+  });
+
+  it("of age can be read while they grow", () => {
+    expect([age(null), age(0.42), age(14.2), age(200), age(9000)]).toEqual(["never", "0.4 s", "14 s", "3 min", "3 h"]);
+  });
+});
+
+describe("words", () => {
+  it("that the page does not know are shown as they are", () => {
+    expect([plain("some_new_mode"), landedName("submerged")]).toEqual(["Some new mode", "Submerged"]);
+  });
+});
+
+describe("sentences", () => {
+  const say = (kind: EventKind, data: Record<string, unknown>, fields: Partial<StreamEvent> = {}) =>
+    sentence(sampleEvent(1, { kind, data, vehicle_id: "v1", run_id: "r1", ...fields }));
+
+  it("say what happened to which vehicle", () => {
+    expect(say("vehicle.link_lost", {}).text).toBe("The link to v1 is lost.");
+    expect(say("vehicle.changed", { mode: "mission", armed: true, landed: "in_air", in_failsafe: false }).text).toBe("v1: mission mode, armed, in air.");
+    expect(say("vehicle.changed", { mode: "return", in_failsafe: true })).toEqual({ text: "v1 is in failsafe, mode return.", tone: "danger" });
+    expect(say("run.upload_progress", { mission_type: "fence", sent: 2, total: 4 }).text).toBe("Uploading the fence to v1: 2 of 4.");
+    expect(say("run.changed", { ...sampleRun({ state: "failed", reason: "no answer" }) })).toEqual({ text: "Run r1 of v1: failed. no answer.", tone: "danger" });
+  });
+
+  it("keep what was sent apart from what was answered", () => {
+    expect(say("run.command", { command: "DO_GRIPPER", attempt: 2 }).text).toBe("Sent DO_GRIPPER to v1 (try 2).");
+    expect(say("run.ack", { command: "DO_GRIPPER", result: "accepted", progress: null })).toEqual({ text: "v1 answered DO_GRIPPER: accepted.", tone: "ok" });
+    expect(say("run.ack", { command: "DO_GRIPPER", result: "denied" }).tone).toBe("danger");
+  });
+
+  it("claim no more of a drop than is known", () => {
+    expect(say("run.drop", { ...sampleDrop({ outcome: "released", certainty: "acknowledged" }) }).text).toBe("v1 released “drop”, acknowledged by the vehicle.");
+    expect(say("run.drop", { ...sampleDrop({ outcome: "unknown", reason: "the link died" }) })).toEqual({
+      text: "Whether v1 released “drop” is not known. The link died.",
+      tone: "danger",
+    });
+  });
+
+  it("are made for every kind, even with no data and for kinds to come", () => {
+    const kinds = ["service.started", "vehicle.seen", "vehicle.status_text", "vehicle.command", "plan.created", "run.item", "run.changed", "run.drop", "later.kind"];
+    for (const kind of kinds) expect(say(kind as EventKind, {}, { run_id: null, vehicle_id: null }).text).toMatch(/\w.*[.”]$/);
+  });
+});

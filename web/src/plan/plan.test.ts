@@ -1,0 +1,70 @@
+import { readFileSync } from "node:fs";
+import { describe, expect, it } from "vitest";
+import type { Timeline } from "../api/types";
+import { itemSummary, itemTitle } from "./describe";
+import { dropPlaces, itemOfFinding, parsePlanText, viewPlan } from "./document";
+import { arrivalText, dropText, totalText } from "./timeline";
+
+const clinic = viewPlan(JSON.parse(readFileSync(new URL("../../../plans/clinic-run.json", import.meta.url), "utf8")));
+
+describe("a plan's text", () => {
+  it("is nothing, an error in words, or a plan", () => {
+    expect(parsePlanText(" \n")).toBeNull();
+    expect(parsePlanText("{ nope")).toMatchObject({ error: expect.stringContaining("not JSON") });
+    expect(parsePlanText("[1]")).toMatchObject({ error: expect.stringContaining("JSON object") });
+    expect(parsePlanText('{"name":"x"}')).toEqual({ plan: { name: "x" } });
+  });
+});
+
+describe("a plan that is half written", () => {
+  it("is read as far as it goes, whatever stands in it", () => {
+    const plan = viewPlan({ name: 7, items: [null, { type: "waypoint", latitude_deg: "x" }, { latitude_deg: 470, longitude_deg: 8 }], geofence: { polygons: [{ vertices: [{}] }], circles: "no" } });
+    expect(plan.items.map(({ id, type, at }) => [id, type, at])).toEqual([["item-1", "unknown", null], ["item-2", "waypoint", null], ["item-3", "unknown", null]]);
+    expect([plan.name, plan.fences, viewPlan({}).items]).toEqual(["Unnamed plan", [], []]);
+  });
+});
+
+describe("the example plan", () => {
+  it("is read whole", () => {
+    expect([clinic.name, clinic.vehicleType, clinic.items.length, clinic.fences.length, clinic.rallyPoints.length]).toEqual(["Clinic run", "multicopter", 5, 2, 1]);
+    expect(dropPlaces(clinic.items).get("drop")).toEqual(clinic.items.find(({ id }) => id === "clinic")?.at);
+  });
+
+  it("is told in words", () => {
+    expect(clinic.items.map(itemTitle)).toEqual(["Take off", "Waypoint", "Waypoint", "Gripper: release", "Return to launch"]);
+    expect(clinic.items[0] && itemSummary(clinic.items[0])).toBe("15 m above home");
+  });
+});
+
+describe("a finding", () => {
+  it("belongs to the item of its id, else of its pointer, else to the plan", () => {
+    expect(itemOfFinding({ item_id: "drop", pointer: "/items/0" }, clinic.items)?.id).toBe("drop");
+    expect(itemOfFinding({ item_id: null, pointer: "/items/1/latitude_deg" }, clinic.items)?.id).toBe("corner");
+    expect(itemOfFinding({ item_id: null, pointer: "/name" }, clinic.items)).toBeNull();
+  });
+});
+
+describe("the prediction", () => {
+  const entry = { type: "waypoint", visit: 1, seqs: [], start_s: 0, duration_s: 1, distance_m: 1, ground_speed_m_s: 5, latitude_deg: 0, longitude_deg: 0, relative_altitude_m: 0, brakes: true };
+  const timeline: Timeline = {
+    entries: [{ ...entry, item_id: "a", end_s: 20 }, { ...entry, item_id: "a", visit: 2, end_s: 65 }],
+    drops: [{ item_id: "d", visit: 1, supervised: false, release_motion: "moving", at_s: 30, ground_speed_m_s: 15, relative_altitude_m: 40, lead_m: 25, offset_m: 25, release_latitude_deg: null, release_longitude_deg: null, fall_s: 2.8, throw_m: 42 }],
+    order: ["a", "a"],
+    distance_m: 840,
+    duration_s: 200,
+    open_ended: false,
+    truncated: false,
+  };
+
+  it("says when each item is done, and how often it is visited", () => {
+    expect([arrivalText(timeline, "a"), arrivalText(timeline, "x"), arrivalText(null, "a")]).toEqual(["+1 min 05 s (2 visits)", "", ""]);
+  });
+
+  it("says how a drop will act", () => {
+    expect(dropText(timeline, "d")).toBe("embedded, predicted at 15.0 m/s and 40 m up · 25 m before the point · falls 2.8 s, flies on 42 m");
+  });
+
+  it("sums up the flight", () => {
+    expect(totalText(timeline)).toBe("3 min 20 s · 840 m");
+  });
+});

@@ -1,0 +1,102 @@
+/** Vehicles, runs, drops and events for tests, with the few fields that a test cares for. */
+
+import type { DropRecord, Run, Vehicle, VehicleState } from "../api/types";
+import type { StreamEvent } from "../api/types";
+
+export function sampleState(fields: Partial<VehicleState> = {}): VehicleState {
+  return {
+    connected: true,
+    mode: "hold",
+    armed: false,
+    landed: "on_ground",
+    in_failsafe: false,
+    latitude_deg: 47.4,
+    longitude_deg: 8.55,
+    absolute_altitude_m: 488,
+    relative_altitude_m: 0,
+    velocity_north_m_s: 0,
+    velocity_east_m_s: 0,
+    velocity_down_m_s: 0,
+    heading_deg: 0,
+    position_age_s: 0.1,
+    heartbeat_age_s: 0.3,
+    battery_percent: 90,
+    home: null,
+    mission_seq: null,
+    mission_total: null,
+    mission_state: "no_mission",
+    mission_id: null,
+    vtol_state: null,
+    gripper_output_us: null,
+    ...fields,
+  };
+}
+
+export function sampleVehicle(fields: Partial<Vehicle> = {}): Vehicle {
+  return {
+    id: "v1",
+    system_id: 1,
+    vehicle_type: "multicopter",
+    firmware: "1.18.0",
+    uid: null,
+    connection: "udpin://127.0.0.1:14540",
+    quarantined: null,
+    run_id: null,
+    state: sampleState(),
+    ...fields,
+  };
+}
+
+export function sampleDrop(fields: Partial<DropRecord> = {}): DropRecord {
+  return {
+    plan_item_id: "drop",
+    supervised: true,
+    phase: "waiting",
+    outcome: "pending",
+    certainty: "none",
+    reason: "",
+    attempts: 0,
+    commanded_at: null,
+    acknowledged_at: null,
+    acknowledged_result: null,
+    output_at: null,
+    output_us: null,
+    sensed_at: null,
+    latitude_deg: null,
+    longitude_deg: null,
+    relative_altitude_m: null,
+    ground_speed_m_s: null,
+    offset_m: null,
+    ...fields,
+  };
+}
+
+export function sampleRun(fields: Partial<Run> = {}): Run {
+  return {
+    id: "r1",
+    plan_id: "p1",
+    plan_hash: "",
+    vehicle_id: "v1",
+    vehicle_uid: null,
+    state: "flying",
+    reason: "",
+    item_id: null,
+    flown_item_ids: [],
+    reached_seq: null,
+    mission_id: null,
+    upload_percent: null,
+    requested_by: "local",
+    start_requested: false,
+    asked: "",
+    drops: [sampleDrop()],
+    created_at: 100,
+    updated_at: 100,
+    started_at: null,
+    ended_at: null,
+    ...fields,
+  };
+}
+
+export function sampleEvent(seq: number, fields: Partial<StreamEvent> = {}): StreamEvent {
+  return { seq, time: 1_000 + seq, kind: "service.started", gateway: "gw1", vehicle_id: null, run_id: null, data: {}, ...fields };
+}
