@@ -40,12 +40,11 @@ class Database:
         self._going_on: set[asyncio.Task[Any]] = set()
         self._writer: Final = _engine(path, connections=1, pragmas=_PRAGMAS)
         self._reader: Final = _engine(path, connections=READERS, pragmas=(*_PRAGMAS, "PRAGMA query_only = ON"))
-        # IMMEDIATE takes the write lock at once: a transaction that reads, then writes, cannot find its read stale
-        sa.event.listen(self._writer.sync_engine, "begin", _begin_immediate)
 
     async def write(self, work: Work[T]) -> T:
         """Do `work` in a transaction: committed and on disk when this returns, undone if it raises.
 
+        The transaction begins with the first statement that writes; write first, then read what that gave.
         If the caller is cancelled, the transaction goes on to its end. Raises StorageError.
         """
         return await self._to_its_end(self._write(work))
@@ -85,8 +84,10 @@ def _engine(path: Path, *, connections: int, pragmas: tuple[str, ...]) -> AsyncE
         sa.URL.create("sqlite+aiosqlite", database=str(path)),
         pool_size=connections,
         max_overflow=0,
-        # None: the driver begins no transactions by itself. Writes begin through the listener, reads need none.
-        connect_args={"isolation_level": None},
+        # the driver begins a transaction at the first statement that writes, and takes the write lock right there; it
+        # commits or rolls back when the block ends, so that a second rollback for the pool would only cost time
+        connect_args={"isolation_level": "IMMEDIATE"},
+        pool_reset_on_return=None,
     )
 
     def set_pragmas(connection: Any, _record: object) -> None:
@@ -97,7 +98,3 @@ def _engine(path: Path, *, connections: int, pragmas: tuple[str, ...]) -> AsyncE
 
     sa.event.listen(engine.sync_engine, "connect", set_pragmas)
     return engine
-
-
-def _begin_immediate(connection: sa.Connection) -> None:
-    connection.exec_driver_sql("BEGIN IMMEDIATE")

@@ -12,6 +12,8 @@ from app.domain.errors import InvalidInputError, StorageError
 
 M = TypeVar("M", bound=BaseModel)
 
+_ENCODER = json.JSONEncoder(allow_nan=False, separators=(",", ":"), ensure_ascii=False)
+
 
 def to_json(what: str, value: Mapping[str, Any]) -> str:
     """`value` as compact JSON.
@@ -20,7 +22,7 @@ def to_json(what: str, value: Mapping[str, Any]) -> str:
         InvalidInputError: it holds something that JSON has not (NaN, infinity, an object); nothing is stored then.
     """
     try:
-        return json.dumps(value, allow_nan=False, separators=(",", ":"), ensure_ascii=False)
+        return _ENCODER.encode(value)
     except (TypeError, ValueError) as error:
         raise InvalidInputError(f"{what} cannot be stored: {error}") from error
 

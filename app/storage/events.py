@@ -18,6 +18,11 @@ from app.storage.schema import EVENTS
 
 _LAST_SEQ = sa.select(sa.func.coalesce(sa.func.max(EVENTS.c.seq), 0).label("last_seq"))
 
+# numbered by the statement itself, row by row: whatever became of an earlier commit, the next number is the right one
+_INSERT_NEXT = sa.insert(EVENTS).values(
+    seq=sa.select(sa.func.coalesce(sa.func.max(EVENTS.c.seq), 0) + 1).scalar_subquery()
+)
+
 
 class SqliteEventStore:
     """EventStore on one SQLite file."""
@@ -38,18 +43,13 @@ class SqliteEventStore:
         rows = [_row(event) for event in events]
 
         async def insert(connection: AsyncConnection) -> int:
-            last_seq = 0
             if rows:
-                # read in the transaction: whatever became of an earlier one, the next number is the right one
-                last_seq = (await connection.execute(_LAST_SEQ)).scalar_one()
-                await connection.execute(
-                    sa.insert(EVENTS), [{"seq": n, **row} for n, row in enumerate(rows, last_seq + 1)]
-                )
+                await connection.execute(_INSERT_NEXT, rows)
             await upsert_runs(connection, runs)
-            return last_seq
+            return int((await connection.execute(_LAST_SEQ)).scalar_one()) if rows else 0
 
         last_seq = await self._database.write(insert)
-        return tuple(self._numbered(event, seq) for seq, event in enumerate(events, last_seq + 1))
+        return tuple([self._numbered(event, seq) for seq, event in enumerate(events, last_seq - len(rows) + 1)])
 
     async def read(self, *, after: int, limit: int, run_id: str | None = None) -> Sequence[Event]:
         """See EventStore."""
