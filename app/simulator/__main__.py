@@ -9,6 +9,8 @@ import sys
 from collections.abc import Sequence
 from typing import TextIO
 
+from app.simulator.control_server import ControlServer
+from app.simulator.fault_control import FaultControl
 from app.simulator.fleet import Fleet
 from app.simulator.options import Options, parse
 
@@ -31,18 +33,25 @@ async def serve(options: Options, out: TextIO) -> None:
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, stopped.set)
     fleet = Fleet(options)
+    control = ControlServer(FaultControl(fleet))
     try:
         await fleet.open()
+        if options.control_port is not None:
+            port = await control.open(options.control_port)
+            _say(out, f"control: 127.0.0.1:{port}")
         for vehicle, (local, remote) in zip(fleet.vehicles, fleet.addresses(), strict=True):
             _say(out, f"ready: {vehicle.spec.airframe.name} system {vehicle.system_id} {local} -> {remote}")
         running = asyncio.create_task(fleet.run())
         waiting = asyncio.create_task(stopped.wait())
-        await asyncio.wait((running, waiting), return_when=asyncio.FIRST_COMPLETED)
-        for task in (running, waiting):
+        done, _ = await asyncio.wait((running, waiting), return_when=asyncio.FIRST_COMPLETED)
+        for task in {running, waiting} - done:
             task.cancel()
-        with contextlib.suppress(asyncio.CancelledError):
-            await running
+            with contextlib.suppress(asyncio.CancelledError):
+                await task
+        if running in done:
+            running.result()  # the fleet runs until it is cancelled: anything else is a fault to be seen
     finally:
+        await control.close()
         fleet.close()
 
 

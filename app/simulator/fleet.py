@@ -23,6 +23,7 @@ TICK_S = 0.01
 MAX_BEHIND_S = 0.25
 """When the machine cannot keep up, vehicle time runs slower instead of catching up in one jump."""
 SPACING_M = 5.0
+DUPLICATE_OFFSET = 6
 TIMES_SCALED_BY_SPEED = ("COM_DL_LOSS_T", "COM_OF_LOSS_T")
 """PX4's SITL start-up multiplies these by the speed factor, so that they stay wall time."""
 
@@ -41,7 +42,17 @@ def build_vehicle(options: Options, index: int, entry: VehicleOptions, wall: Cal
     first = LocalFrame(*options.home)
     latitude, longitude = first.to_global(0.0, SPACING_M * index)
     frame = LocalFrame(latitude, longitude, options.home[2])
-    spec = VehicleSpec(airframe, entry.system_id, profile, frame, params, options.seed, options.speed, salt=str(index))
+    spec = VehicleSpec(
+        airframe=airframe,
+        system_id=entry.system_id,
+        profile=profile,
+        frame=frame,
+        params=params,
+        seed=options.seed,
+        speed=options.speed,
+        salt=str(index),
+        winch=entry.winch,
+    )
     return Vehicle(spec, wall)
 
 
@@ -53,18 +64,40 @@ class Fleet:
         self._wall = wall
         self.vehicles = [build_vehicle(options, index, entry, wall) for index, entry in enumerate(options.fleet)]
         self._channels: list[Channel] = []
+        """The link of each vehicle."""
+        self._extra: list[Channel] = []
+        self._duplicates: dict[int, list[Vehicle]] = {}
 
     async def open(self) -> None:
         """Bind every vehicle's socket. Raises OSError when a local port is taken."""
-        loop = asyncio.get_running_loop()
         for index, vehicle in enumerate(self.vehicles):
             remote = (LOOPBACK, self.options.port + (0 if self.options.shared_port else index))
             local_port = self.options.local_port + index if self.options.local_port else 0
-            rng = random.Random(f"{self.options.seed} {index}")
-            channel = Channel(remote, vehicle.faults.link, rng, vehicle.receive, self._wall)
-            await loop.create_datagram_endpoint(partial(_same, channel), local_addr=(LOOPBACK, local_port))
-            vehicle.radio.channels.append(channel)
-            self._channels.append(channel)
+            self._channels.append(await self._link(vehicle, remote, local_port, f"{index}"))
+            if self.options.gcs_port is not None:
+                self._extra.append(await self._link(vehicle, (LOOPBACK, self.options.gcs_port), 0, f"{index} gcs"))
+
+    async def _link(self, vehicle: Vehicle, remote: tuple[str, int], local_port: int, name: str) -> Channel:
+        rng = random.Random(f"{self.options.seed} {name}")
+        channel = Channel(remote, vehicle.faults.link, rng, vehicle.receive, self._wall)
+        loop = asyncio.get_running_loop()
+        await loop.create_datagram_endpoint(partial(_same, channel), local_addr=(LOOPBACK, local_port))
+        vehicle.radio.channels.append(channel)
+        return channel
+
+    async def add_duplicate(self, original: Vehicle) -> None:
+        """A second vehicle with the same system id appears on the same ground port, 30 m away."""
+        index = self.vehicles.index(original)
+        entry = VehicleOptions(original.spec.airframe.name, original.system_id)
+        twin = build_vehicle(self.options, index + DUPLICATE_OFFSET, entry, self._wall)
+        remote = (LOOPBACK, self.options.port + (0 if self.options.shared_port else index))
+        self._extra.append(await self._link(twin, remote, 0, f"{index} duplicate"))
+        self._duplicates.setdefault(original.system_id, []).append(twin)
+
+    def remove_duplicates(self, original: Vehicle) -> None:
+        """They fall silent for good."""
+        for twin in self._duplicates.pop(original.system_id, []):
+            twin.radio.silent = True
 
     def addresses(self) -> list[tuple[str, str]]:
         """Local and remote address of each vehicle, as text."""
@@ -72,7 +105,7 @@ class Fleet:
 
     def close(self) -> None:
         """Close the sockets."""
-        for channel in self._channels:
+        for channel in (*self._channels, *self._extra):
             channel.close()
 
     async def run(self) -> None:
@@ -82,11 +115,12 @@ class Fleet:
         while True:
             now_s = self._wall()
             due_s = max(due_s, now_s - MAX_BEHIND_S)
+            everybody = [*self.vehicles, *(twin for twins in self._duplicates.values() for twin in twins)]
             while due_s <= now_s:
-                for vehicle in self.vehicles:
+                for vehicle in everybody:
                     vehicle.step()
                 due_s += step_s
-            for vehicle in self.vehicles:
+            for vehicle in everybody:
                 vehicle.poll()
             await asyncio.sleep(TICK_S)
 

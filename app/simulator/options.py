@@ -31,6 +31,7 @@ class Options:
     port: int = 14540
     local_port: int = 14580
     shared_port: bool = False
+    gcs_port: int | None = None
     speed: float = 1.0
     seed: int = 0
     home: tuple[float, float, float] = DEFAULT_HOME
@@ -52,6 +53,7 @@ def parse(arguments: Sequence[str]) -> Options:
     parser.add_argument("--port", type=_port, default=14540, help="vehicle i sends to 127.0.0.1:PORT+i")
     parser.add_argument("--local-port", type=_port, default=14580, help="vehicle i sends from LOCAL_PORT+i; 0: any")
     parser.add_argument("--shared-port", action="store_true", help="all vehicles send to PORT")
+    parser.add_argument("--gcs-port", type=_port, default=None, help="a second link of every vehicle, to this port")
     parser.add_argument("--speed", type=_speed, default=1.0, help="vehicle time over wall time, 1 to 50")
     parser.add_argument("--seed", type=int, default=0, help="of every random choice")
     parser.add_argument("--home", type=_home, default=DEFAULT_HOME, metavar="LAT,LON,ALT", help="of the first vehicle")

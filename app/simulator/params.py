@@ -12,6 +12,9 @@ MAV_PARAM_TYPE_REAL32 = 9
 
 DEFAULTS: dict[str, Value] = {
     "BAT1_CAPACITY": -1.0,
+    "BAT_CRIT_THR": 0.07,
+    "BAT_EMERGEN_THR": 0.05,
+    "BAT_LOW_THR": 0.15,
     "COM_ARM_WO_GPS": 0,
     "COM_DISARM_LAND": 2.0,
     "COM_DISARM_PRFLT": 10.0,

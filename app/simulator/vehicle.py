@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from app.simulator.airframe import Airframe
+from app.simulator.battery import Battery
 from app.simulator.clock import VehicleClock
 from app.simulator.commander import Commander
 from app.simulator.commands.flight import FlightCommands
@@ -40,6 +41,7 @@ from app.simulator.router import Router
 from app.simulator.state import Body, VehicleState
 from app.simulator.streams import Streams
 from app.simulator.telemetry import Telemetry
+from app.simulator.winch import Winch
 from app.simulator.wire import Cmd, Result, VtolState
 
 REBOOT_SILENCE_S = 0.2
@@ -58,6 +60,7 @@ class VehicleSpec:
     seed: int
     speed: float
     salt: str = ""
+    winch: bool = False
 
 
 class Vehicle:
@@ -103,9 +106,10 @@ class Vehicle:
             self.clock,
             self.payload,
             {
-                Cmd.DO_CHANGE_SPEED: lambda _kind, speed: flight.apply_speed(speed),
-                Cmd.NAV_RETURN_TO_LAUNCH: lambda _p1, _p2: self._return(),
-                Cmd.DO_VTOL_TRANSITION: lambda wanted, _p2: self._transition_in_mission(wanted),
+                Cmd.DO_CHANGE_SPEED: lambda params: flight.apply_speed(params[1]),
+                Cmd.NAV_RETURN_TO_LAUNCH: lambda params: self._return(),
+                Cmd.DO_VTOL_TRANSITION: lambda params: self._transition_in_mission(params[0]),
+                Cmd.DO_WINCH: self._winch_in_mission,
             },
         )
         identity = Identity(spec.profile, spec.seed, spec.system_id, spec.salt)
@@ -121,8 +125,11 @@ class Vehicle:
                 **payload_commands.handlers(),
                 Cmd.PREFLIGHT_REBOOT_SHUTDOWN: self._on_reboot,
             },
+            others=frozenset({int(Cmd.DO_WINCH)}) if spec.winch else frozenset(),
         )
         payload_commands.connect(self._commands)
+        self.battery = Battery(state.status, self.params, self.commander, self.radio.text)
+        self.winch = Winch(self.radio, self.clock) if spec.winch else None
         self._link_loss = LinkLossFailsafe(
             state.status, self.params, self.clock, self.commander, self.radio.text, self._events.emit, spec.speed
         )
@@ -154,6 +161,8 @@ class Vehicle:
         self._reporter.boot()
         self._transfer.reset()
         self._commands.reset()
+        if self.winch is not None:
+            self.winch.boot()
 
     def reboot(self) -> None:
         """Restart the autopilot: in the next cycle, the mission begins at item 0 again."""
@@ -172,6 +181,8 @@ class Vehicle:
     def receive(self, channel: Sender, message: Message) -> None:
         """One message from a channel."""
         self._router.receive(channel, message)
+        if self.winch is not None and message.get_type() == "COMMAND_LONG":
+            self.winch.on_command(channel, message)
 
     def step(self) -> None:
         """One step of vehicle time."""
@@ -189,6 +200,9 @@ class Vehicle:
         self._detector.step(self.context.setpoint)
         self.commander.step()
         self._link_loss.step()
+        self.battery.step()
+        if self.winch is not None:
+            self.winch.step()
         self._streams.step()
 
     def poll(self) -> None:
@@ -227,6 +241,11 @@ class Vehicle:
 
     def _return(self) -> None:
         self.commander.return_to_launch()
+
+    def _winch_in_mission(self, params: tuple[float, ...]) -> None:
+        """The item is broadcast; an attached winch hears it. Its ack goes to the autopilot, not to the ground."""
+        if self.winch is not None:
+            self.winch.execute(params[1], params[2], params[3], lambda result: None)
 
     def _transition_in_mission(self, wanted: float) -> None:
         self._transition(wanted)

@@ -43,13 +43,13 @@ class InternalCommands:
         radio: Radio,
         clock: VehicleClock,
         payload: PayloadDeliverer,
-        actions: Mapping[int, Callable[[float, float], None]],
+        actions: Mapping[int, Callable[[tuple[float, ...]], None]],
     ) -> None:
         self._radio = radio
         self._clock = clock
         self._payload = payload
         self._actions = actions
-        """Command to what it does, given param1 and param2."""
+        """Command to what it does, given params 1 to 4."""
         self._repeats: list[_Repeat] = []
         self._boot_ack_due = False
         self._boot_grab_due = False
@@ -68,7 +68,7 @@ class InternalCommands:
         if number == Cmd.DO_GRIPPER:
             self._payload.command(params[1], _nobody)
         elif number in self._actions:
-            self._actions[number](params[0], params[1])
+            self._actions[number](params)
 
     def step(self) -> None:
         """Send the repeats that are due."""

@@ -78,9 +78,17 @@ class MissionReporter:
             return MissionState.NO_MISSION
         if result.finished:
             return MissionState.COMPLETE
-        if self._status.mode is Mode.MISSION and self._status.armed:
+        if self._in_mission and self._status.armed:
             return MissionState.ACTIVE
-        return MissionState.PAUSED if result.started else MissionState.NOT_STARTED
+        if not result.started or result.seq_current == 0:
+            return MissionState.NOT_STARTED
+        # a second pause of the same mission is not shown as one [16_pause_resume_jump, 24_link_loss]
+        return MissionState.PAUSED if result.pauses <= 1 else MissionState.ACTIVE
+
+    @property
+    def _in_mission(self) -> bool:
+        """Takeoff and land mode count as mission modes [22_reposition_quad, 25_land_detector_quad]."""
+        return self._status.mode in (Mode.MISSION, Mode.TAKEOFF, Mode.LAND)
 
     def _send_reached(self) -> None:
         self._radio.broadcast(mavlink.MAVLink_mission_item_reached_message(self._reached))
@@ -88,12 +96,11 @@ class MissionReporter:
     def _send_current(self) -> None:
         total = len(self._store.mission)
         ids = (self._store.mission.plan_id, self._store.fence.plan_id, self._store.rally.plan_id)
-        in_mission = self._status.mode is Mode.MISSION
         message = mavlink.MAVLink_mission_current_message(
             self._result.seq_current,
             total or NO_MISSION_TOTAL,
             self.mission_state,
-            (MODE_IN_MISSION if in_mission else MODE_SUSPENDED) if self._profile.reports_mission_ids else 0,
+            (MODE_IN_MISSION if self._in_mission else MODE_SUSPENDED) if self._profile.reports_mission_ids else 0,
             *(ids if self._profile.reports_mission_ids else (0, 0, 0)),
         )
         self._radio.broadcast(message)

@@ -102,7 +102,7 @@ class MissionTransfer:
         if transfer is not None:
             self._count_while_busy(channel, partner, transfer)
         elif self._faults.refuse_upload:
-            self._ack(channel, partner, MissionAck(self._faults.refuse_upload), message.mission_type)
+            self._ack(channel, partner, self._faults.refuse_upload, message.mission_type)
         elif message.count > _limit(message.mission_type):
             self._ack(channel, partner, MissionAck.NO_SPACE, message.mission_type)
         elif message.count == 0:
@@ -251,9 +251,7 @@ class MissionTransfer:
         )
         self._radio.reply(transfer.channel, message)
 
-    def _ack(
-        self, channel: Sender, partner: tuple[int, int], result: MissionAck, mission_type: int, plan_id: int = 0
-    ) -> None:
+    def _ack(self, channel: Sender, partner: tuple[int, int], result: int, mission_type: int, plan_id: int = 0) -> None:
         if self._faults.take_lost_ack():
             return
         message = mavlink.MAVLink_mission_ack_message(*partner, result, mission_type, self._reported(plan_id))

@@ -27,6 +27,8 @@ class MissionResult:
     valid: bool = False
     finished: bool = False
     started: bool = False
+    pauses: int = 0
+    """How often mission mode was left before the end."""
     seq_current: int = 0
     seq_reached: int = -1
 
@@ -59,6 +61,7 @@ class MissionMode:
         self.result.seq_reached = -1
         self.result.finished = False
         self.result.started = self.active
+        self.result.pauses = 0
         self._jumps.reset()
         self._pending_seq = None
         if self.active and self.result.valid:
@@ -98,6 +101,12 @@ class MissionMode:
             context.text(Severity.INFO, "Executing Mission")
             context.event("mission_execute")
             self._restart()
+
+    def deactivate(self) -> None:
+        """Another mode was entered, or the vehicle disarmed."""
+        if self.active and not self.result.finished:
+            self.result.pauses += 1
+        self.active = False
 
     def step(self) -> None:
         if not self.result.valid or self.result.finished:

@@ -73,14 +73,21 @@ class Navigator:
         if wanted != self._active:
             self._enter(*wanted)
         mode = self._modes.get(status.mode, self._hold)
-        if status.armed:
-            mode.step()
-        if status.mode is Mode.TAKEOFF and self._takeoff.finished and status.armed:
+        if not status.armed:
+            return
+        mode.step()
+        if status.mode is Mode.TAKEOFF and self._takeoff.finished:
+            self._mission.result.finished = True
             self._change_mode(Mode.LOITER)
+        elif status.mode is Mode.LAND and self._land.finished:
+            self._mission.result.finished = True
 
     def _enter(self, mode: Mode, armed: bool) -> None:
         self._active = (mode, armed)
+        self._mission.deactivate()
         self._mission.active = mode is Mode.MISSION and armed
+        if mode in (Mode.TAKEOFF, Mode.LAND):
+            self._mission.result.finished = False
         if armed:
             self._modes.get(mode, self._hold).activate()
         else:

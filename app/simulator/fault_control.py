@@ -1,0 +1,188 @@
+"""Sets faults by name. What comes in is untrusted JSON; what is wrong with it is said, nothing crashes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Awaitable, Callable
+from typing import TYPE_CHECKING, Any
+
+from app.simulator.second_ground import DEEDS, SecondGround
+from app.simulator.vehicle import Vehicle
+from app.simulator.wire import MissionAck, Mode
+
+if TYPE_CHECKING:
+    from app.simulator.fleet import Fleet
+
+Answer = dict[str, Any]
+Setter = Callable[[Vehicle, Any], Awaitable[None] | None]
+
+
+class RefusedError(Exception):
+    """The request cannot be carried out; the text says why."""
+
+
+class FaultControl:
+    """{"vehicle": system id or null for all, "fault": name, "value": ...} or {"query": "state"}."""
+
+    def __init__(self, fleet: Fleet) -> None:
+        self._fleet = fleet
+        self._setters: dict[str, Setter] = {
+            "loss": _link_share("loss"),
+            "duplicate": _link_share("duplicate"),
+            "reorder": _link_share("reorder"),
+            "delay_s": _link_seconds("delay_s"),
+            "jitter_s": _link_seconds("jitter_s"),
+            "link_cut": _link_cut,
+            "reboot": lambda vehicle, value: vehicle.reboot() if _flag(value) else None,
+            "refuse_upload": _refuse_upload,
+            "lost_ack": _lost_ack,
+            "stuck_gripper": _stuck_gripper,
+            "slow_gripper": _slow_gripper,
+            "stuck_winch": _stuck_winch,
+            "gps_loss": _gps_loss,
+            "battery_percent": _battery,
+            "wind": _wind,
+            "mode": _mode,
+            "second_gcs": _second_gcs,
+            "duplicate_sysid": self._duplicate,
+        }
+
+    async def handle(self, request: object) -> Answer:
+        """One request; {"ok": true, ...} or {"ok": false, "error": "..."}."""
+        try:
+            if not isinstance(request, dict):
+                raise RefusedError("a request is a JSON object")
+            vehicles = self._chosen(request.get("vehicle"))
+            if "query" in request:
+                return _query(request["query"], vehicles)
+            name = request.get("fault")
+            if not isinstance(name, str) or name not in self._setters:
+                raise RefusedError(f"unknown fault {name!r}; known: {', '.join(sorted(self._setters))}")
+            for vehicle in vehicles:
+                waiting = self._setters[name](vehicle, request.get("value"))
+                if waiting is not None:
+                    await waiting
+        except RefusedError as refusal:
+            return {"ok": False, "error": str(refusal)}
+        return {"ok": True}
+
+    def _chosen(self, system_id: object) -> list[Vehicle]:
+        if system_id is None:
+            return list(self._fleet.vehicles)
+        found = [vehicle for vehicle in self._fleet.vehicles if vehicle.system_id == system_id]
+        if not found:
+            raise RefusedError(f"no vehicle with system id {system_id!r}")
+        return found
+
+    async def _duplicate(self, vehicle: Vehicle, value: object) -> None:
+        if _flag(value):
+            await self._fleet.add_duplicate(vehicle)
+        else:
+            self._fleet.remove_duplicates(vehicle)
+
+
+def _query(what: object, vehicles: list[Vehicle]) -> Answer:
+    """The truth about the vehicles, for tests that compare it with what was measured."""
+    if what != "state":
+        raise RefusedError(f"unknown query {what!r}; known: state")
+    return {"ok": True, "vehicles": [_state(vehicle) for vehicle in vehicles]}
+
+
+def _state(vehicle: Vehicle) -> Answer:
+    body, status = vehicle.state.body, vehicle.state.status
+    latitude, longitude = vehicle.spec.frame.to_global(body.north_m, body.east_m)
+    return {
+        "vehicle": vehicle.system_id,
+        "type": vehicle.spec.airframe.name,
+        "latitude_deg": latitude,
+        "longitude_deg": longitude,
+        "height_m": body.up_m,
+        "ground_speed_m_s": body.ground_speed_m_s,
+        "armed": status.armed,
+        "mode": status.mode.name,
+        "landed_state": status.landed_state.name,
+        "mission_seq": vehicle.store.current_seq,
+        "gripper_open": vehicle.state.gripper.output_released,
+        "time_s": vehicle.clock.now_s,
+    }
+
+
+# values -----------------------------------------------------------------------------------------------------
+
+
+def _number(value: object, low: float, high: float) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise RefusedError(f"{value!r} is not a number")
+    if not low <= value <= high:
+        raise RefusedError(f"{value!r} is not between {low} and {high}")
+    return float(value)
+
+
+def _flag(value: object) -> bool:
+    if value is None:
+        return True
+    if not isinstance(value, bool):
+        raise RefusedError(f"{value!r} is not true or false")
+    return value
+
+
+def _link_share(name: str) -> Setter:
+    return lambda vehicle, value: setattr(vehicle.faults.link, name, _number(value, 0.0, 1.0))
+
+
+def _link_seconds(name: str) -> Setter:
+    return lambda vehicle, value: setattr(vehicle.faults.link, name, _number(value, 0.0, 60.0))
+
+
+def _link_cut(vehicle: Vehicle, value: object) -> None:
+    vehicle.faults.link.link_cut = _flag(value)
+
+
+def _refuse_upload(vehicle: Vehicle, value: object) -> None:
+    vehicle.faults.refuse_upload = int(_number(value, 0, MissionAck.OPERATION_CANCELLED))
+
+
+def _lost_ack(vehicle: Vehicle, value: object) -> None:
+    vehicle.faults.lost_acks = int(_number(value, 0, 1000))
+
+
+def _stuck_gripper(vehicle: Vehicle, value: object) -> None:
+    vehicle.faults.stuck_gripper = _flag(value)
+
+
+def _slow_gripper(vehicle: Vehicle, value: object) -> None:
+    vehicle.faults.slow_gripper_s = _number(value, 0.0, 600.0)
+
+
+def _stuck_winch(vehicle: Vehicle, value: object) -> None:
+    if vehicle.winch is None:
+        raise RefusedError(f"vehicle {vehicle.system_id} has no winch")
+    vehicle.winch.stuck = _flag(value)
+
+
+def _gps_loss(vehicle: Vehicle, value: object) -> None:
+    vehicle.faults.gps_lost = _flag(value)
+
+
+def _battery(vehicle: Vehicle, value: object) -> None:
+    vehicle.battery.set_fraction(_number(value, 0.0, 100.0) / 100.0)
+
+
+def _wind(vehicle: Vehicle, value: object) -> None:
+    if not isinstance(value, list) or len(value) != 2:
+        raise RefusedError("wind is [north, east] in m/s")
+    north, east = (_number(part, -30.0, 30.0) for part in value)
+    vehicle.faults.wind_north_m_s, vehicle.faults.wind_east_m_s = north, east
+
+
+def _mode(vehicle: Vehicle, value: object) -> None:
+    """Somebody else, a pilot at the sticks, changes the mode."""
+    if not isinstance(value, str) or value not in Mode.__members__:
+        raise RefusedError(f"unknown mode {value!r}; known: {', '.join(Mode.__members__)}")
+    vehicle.commander.change_mode(Mode[value])
+
+
+def _second_gcs(vehicle: Vehicle, value: object) -> None:
+    if not isinstance(value, str) or value not in DEEDS:
+        raise RefusedError(f"unknown deed {value!r}; known: {', '.join(DEEDS)}")
+    SecondGround(vehicle.system_id, vehicle.spec.frame, vehicle.receive).meddle(value)
