@@ -32,8 +32,8 @@ def _null_is_missing(value: object) -> object:
 
 ItemId = Annotated[
     str,
-    BeforeValidator(_null_is_missing, json_schema_input_type=str | None),
     Field(max_length=64, pattern=r"^([A-Za-z0-9][A-Za-z0-9_.-]*)?$", description="stable name; made if missing"),
+    BeforeValidator(_null_is_missing),
 ]
 
 

@@ -1,0 +1,159 @@
+"""Laws that hold for every plan, sensible or not."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+
+from app.domain.compiler import compile_plan
+from app.domain.default_facts import default_facts
+from app.domain.errors import PlanRejectedError
+from app.domain.finding import Severity
+from app.domain.mission import MavCmd, MavFrame, Mission
+from app.domain.plan import Plan, PlanInvalid, parse_plan, plan_hash
+from app.domain.prediction import predict
+from app.domain.rules import check_plan
+from tests.unit.domain.plan_strategies import (
+    JSON_SCRAP,
+    PLANS,
+    damaged_documents,
+    sensible_plans,
+    vehicle_facts,
+)
+
+SLOW_DATA = settings(suppress_health_check=[HealthCheck.too_slow], deadline=None)
+RELEASES = (MavCmd.DO_GRIPPER, MavCmd.DO_WINCH)
+
+
+@SLOW_DATA
+@given(PLANS)
+def test_what_is_written_is_read_again(plan: Plan) -> None:
+    again = parse_plan(plan.model_dump_json())
+    assert again == plan
+    assert plan_hash(again) == plan_hash(plan)
+
+
+@SLOW_DATA
+@given(PLANS, st.data())
+def test_every_plan_is_checked_compiled_and_predicted_without_a_crash(plan: Plan, data: st.DataObject) -> None:
+    facts = data.draw(st.none() | vehicle_facts(plan.vehicle_type))
+    for finding in check_plan(plan, facts):
+        assert _resolves(finding.pointer, plan.model_dump(mode="json"))
+    known = facts or default_facts(plan.vehicle_type)
+    timeline = predict(plan, known)
+    assert math.isfinite(timeline.duration_s)
+    assert timeline.duration_s >= 0
+    try:
+        compile_plan(plan, known)
+    except PlanRejectedError as refusal:
+        assert refusal.detail
+
+
+@SLOW_DATA
+@given(PLANS | sensible_plans())
+def test_an_accepted_plan_compiles_to_items_that_a_vehicle_can_take(plan: Plan) -> None:
+    assume(not _has_errors(plan))
+    mission = compile_plan(plan, default_facts(plan.vehicle_type))
+    assert [item.seq for item in mission.items] == list(range(len(mission.items)))
+    assert [item.current for item in mission.items] == [True] + [False] * (len(mission.items) - 1)
+    for item in mission.items:
+        positioned = item.frame in (MavFrame.GLOBAL_INT, MavFrame.GLOBAL_RELATIVE_ALT_INT)
+        assert positioned != (item.frame is MavFrame.MISSION)
+        assert not (item.command in RELEASES and math.isnan(item.param2)), "NaN would be read as RELEASE"
+
+
+@SLOW_DATA
+@given(PLANS | sensible_plans())
+def test_ids_and_numbers_map_both_ways(plan: Plan) -> None:
+    assume(not _has_errors(plan))
+    mission = compile_plan(plan, default_facts(plan.vehicle_type))
+    ids = [item.id for item in plan.items]
+    assert len(set(ids)) == len(ids)
+    assert set(mission.plan_item_of) == set(range(len(mission.items)))
+    assert sorted(seq for item_id in ids for seq in mission.seqs_of(item_id)) == list(range(len(mission.items)))
+    without = {item_id for item_id in ids if not mission.seqs_of(item_id)}
+    assert without <= {drop.plan_item_id for drop in mission.drops if drop.supervised}
+
+
+@SLOW_DATA
+@given(PLANS | sensible_plans())
+def test_every_drop_of_an_accepted_plan_can_be_carried_out(plan: Plan) -> None:
+    assume(not _has_errors(plan))
+    mission = compile_plan(plan, default_facts(plan.vehicle_type))
+    drops = [item.id for item in plan.items if item.type in ("gripper", "winch")]
+    assert [drop.plan_item_id for drop in mission.drops] == drops
+    for drop in mission.drops:
+        assert 0 <= max(drop.hold_seqs) < drop.resume_seq < len(mission.items)
+        _assert_carried_out(mission, drop.supervised, drop.stopped, drop.resume_seq, drop.release_seq)
+
+
+@SLOW_DATA
+@given(sensible_plans())
+def test_the_predicted_order_is_the_plans_and_every_drop_is_predicted(plan: Plan) -> None:
+    timeline = predict(plan, default_facts(plan.vehicle_type))
+    assert list(timeline.order) == [item.id for item in plan.items]
+    assert len(timeline.drops) == 1
+    assert [entry.start_s for entry in timeline.entries] == sorted(entry.start_s for entry in timeline.entries)
+
+
+@SLOW_DATA
+@given(sensible_plans())
+def test_most_sensible_plans_are_accepted_or_say_why_not(plan: Plan) -> None:
+    allowed = {"fixed_wing.glide_too_steep", "drop.offset_not_reachable"}
+    assert {finding.code for finding in check_plan(plan, None) if finding.severity is Severity.ERROR} <= allowed
+
+
+@given(st.binary(max_size=200) | st.text(max_size=200))
+def test_no_bytes_raise_anything_but_plan_invalid(raw: bytes | str) -> None:
+    _read_or_refuse(raw)
+
+
+@given(JSON_SCRAP)
+def test_no_json_raises_anything_but_plan_invalid(value: Any) -> None:
+    _read_or_refuse(json.dumps(value))
+    _read_or_refuse(value if isinstance(value, dict) else {"items": value})
+
+
+@settings(max_examples=500, suppress_health_check=[HealthCheck.too_slow], deadline=None)
+@given(damaged_documents())
+def test_five_hundred_damaged_plans_get_an_answer_each(document: dict[str, Any]) -> None:
+    _read_or_refuse(document)
+    _read_or_refuse(json.dumps(document))
+
+
+def _read_or_refuse(raw: Any) -> None:
+    try:
+        plan = parse_plan(raw)
+    except PlanInvalid as refused:
+        assert refused.findings
+        for finding in refused.findings:
+            assert finding.code.startswith("plan.")
+            json.dumps(finding.model_dump(mode="json"), ensure_ascii=False).encode("utf-8")
+    else:
+        check_plan(plan, None)
+
+
+def _has_errors(plan: Plan) -> bool:
+    return any(finding.severity is Severity.ERROR for finding in check_plan(plan, None))
+
+
+def _resolves(pointer: str, document: Any) -> bool:
+    for part in pointer.split("/")[1:]:
+        document = document[int(part)] if isinstance(document, list) else document[part]
+    return True
+
+
+def _assert_carried_out(
+    mission: Mission, supervised: bool, stopped: bool, resume_seq: int, release_seq: int | None
+) -> None:
+    assert mission.items[resume_seq].command not in RELEASES
+    if supervised:
+        assert stopped
+        assert release_seq is None
+    else:
+        assert release_seq is not None
+        assert mission.items[release_seq].command in RELEASES
