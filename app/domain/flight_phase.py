@@ -13,7 +13,8 @@ STOPPED_M_S = 0.3
 @dataclass(frozen=True, slots=True)
 class FlightView:
     """`asked` is what a user asked for in flight: "pause", "return", "land" or "" for nothing; "contingency"
-    says that the plan itself asked to return after a failed drop.
+    says that the plan itself asked to return after a failed drop. `was_armed` is False while a HEARTBEAT that says
+    armed may still be on its way (they come at 1 Hz).
     """
 
     state: VehicleState
@@ -22,11 +23,14 @@ class FlightView:
     mission_done: bool
     was_airborne: bool
     asked: str
+    was_armed: bool = True
 
 
 def phase_of(view: FlightView) -> tuple[RunState, str]:
     """The run's state and the reason to show with it. Only for a connected vehicle whose run has started."""
     state = view.state
+    if state.armed is False and not view.was_armed:
+        return RunState.FLYING, ""
     if state.armed is False:
         return RunState.LANDED, "" if view.was_airborne else "disarmed before it took off"
     if view.vehicle_type is VehicleType.ROVER and view.mission_done and _has_stopped(state):

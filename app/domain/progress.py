@@ -46,11 +46,9 @@ class Progress:
         """MISSION_CURRENT shows `seq`. Going back along a jump passes what lay before the jump."""
         if seq == self.current or not 0 <= seq <= self.last_seq:
             return self
-        if self.current is None or seq > self.passed_to + 1:
-            return replace(self._passed(seq - 1), current=seq)
-        if seq <= self.passed_to or seq < self.current:
+        if self.current is not None and seq < self.current:
             return self._gone_back(seq)
-        return replace(self, current=seq)
+        return replace(self._passed(seq - 1), current=seq)
 
     def reached(self, seq: int) -> Progress:
         """MISSION_ITEM_REACHED says `seq`: it and all before it in this visit are passed."""
@@ -61,8 +59,10 @@ class Progress:
         return self._passed(self.last_seq)
 
     def also_flown(self, plan_item_id: str, *, through_seq: int) -> Progress:
-        """A supervised drop is over: its hold is passed, and then the drop, which has no item of its own."""
+        """A supervised drop is over: its hold is passed, and then the drop, unless it was itself the hold (a delay)."""
         passed = self._passed(through_seq)
+        if passed.flown[-1:] == (plan_item_id,):
+            return passed
         return replace(passed, flown=(*passed.flown, plan_item_id))
 
     def _gone_back(self, seq: int) -> Progress:

@@ -25,3 +25,6 @@ class RunSettings:
 
 UNFINISHED_DROPS_S = 5.0
 """After a landing: how long a release that is still in flight may take to be answered."""
+
+SLOWEST_HEARTBEAT_S = 3.0
+"""After a start: how long a HEARTBEAT that says armed may take, with some of them lost."""

@@ -16,7 +16,7 @@ from app.services.clock import Clock
 from app.services.runs.evidence import Look
 from app.services.runs.orders import Order, Release
 from app.services.runs.recorder import RunRecorder
-from app.services.runs.settings import UNFINISHED_DROPS_S, RunSettings
+from app.services.runs.settings import SLOWEST_HEARTBEAT_S, UNFINISHED_DROPS_S, RunSettings
 from app.services.runs.supervised_release import SupervisedRelease
 
 
@@ -43,6 +43,8 @@ class FlightWatch:
         self._progress = Progress.of(mission)
         self._mission_done = False
         self._was_airborne = False
+        self._was_armed = False
+        self._first_look_s: float | None = None
         self._rebooted = False
         self._landed_at_s: float | None = None
         self._connected_at_s = clock.monotonic()
@@ -59,7 +61,7 @@ class FlightWatch:
             passed_to=progress.passed_to,
             flown=tuple(known + [item for item in progress.flown if item not in known]),
         )
-        self._was_airborne = True
+        self._was_airborne = self._was_armed = True
 
     def heard(self, fact: LinkFact) -> None:
         """A fact from the link."""
@@ -92,6 +94,9 @@ class FlightWatch:
             self.end(RunState.FAILED, "the vehicle rebooted in flight")
             return ()
         self._was_airborne = self._was_airborne or is_airborne(seen.state)
+        self._first_look_s = seen.now_s if self._first_look_s is None else self._first_look_s
+        late = seen.now_s - self._first_look_s > SLOWEST_HEARTBEAT_S
+        self._was_armed = self._was_armed or bool(seen.state.armed) or late
         self._follow_mission(seen.state)
         orders = self._look_at_drops(seen)
         self._follow_phase(seen)
@@ -138,6 +143,7 @@ class FlightWatch:
             mission_done=self._mission_done,
             was_airborne=self._was_airborne,
             asked=self._recorder.run.asked,
+            was_armed=self._was_armed,
         )
         phase, reason = phase_of(view)
         if phase is not RunState.LANDED:

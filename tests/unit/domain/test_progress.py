@@ -56,6 +56,17 @@ def test_a_supervised_drop_comes_after_its_hold() -> None:
     assert progress.flown == ("i0", "i1", "drop")
 
 
+def test_a_supervised_drop_that_waits_in_its_own_delay_counts_once() -> None:
+    landed = Mission(items=mission(4).items, plan_item_of={0: "takeoff", 1: "yard", 2: "drop", 3: "leave"})
+    progress = Progress.of(landed).now_current(0).now_current(2).also_flown("drop", through_seq=2).now_current(3)
+    assert progress.flown == ("takeoff", "yard", "drop")
+
+
+def test_reached_before_current_counts_once() -> None:
+    progress = Progress.of(mission(3)).now_current(1).reached(2).now_current(2).completed()
+    assert progress.flown == ("i0", "i1", "i2")
+
+
 def test_several_items_of_one_plan_item_count_once() -> None:
     plain = mission(4)
     merged = Mission(items=plain.items, plan_item_of={0: "a", 1: "land", 2: "land", 3: "land"})
