@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import Final
 
 import sqlalchemy as sa
@@ -11,7 +10,7 @@ from sqlalchemy.ext.asyncio import AsyncConnection
 
 from app.domain.ports import StoredAnswer
 from app.storage.database import Database
-from app.storage.documents import to_json
+from app.storage.documents import object_from_json, to_json
 from app.storage.schema import ANSWERS
 
 KEPT_FOR_S: Final = 24 * 3600.0
@@ -34,7 +33,7 @@ class SqliteAnswerStore:
             "key": answer.key,
             "request_hash": answer.request_hash,
             "status": answer.status,
-            "headers": to_json("an answer's headers", answer.headers),
+            "headers": to_json("the headers of an answer", answer.headers),
             "body": answer.body,
             "stored_at": now,
         }
@@ -51,6 +50,6 @@ def _stored(row: sa.RowMapping) -> StoredAnswer:
         key=row["key"],
         request_hash=row["request_hash"],
         status=row["status"],
-        headers=json.loads(row["headers"]),
+        headers=object_from_json("the headers of an answer", row["headers"]),
         body=row["body"],
     )

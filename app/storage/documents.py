@@ -35,6 +35,17 @@ def from_json(model: type[M], what: str, text: str) -> M:
         raise unreadable(what) from error
 
 
+def object_from_json(what: str, text: str) -> dict[str, Any]:
+    """The JSON object stored as `text`. Raises StorageError if it is none."""
+    try:
+        value = json.loads(text)
+    except json.JSONDecodeError as error:
+        raise unreadable(what) from error
+    if not isinstance(value, dict):
+        raise unreadable(what)
+    return value
+
+
 def unreadable(what: str) -> StorageError:
     """The error for a row that is there but means nothing to this version."""
     return StorageError(f"{what} cannot be read", hint="it was written by another version, or changed by hand")

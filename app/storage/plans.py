@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import asdict
 
@@ -11,7 +10,7 @@ import sqlalchemy as sa
 from app.domain.ports import StoredPlan
 from app.domain.vehicle import VehicleType
 from app.storage.database import Database
-from app.storage.documents import to_json, unreadable
+from app.storage.documents import object_from_json, to_json, unreadable
 from app.storage.schema import PLANS
 
 
@@ -49,7 +48,7 @@ def _stored(row: sa.RowMapping) -> StoredPlan:
             vehicle_type=VehicleType(row["vehicle_type"]),
             created_at=row["created_at"],
             created_by=row["created_by"],
-            document=json.loads(row["document"]),
+            document=object_from_json(f"plan {row['id']}", row["document"]),
         )
     except ValueError as error:
         raise unreadable(f"plan {row['id']}") from error
