@@ -40,7 +40,7 @@ def _positioned(kind: str, **fields: st.SearchStrategy[Any]) -> st.SearchStrateg
 
 
 _APPROACH = st.tuples(_PLACE, _ALTITUDE, st.integers(-200, 200)).map(lambda p: p[0] | p[1] | {"radius_m": p[2]})
-_LOITER_KIND = st.sampled_from(
+_LOITER_KIND: st.SearchStrategy[Json] = st.sampled_from(
     [
         {"kind": "time", "duration_s": 20},
         {"kind": "turns", "turns": 2},
@@ -75,9 +75,8 @@ ITEM = st.one_of(
     _positioned("takeoff"),
 )
 _SQUARE = st.builds(square, st.sampled_from(["inclusion", "exclusion"]), _NORTH, _NORTH, st.integers(1, 900).map(float))
-_RANDOM_POLYGON = st.lists(_PLACE, min_size=3, max_size=6).map(
-    lambda corners: {"kind": "exclusion", "vertices": corners}
-)
+_CORNERS = st.lists(_PLACE, min_size=3, max_size=6)
+_RANDOM_POLYGON = _CORNERS.map(lambda corners: {"kind": "exclusion", "vertices": corners})
 _FENCE = st.fixed_dictionaries({"polygons": st.lists(_SQUARE | _RANDOM_POLYGON, max_size=3)})
 VEHICLE_TYPES = st.sampled_from([vehicle_type.value for vehicle_type in VehicleType])
 
@@ -159,7 +158,8 @@ def damaged_documents(draw: st.DrawFn) -> Json:
             holder.append(draw(_SCRAP))
         else:
             keys = sorted(key for key in holder if isinstance(key, str))
-            key = draw(st.sampled_from(keys) if keys and draw(st.booleans()) else st.text(max_size=6))
+            known: st.SearchStrategy[str] = st.sampled_from(keys or ["a"])
+            key = draw(known | st.text(max_size=6))
             holder[key] = draw(_SCRAP)
     return document
 
