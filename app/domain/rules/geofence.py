@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from app.domain.acceptance import switch_distance_m
 from app.domain.fence_area import FenceArea, ground_paths, is_simple_polygon, point_of, polygon_shape
 from app.domain.finding import Severity, json_pointer
-from app.domain.geo import distance_m
-from app.domain.plan.items import Jump, Land, Loiter, Takeoff, Waypoint
+from app.domain.plan.items import Jump, Loiter, Waypoint
 from app.domain.plan.walk import Carried, Place
+from app.domain.rules.places import planned_places
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 
 
@@ -71,30 +71,23 @@ def _room_for_turns(context: RuleContext) -> Iterator[Violation]:
 
 def _vehicle_distance(context: RuleContext) -> Iterator[Violation]:
     most_m = context.parameter("GF_MAX_HOR_DIST")
-    for step in context.steps:
-        if most_m > 0 and isinstance(step.item, (Takeoff, Waypoint, Loiter, Land)):
-            away_m = _away_m(context, step.end)
-            if away_m > most_m:
-                message = f"{away_m:.0f} m from home; the vehicle allows {most_m:g} m (GF_MAX_HOR_DIST)"
-                yield at_item(step, message, "stay nearer, or change the parameter", "latitude_deg")
+    for planned in planned_places(context):
+        if 0 < most_m < planned.from_home_m:
+            message = f"{planned.from_home_m:.0f} m from home; the vehicle allows {most_m:g} m (GF_MAX_HOR_DIST)"
+            yield at_item(planned.step, message, "stay nearer, or change the parameter")
 
 
 def _vehicle_height(context: RuleContext) -> Iterator[Violation]:
     most_m = context.parameter("GF_MAX_VER_DIST")
-    for step in context.steps:
-        height_m = step.end.relative_altitude_m
-        if most_m > 0 and height_m > most_m and isinstance(step.item, (Takeoff, Waypoint, Loiter, Land)):
+    for planned in planned_places(context):
+        height_m = planned.place.relative_altitude_m
+        if 0 < most_m < height_m:
             message = f"{height_m:g} m above home; the vehicle allows {most_m:g} m (GF_MAX_VER_DIST)"
-            yield at_item(step, message, "stay lower, or change the parameter")
+            yield at_item(planned.step, message, "stay lower, or change the parameter")
 
 
 def _allows(context: RuleContext, area: FenceArea, place: Place) -> bool:
     return area.allows(point_of(place, context.projection))
-
-
-def _away_m(context: RuleContext, place: Place) -> float:
-    home = context.home
-    return distance_m(home.latitude_deg, home.longitude_deg, place.latitude_deg, place.longitude_deg)
 
 
 RULES = (

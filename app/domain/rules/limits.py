@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from app.domain.compiler import compile_plan
 from app.domain.errors import PlanRejectedError
 from app.domain.finding import Severity
-from app.domain.geo import distance_m
-from app.domain.plan.items import ChangeSpeed, Land, Loiter, ReturnToLaunch, Takeoff, Waypoint
-from app.domain.plan.walk import Place, Step
+from app.domain.plan.items import ChangeSpeed, Loiter, ReturnToLaunch, Takeoff, Waypoint
+from app.domain.plan.walk import Step
 from app.domain.prediction import predict
+from app.domain.rules.places import planned_places
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 from app.domain.speeds import speed_range_m_s
 from app.domain.vehicle import FirmwareVersion
@@ -59,12 +59,10 @@ def _first_waypoint_warned(context: RuleContext) -> Iterator[Violation]:
 
 def _first_waypoint(context: RuleContext) -> Iterator[Violation]:
     most_m = context.parameter("MIS_DIST_1WP")
-    first = next((step for step in context.steps if _has_own_position(step)), None)
-    if first is not None and most_m > 0:
-        away_m = _from_home_m(context, first.end)
-        if away_m >= most_m:
-            message = f"the first position is {away_m:.0f} m from home, more than {most_m:g} m (MIS_DIST_1WP)"
-            yield at_item(first, message, "is this the right place? else put a waypoint nearer to home first")
+    first = next(planned_places(context), None)
+    if first is not None and 0 < most_m <= first.from_home_m:
+        message = f"the first position is {first.from_home_m:.0f} m from home, more than {most_m:g} m (MIS_DIST_1WP)"
+        yield at_item(first.step, message, "is this the right place? else put a waypoint nearer to home first")
 
 
 def _below_home(context: RuleContext) -> Iterator[Violation]:
@@ -76,20 +74,19 @@ def _below_home(context: RuleContext) -> Iterator[Violation]:
 
 def _own_altitude(context: RuleContext) -> Iterator[Violation]:
     most_m = context.plan.limits.max_relative_altitude_m
-    for step in context.steps:
-        if most_m is not None and _has_own_position(step) and step.end.relative_altitude_m > most_m:
-            message = f"{step.end.relative_altitude_m:g} m above home; the plan's own limit is {most_m:g} m"
-            yield at_item(step, message, "fly lower, or raise limits.max_relative_altitude_m")
+    for planned in planned_places(context):
+        height_m = planned.place.relative_altitude_m
+        if most_m is not None and height_m > most_m:
+            message = f"{height_m:g} m above home; the plan's own limit is {most_m:g} m"
+            yield at_item(planned.step, message, "fly lower, or raise limits.max_relative_altitude_m")
 
 
 def _own_distance(context: RuleContext) -> Iterator[Violation]:
     most_m = context.plan.limits.max_distance_m
-    for step in context.steps:
-        if most_m is not None and _has_own_position(step):
-            away_m = _from_home_m(context, step.end)
-            if away_m > most_m:
-                message = f"{away_m:.0f} m from home; the plan's own limit is {most_m:g} m"
-                yield at_item(step, message, "stay nearer, or raise limits.max_distance_m")
+    for planned in planned_places(context):
+        if most_m is not None and planned.from_home_m > most_m:
+            message = f"{planned.from_home_m:.0f} m from home; the plan's own limit is {most_m:g} m"
+            yield at_item(planned.step, message, "stay nearer, or raise limits.max_distance_m")
 
 
 def _own_speed(context: RuleContext) -> Iterator[Violation]:
@@ -129,15 +126,6 @@ def _speed_problem(context: RuleContext, step: Step, speed_m_s: float) -> str:
     if slowest <= speed_m_s <= fastest:
         return ""
     return f"{speed_m_s:g} m/s is outside of what the vehicle flies: {slowest:g} to {fastest:g} m/s"
-
-
-def _has_own_position(step: Step) -> bool:
-    return isinstance(step.item, (Takeoff, Waypoint, Loiter, Land))
-
-
-def _from_home_m(context: RuleContext, place: Place) -> float:
-    home = context.home
-    return distance_m(home.latitude_deg, home.longitude_deg, place.latitude_deg, place.longitude_deg)
 
 
 _OWN = "`limits` of the plan."

@@ -70,15 +70,15 @@ def _landing_required(context: RuleContext) -> Iterator[Violation]:
     takeoff = any(isinstance(item, Takeoff) for item in context.plan.items)
     landing = any(isinstance(item, Land) for item in context.plan.items)
     last = context.steps[-1]
-    if _is_rover(context):
-        return
-    if required in (2, 3) and not landing:
+    if _is_rover(context) and required in (1, 2, 3):
+        message = f"the vehicle wants a takeoff or a landing (MIS_TKO_LAND_REQ {required}), which a rover never has"
+        yield at_item(last, message, "set MIS_TKO_LAND_REQ to 0")
+    elif required in (2, 3) and not landing:
         message = f"the vehicle wants a landing in every mission (MIS_TKO_LAND_REQ {required}); a return is none"
+        yield at_item(last, message, "end the plan with a land item")
     elif required in (4, 5) and takeoff != landing:
         message = f"the vehicle wants takeoff and landing, or neither (MIS_TKO_LAND_REQ {required})"
-    else:
-        return
-    yield at_item(last, message, "end the plan with a land item")
+        yield at_item(last, message, "end the plan with a land item")
 
 
 def _flight_ends(context: RuleContext) -> Iterator[Violation]:

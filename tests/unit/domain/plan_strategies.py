@@ -101,21 +101,47 @@ PLANS: st.SearchStrategy[Plan] = plan_documents().map(parse_plan)
 @st.composite
 def sensible_plans(draw: st.DrawFn) -> Plan:
     """Plans most of which pass the rules: for laws about plans that are accepted."""
-    vehicle_type = draw(st.sampled_from(["multicopter", "vtol", "rover", "fixed_wing", "airship"]))
-    motion = "moving" if vehicle_type in ("fixed_wing", "airship") else "stopped"
-    drop = {"type": "gripper", "action": "release", "release_motion": motion}
-    modes = ["embedded"] if motion == "moving" else [None, "supervised", "embedded"]
-    legs = draw(st.lists(_NEARBY, min_size=1, max_size=5))
-    items: list[Json] = [{"type": "waypoint", **leg, "relative_altitude_m": 40} for leg in legs]
-    place = draw(st.integers(1, len(items)))
-    items[place:place] = [{"type": "delay", "duration_s": 2}] if vehicle_type == "rover" else []
-    place += vehicle_type == "rover"
-    items.insert(place, drop | {"mode": draw(st.sampled_from(modes))})
+    vehicle_type = draw(VEHICLE_TYPES)
+    stops = draw(st.lists(st.tuples(_NEARBY, st.sampled_from(_STOPS[vehicle_type])), min_size=1, max_size=5))
+    items: list[Json] = []
+    action = "release"
+    for place, kind in stops:
+        items += _stop(kind, place, draw)
+        if items[-1]["type"] == "gripper":
+            items[-1]["action"] = action
+            action = "grab" if action == "release" else "release"
+        if kind == "landed":
+            items.append({"type": "waypoint", **place, "relative_altitude_m": 40})
     if vehicle_type == "vtol":
         items.insert(0, {"type": "transition", "to": "multicopter"})
     if vehicle_type != "rover":
         items = [takeoff(40, **at(160, 0)), *items, {"type": "land", **at(0, 0), "relative_altitude_m": 0}]
     return parse_plan(plan_json(vehicle_type, *items))
+
+
+_HOVERING = ["pass", "stopped", "moving", "loiter_stopped", "landed"]
+_STOPS = {
+    "multicopter": _HOVERING,
+    "vtol": _HOVERING,
+    "fixed_wing": ["pass", "moving", "loiter_moving"],
+    "airship": ["pass", "moving", "loiter_moving"],
+    "rover": ["pass", "delayed", "moving"],
+}
+
+
+def _stop(kind: str, place: Json, draw: st.DrawFn) -> list[Json]:
+    """The items of one stop, by how it drops there."""
+    position = {"type": "waypoint", **place, "relative_altitude_m": 40}
+    if kind.startswith("loiter"):
+        position |= {"type": "loiter", "kind": "time", "duration_s": 20}
+    elif kind == "landed":
+        position |= {"type": "land", "relative_altitude_m": 0}
+    if kind == "pass":
+        return [position]
+    moving = kind.endswith("moving")
+    mode = "embedded" if moving else draw(st.sampled_from([None, "supervised", "embedded"]))
+    drop = {"type": "gripper", "action": "release", "release_motion": "moving" if moving else "stopped", "mode": mode}
+    return [position, *([{"type": "delay", "duration_s": 2}] if kind == "delayed" else []), drop]
 
 
 def vehicle_facts(vehicle_type: VehicleType) -> st.SearchStrategy[VehicleFacts]:

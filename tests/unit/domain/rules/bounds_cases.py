@@ -26,6 +26,7 @@ from tests.unit.domain.plan_pieces import (
 from tests.unit.domain.rules.case import Case
 
 FLIGHT = multicopter(waypoint())
+WING_FLIGHT = plan("fixed_wing", takeoff(40, **at(160, 0)), waypoint(200, 0), waypoint(200, 90), land())
 NEAR_FENCE = {"polygons": [square("inclusion", 50, 0, 100)]}
 BOW_TIE: Json = {"kind": "inclusion", "vertices": [at(-50, -50), at(150, 50), at(150, -50), at(-50, 50)]}
 SMALL = replace(default_facts(VehicleType.MULTICOPTER), max_mission_items=3, max_fence_items=4, max_rally_points=1)
@@ -113,11 +114,20 @@ GEOFENCE_CASES = [
     ),
     Case(
         "geofence.vehicle_distance",
-        "/items/1/latitude_deg",
+        "/items/1",
         FLIGHT,
         FLIGHT,
         facts(GF_MAX_HOR_DIST=90),
         facts(GF_MAX_HOR_DIST=110),
+    ),
+    Case(
+        "geofence.vehicle_distance",
+        "/items/3",
+        WING_FLIGHT,
+        WING_FLIGHT,
+        facts("fixed_wing", GF_MAX_HOR_DIST=250),
+        facts("fixed_wing", GF_MAX_HOR_DIST=400),
+        about="the computed approach counts",
     ),
     Case("geofence.vehicle_height", "/items/1", FLIGHT, FLIGHT, facts(GF_MAX_VER_DIST=20), facts(GF_MAX_VER_DIST=40)),
 ]

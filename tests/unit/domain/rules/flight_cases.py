@@ -102,6 +102,15 @@ TAKEOFF_LANDING_CASES = [
         about="so does a multicopter that is set so",
     ),
     Case(
+        "landing.required",
+        "/items/1",
+        rover(waypoint(30, 0, 0)),
+        rover(waypoint(30, 0, 0)),
+        facts("rover", MIS_TKO_LAND_REQ=2),
+        facts("rover", MIS_TKO_LAND_REQ=4),
+        about="a rover can fulfil none",
+    ),
+    Case(
         "landing.flight_does_not_end",
         "/items/1",
         plan("multicopter", takeoff(), waypoint()),
