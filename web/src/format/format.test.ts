@@ -3,7 +3,7 @@ import type { EventKind, StreamEvent } from "../api/types";
 import { sampleDrop, sampleEvent, sampleRun } from "../testing/samples";
 import { sentence } from "./sentences";
 import { age, heading, metres, percent, seconds, speed } from "./units";
-import { landedName, plain } from "./words";
+import { asSentence, landedName, plain } from "./words";
 
 describe("measurements", () => {
   it("that are not known are a dash, never a zero", () => {
@@ -27,6 +27,12 @@ describe("words", () => {
   });
 });
 
+describe("the service's clauses", () => {
+  it("become sentences, and names in them stay names", () => {
+    expect([asSentence("the gripper follows no item"), asSentence("hold_s is too long"), asSentence("v1 is busy"), asSentence("")]).toEqual(["The gripper follows no item", "hold_s is too long", "v1 is busy", ""]);
+  });
+});
+
 describe("sentences", () => {
   const say = (kind: EventKind, data: Record<string, unknown>, fields: Partial<StreamEvent> = {}) =>
     sentence(sampleEvent(1, { kind, data, vehicle_id: "v1", run_id: "r1", ...fields }));
@@ -36,7 +42,7 @@ describe("sentences", () => {
     expect(say("vehicle.changed", { mode: "mission", armed: true, landed: "in_air", in_failsafe: false }).text).toBe("v1: mission mode, armed, in air.");
     expect(say("vehicle.changed", { mode: "return", in_failsafe: true })).toEqual({ text: "v1 is in failsafe, mode return.", tone: "danger" });
     expect(say("run.upload_progress", { mission_type: "fence", sent: 2, total: 4 }).text).toBe("Uploading the fence to v1: 2 of 4.");
-    expect(say("run.changed", { ...sampleRun({ state: "failed", reason: "no answer" }) })).toEqual({ text: "Run r1 of v1: failed. no answer.", tone: "danger" });
+    expect(say("run.changed", { ...sampleRun({ state: "failed", reason: "no answer" }) })).toEqual({ text: "Run r1 of v1: failed. No answer.", tone: "danger" });
   });
 
   it("keep what was sent apart from what was answered", () => {

@@ -3,7 +3,7 @@
 import type { DropRecord, EventKind, Run } from "../api/types";
 import type { StreamEvent } from "../api/types";
 import { percent } from "./units";
-import { certaintyName, plain, runStateName, runStateTone, type Tone } from "./words";
+import { asSentence, certaintyName, plain, runStateName, runStateTone, type Tone } from "./words";
 
 export interface Sentence {
   readonly text: string;
@@ -54,7 +54,7 @@ function sayChanged(event: StreamEvent, vehicle: string): Sentence {
 function sayRun(event: StreamEvent): Sentence {
   const run = event.data as unknown as Run;
   if (typeof run.state !== "string") return { text: `Run ${short(event.run_id)} changed.`, tone: "neutral" };
-  const reason = run.reason ? ` ${ended(run.reason)}` : "";
+  const reason = run.reason ? ` ${ended(asSentence(run.reason))}` : "";
   return { text: `Run ${short(run.id)} of ${run.vehicle_id}: ${runStateName(run.state).toLowerCase()}.${reason}`, tone: runStateTone(run.state) };
 }
 
@@ -67,7 +67,7 @@ function sayUpload(event: StreamEvent, vehicle: string): Sentence {
 
 function sayDrop(event: StreamEvent, vehicle: string): Sentence {
   const drop = event.data as unknown as DropRecord;
-  const reason = drop.reason ? ` ${ended(plain(drop.reason))}` : "";
+  const reason = drop.reason ? ` ${ended(asSentence(drop.reason))}` : "";
   const item = drop.plan_item_id;
   switch (drop.outcome) {
     case "released":

@@ -78,6 +78,11 @@ export function landedName(landed: string): string {
   return LANDED[landed] ?? plain(landed);
 }
 
+/** The service's clauses as sentences: a capital first letter, unless the first word is a name such as hold_s. */
+export function asSentence(text: string): string {
+  return /^[a-z]+(?![\w./])/.test(text) ? text.charAt(0).toUpperCase() + text.slice(1) : text;
+}
+
 /** "in_failsafe" -> "In failsafe". */
 export function plain(word: string): string {
   const spaced = word.replaceAll("_", " ");

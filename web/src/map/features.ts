@@ -1,7 +1,7 @@
 /** What the map shows, as GeoJSON: plan, run, vehicles, tracks. Pure. */
 
 import type { Feature, FeatureCollection, Geometry } from "geojson";
-import type { Run, Vehicle } from "../api/types";
+import type { Run, RunState, Vehicle } from "../api/types";
 import { metres } from "../format/units";
 import { dropPlaces, isDrop, type PlanItemView, type PlanView } from "../plan/document";
 import { trackLines, type Tracks } from "../state/tracks";
@@ -47,8 +47,16 @@ export type Progress = "ahead" | "current" | "done";
 /** How far a run is with each item of its plan; without a run all is ahead. */
 export function itemProgress(plan: PlanView, run: Run | null): Map<string, Progress> {
   const done = new Set(run?.flown_item_ids ?? []);
-  const current = run && run.item_id !== null && run.state !== "completed" ? run.item_id : null;
+  const current = run === null ? null : currentItem(plan, run);
   return new Map(plan.items.map(({ id }) => [id, id === current ? "current" : done.has(id) ? "done" : "ahead"]));
+}
+
+const IN_MISSION: ReadonlySet<RunState> = new Set(["starting", "flying", "at_drop", "paused"]);
+
+/** The item under way. For the vehicle a return is done as soon as it begins; for people it lasts until the landing. */
+function currentItem(plan: PlanView, run: Run): string | null {
+  if (run.state === "returning") return run.asked === "" ? (plan.items.find(({ type }) => type === "return_to_launch")?.id ?? null) : null;
+  return IN_MISSION.has(run.state) ? run.item_id : null;
 }
 
 /** One line for each leg; the leg to an item has the item's progress. A take-off without a position starts at home. */

@@ -105,6 +105,12 @@ describe("a plan on the map", () => {
     expect([...progress.values()]).toEqual(["done", "done", "current", "ahead"]);
   });
 
+  it("shows the return as under way until the landing, unless somebody ordered another one", () => {
+    const home = { item_id: "a", flown_item_ids: ["up", "a", "drop", "back"] };
+    const back = (fields: object) => itemProgress(plan, sampleRun({ ...home, ...fields })).get("back");
+    expect([back({ state: "returning" }), back({ state: "completed" }), back({ state: "returning", asked: "return", flown_item_ids: [] })]).toEqual(["current", "done", "ahead"]);
+  });
+
   it("shows each drop at the position before it with its outcome", () => {
     const [feature] = dropFeatures(plan, sampleRun({ drops: [sampleDrop({ outcome: "kept" })] })).features;
     expect(feature?.geometry).toEqual({ type: "Point", coordinates: [8.1, 47.1] });

@@ -1,6 +1,6 @@
 import type { DropRecord } from "../api/types";
 import { clockTime, fullTime, metres, speed } from "../format/units";
-import { certaintyName, outcomeName, outcomeTone, plain } from "../format/words";
+import { asSentence, certaintyName, outcomeName, outcomeTone, plain } from "../format/words";
 import { Badge } from "./badge";
 
 /** One drop with its evidence. What was sent, answered, put out and sensed are four facts, and stay four. */
@@ -26,7 +26,7 @@ export function DropCard({ drop }: { drop: DropRecord }) {
             .join(" · ")}
         </p>
       )}
-      {drop.reason !== "" && <p class="drop-reason">{drop.reason}</p>}
+      {drop.reason !== "" && <p class="drop-reason">{asSentence(drop.reason)}</p>}
     </article>
   );
 }

@@ -1,4 +1,5 @@
 import type { Finding } from "../api/types";
+import { asSentence } from "../format/words";
 import { Icon } from "./icons";
 
 export function FindingNote({ finding }: { finding: Finding }) {
@@ -9,9 +10,9 @@ export function FindingNote({ finding }: { finding: Finding }) {
       <div>
         <p>
           <span class="visually-hidden">{error ? "Error: " : "Warning: "}</span>
-          {finding.message}
+          {asSentence(finding.message)}
         </p>
-        {finding.hint !== "" && <p class="hint">{finding.hint}</p>}
+        {finding.hint !== "" && <p class="hint">{asSentence(finding.hint)}</p>}
         <code>
           {finding.code}
           {finding.pointer !== "" && ` at ${finding.pointer}`}

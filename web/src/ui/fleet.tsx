@@ -60,7 +60,7 @@ function VehicleRow({ id }: { id: string }) {
         </p>
       )}
       {run && <RunLine run={run} />}
-      {selected && <VehicleDetails vehicle={vehicle} />}
+      {selected && <VehicleDetails vehicle={vehicle} inRun={run !== null} />}
     </li>
   );
 }
@@ -115,12 +115,13 @@ function RunLine({ run }: { run: Run }) {
   );
 }
 
-function VehicleDetails({ vehicle }: { vehicle: Vehicle }) {
+/** Commands outside a run: with a run, the run panel has those that fit it. */
+function VehicleDetails({ vehicle, inRun }: { vehicle: Vehicle; inRun: boolean }) {
   const { state } = vehicle;
   const north = state.velocity_north_m_s;
   const east = state.velocity_east_m_s;
   const ground = north === null || east === null ? null : Math.hypot(north, east);
-  const flying = state.armed === true && vehicle.quarantined === null && live.value;
+  const commandable = !inRun && state.armed === true && vehicle.quarantined === null && live.value;
   return (
     <div class="vehicle-details">
       <dl class="facts">
@@ -131,7 +132,7 @@ function VehicleDetails({ vehicle }: { vehicle: Vehicle }) {
         <Fact name="Firmware" value={vehicle.firmware ?? "–"} />
         <Fact name="System id" value={String(vehicle.system_id)} />
       </dl>
-      {flying && (
+      {commandable && (
         <div class="actions">
           <VehicleAction vehicle={vehicle} action="hold" verb="Hold" />
           <VehicleAction vehicle={vehicle} action="return" verb="Return" />

@@ -1,3 +1,4 @@
+import { asSentence } from "../format/words";
 import { dismiss, notices } from "../state/notices";
 import { Icon } from "./icons";
 
@@ -12,9 +13,9 @@ export function Notices() {
             <b>{doing}</b>
             <p>
               {problem.title}
-              {problem.detail !== "" && `: ${problem.detail}`}
+              {problem.detail !== "" && `. ${asSentence(problem.detail)}`}
             </p>
-            {problem.hint !== "" && <p class="hint">{problem.hint}</p>}
+            {problem.hint !== "" && <p class="hint">{asSentence(problem.hint)}</p>}
             <code>{problem.code}</code>
           </div>
           <button type="button" class="icon-button" aria-label={`Dismiss: ${doing}`} onClick={() => dismiss(id)}>

@@ -1,5 +1,5 @@
 import { useEffect } from "preact/hooks";
-import { vehicleTypeName } from "../format/words";
+import { asSentence, vehicleTypeName } from "../format/words";
 import { itemOfFinding, type PlanItemView } from "../plan/document";
 import { totalText } from "../plan/timeline";
 import { canSend, check, checking, draftView, findings, parsed, sending, uploadDraft } from "../state/draft";
@@ -31,7 +31,7 @@ function PlanProblem() {
   return (
     <p class="form-problem">
       {title}
-      {detail !== "" && `: ${detail}`} {hint}
+      {detail !== "" && `. ${asSentence(detail)}`} {asSentence(hint)}
     </p>
   );
 }

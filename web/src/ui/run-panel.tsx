@@ -1,7 +1,7 @@
 import { useEffect } from "preact/hooks";
 import type { Run } from "../api/types";
 import { clockTime, percent, seconds } from "../format/units";
-import { runStateName, runStateTone } from "../format/words";
+import { asSentence, runStateName, runStateTone } from "../format/words";
 import { itemProgress } from "../map/features";
 import { viewPlan } from "../plan/document";
 import { needPlan, plansById } from "../state/plans";
@@ -81,7 +81,7 @@ function RunHead({ run }: { run: Run }) {
         {run.vehicle_id} · created {clockTime(run.created_at)}
         {took !== null && ` · ${run.ended_at === null ? "flying for" : "flew for"} ${seconds(Math.round(took))}`}
       </small>
-      {run.reason !== "" && <p class="run-reason">{run.reason}</p>}
+      {run.reason !== "" && <p class="run-reason">{asSentence(run.reason)}</p>}
     </header>
   );
 }
