@@ -52,7 +52,7 @@ lock:  ## choose versions anew; the files record hashes, not addresses
 	scripts/lock.sh $(VENV)/lock/bin/uv
 	cd web && npm install --package-lock-only
 
-image: $(PAGE)  ## build the container image: IMAGE=name, BASE_* as in docs/deployment.md
+image:  ## build the container image; docs/deployment.md tells of IMAGE, BASE and registries
 	scripts/build-image.sh $(or $(IMAGE),waydrop)
 
 clean:  ## remove all that was built; what flew (var/) stays

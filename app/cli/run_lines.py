@@ -40,7 +40,8 @@ def _told(event: Event) -> Text | None:
         case EventKind.RUN_COMMAND:
             return Text(f"sends {data.get('command')}{_again(data)}")
         case EventKind.RUN_ACK:
-            progress = "" if data.get("progress") is None else f" {data['progress']}%"
+            underway = data.get("result") == "IN_PROGRESS" and data.get("progress") is not None
+            progress = f" {data['progress']}%" if underway else ""
             return Text.assemble(f"ack of {data.get('command')}: ", (f"{data.get('result')}{progress}", "bold"))
         case EventKind.RUN_DROP:
             return _drop(data)

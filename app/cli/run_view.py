@@ -39,6 +39,7 @@ class TerminalView:
             TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), console=console, transient=True
         )
         self._task: TaskID | None = None
+        self._state: tuple[object, object] | None = None
 
     def __enter__(self) -> Self:
         return self
@@ -51,6 +52,11 @@ class TerminalView:
         if event.kind is EventKind.RUN_UPLOAD_PROGRESS:
             self._upload(event.data)
             return
+        if event.kind is EventKind.RUN_CHANGED:
+            state = (event.data.get("state"), event.data.get("reason"))
+            if state == self._state:
+                return  # something else of the run changed, of which another event tells
+            self._state = state
         line = run_line(event)
         if line is not None:
             self._console.print(line)
@@ -71,17 +77,22 @@ class TerminalView:
 
     def _upload(self, data: dict[str, Any]) -> None:
         what, total = data.get("mission_type"), data.get("total")
+        again = "" if data.get("attempt") in {None, 1} else f", attempt {data['attempt']}"
+        percent = float(data.get("percent") or 0.0)
+        if self._console.is_terminal:
+            self._show_bar(percent, f"upload {what} {data.get('sent')}/{total}{again}")
+        if percent >= 100.0:
+            self._console.print(f"uploaded {what}, {total} items{again}", style="dim")
+
+    def _show_bar(self, percent: float, description: str) -> None:
         if self._task is None:
             self._bar.start()
             self._task = self._bar.add_task("upload", total=100.0)
-        again = "" if data.get("attempt") in {None, 1} else f", attempt {data['attempt']}"
-        percent = float(data.get("percent") or 0.0)
-        self._bar.update(self._task, completed=percent, description=f"upload {what} {data.get('sent')}/{total}{again}")
+        self._bar.update(self._task, completed=percent, description=description)
         if percent >= 100.0:
-            self._bar.stop()
             self._bar.remove_task(self._task)
             self._task = None
-            self._console.print(f"[dim]uploaded[/] {what}, {total} items{again}")
+            self._bar.stop()
 
 
 class JsonView:
