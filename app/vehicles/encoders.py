@@ -29,6 +29,18 @@ class Outgoing(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
+class GroundHeartbeat:
+    """HEARTBEAT of a ground station: PX4 sends no STATUSTEXT on a link where it has not seen one."""
+
+    name = "HEARTBEAT"
+
+    def fields_json(self, _target_system: int, _target_component: int) -> str:
+        """All fields: MAV_TYPE_GCS, MAV_AUTOPILOT_INVALID, MAV_STATE_ACTIVE."""
+        fields = {"type": 6, "autopilot": 8, "base_mode": 0, "custom_mode": 0, "system_status": 4}
+        return json.dumps({**fields, "mavlink_version": 3})
+
+
+@dataclass(frozen=True, slots=True)
 class CommandLong:
     """COMMAND_LONG. `params` are param1..7, NaN means "not given"; `confirmation` counts the repetitions."""
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 from app.domain.ports import (
     DuplicateSystem,
     GripperOutput,
@@ -86,10 +88,10 @@ class LinkWatch:
             self.lost = True
             self._facts.tell(LinkLost(heartbeat_age_s=now_s - heard_s))
 
-    def is_connected(self, now_s: float) -> bool:
+    def is_connected(self) -> bool:
         """Whether a HEARTBEAT came lately."""
         heard_s = self._measurements.heartbeat_s
-        return heard_s is not None and now_s - heard_s <= self._settings.link_lost_s
+        return heard_s is not None and time.monotonic() - heard_s <= self._settings.link_lost_s
 
     def _tell(self, fact: LinkFact | None) -> None:
         if fact is not None:

@@ -18,7 +18,8 @@ from app.vehicles.mission_wire import WireItem
 from app.vehicles.settings import LinkSettings
 
 _PER_ITEM_S: Final = 0.5
-_CLEAR_ATTEMPTS: Final = 5
+_CLEAR_ATTEMPTS: Final = 9
+"""PX4 keeps a transfer that another station left open for 5 s and ignores a clear meanwhile."""
 _CLEAR_TIMEOUT_S: Final = 0.7
 _CANCEL_SETTLES_S: Final = 0.05
 

@@ -25,7 +25,7 @@ from app.domain.vehicle import FlightMode, VehicleFacts, VehicleState
 from app.vehicles.command_sender import CommandSender, command
 from app.vehicles.current_item import CurrentItem
 from app.vehicles.decoders import Heartbeat
-from app.vehicles.encoders import Outgoing
+from app.vehicles.encoders import GroundHeartbeat, Outgoing
 from app.vehicles.fact_reader import FactReader
 from app.vehicles.fact_stream import FactStream
 from app.vehicles.identity import Identity
@@ -75,7 +75,9 @@ class MavsdkVehicleLink:
         self._current = CurrentItem(self._send, self._sender, self._inbox, settings)
         self._parameters = ParameterReader(self._send, system.read_int_parameter, self._inbox, settings)
         self._fact_reader = FactReader(self._measurements, self._identity, self._parameters, self._inbox)
-        self._uploader = MissionUploader(system, self._send, self._inbox, self._texts, settings)
+        self._uploader = MissionUploader(
+            system, self._send, self._inbox, self._texts, self._watch.is_connected, settings
+        )
         self._readiness = MissionReadiness(self._measurements, self._inbox, self._texts, self._uploader, settings)
         self._setup = LinkSetup(StreamRates(self._sender, settings), self._fact_reader, self._watch)
         self._announce = announce
@@ -99,8 +101,7 @@ class MavsdkVehicleLink:
 
     def state(self) -> VehicleState:
         """See VehicleLink."""
-        now_s = time.monotonic()
-        return self._measurements.state(now_s, connected=self._watch.is_connected(now_s))
+        return self._measurements.state(time.monotonic(), connected=self._watch.is_connected())
 
     def subscribe(self, listener: Callable[[LinkFact], None]) -> Unsubscribe:
         """See VehicleLink. A quarantined link tells DuplicateSystem to each new listener."""
@@ -197,6 +198,8 @@ class MavsdkVehicleLink:
                 )
             return
         self._announced = True
+        if self._facts.duplicate is None:
+            self._send(GroundHeartbeat())  # mavsdk's own may come a second later
         self._announce(self)
         self._setup.begin()
 

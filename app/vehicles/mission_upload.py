@@ -42,6 +42,7 @@ class MissionUploader:
         send: Callable[[Outgoing], None],
         inbox: Inbox,
         texts: StatusTexts,
+        is_connected: Callable[[], bool],
         settings: LinkSettings,
     ) -> None:
         self._system = system
@@ -49,7 +50,7 @@ class MissionUploader:
         self._texts = texts
         self._settings = settings
         self._lists = ListTransfer(system, send, inbox, settings)
-        self._check = UploadCheck(inbox, self._lists)
+        self._check = UploadCheck(inbox, self._lists, is_connected)
         self._turn = asyncio.Lock()
         self._closed = False
         self.last: UploadRecord | None = None
@@ -115,7 +116,7 @@ class MissionUploader:
         name = mission_type.name.lower()
         raise UploadError(
             f"the {name} of {total} items was not stored after {self._settings.upload_attempts} attempts: {problem}",
-            hint="the vehicle keeps what it held before; check the link and try again",
+            hint="read the list back before trusting what the vehicle holds; check the link and try again",
             mission_type=name,
             attempts=self._settings.upload_attempts,
         )

@@ -25,8 +25,8 @@ class LinkSettings:
     identity_recheck_s: float = 30.0
     parameter_timeout_s: float = 0.5
     parameter_attempts: int = 6
-    upload_attempts: int = 5
-    upload_backoff_s: float = 0.3
+    upload_attempts: int = 6
+    upload_backoff_s: float = 0.5
     transfer_silence_s: float = 6.0
     progress_period_s: float = 0.05
     mission_state_stale_s: float = 2.5

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -19,6 +19,7 @@ from app.vehicles.mission_wire import first_difference, from_wire, to_wire
 _REPORT_WITHIN_S: Final = 2.2
 """MISSION_CURRENT comes every second; one may be lost."""
 _READ_BACK_ATTEMPTS: Final = 3
+UNREACHABLE: Final = "the link is lost: whether the vehicle holds the list is not known"
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,8 +34,9 @@ class Verdict:
 class UploadCheck:
     """Compares what was sent with what the vehicle says it holds."""
 
-    def __init__(self, inbox: Inbox, lists: ListTransfer) -> None:
+    def __init__(self, inbox: Inbox, lists: ListTransfer, is_connected: Callable[[], bool]) -> None:
         self._inbox = inbox
+        self._is_connected = is_connected
         self._lists = lists
 
     async def after_ack(self, mission_type: MissionType, items: Sequence[MissionItem], opaque_id: int) -> Verdict:
@@ -45,6 +47,8 @@ class UploadCheck:
 
     async def without_ack(self, mission_type: MissionType, items: Sequence[MissionItem]) -> Verdict:
         """The final ack did not come: lost on its way, or the transfer really broke off."""
+        if not self._is_connected():
+            return Verdict(None, None, UNREACHABLE)
         await self._lists.end_open_transfer(mission_type)
         wanted = mission_checksum(to_wire(items))
         if await self._reported(mission_type, wanted):
@@ -60,6 +64,8 @@ class UploadCheck:
                 held = from_wire(await self._lists.download(mission_type, expected_items=len(items)))
             except LinkError as error:
                 problem = error.detail
+                if not self._is_connected():
+                    return Verdict(None, None, UNREACHABLE)
                 await self._lists.end_open_transfer(mission_type)
                 continue
             seq = first_difference(items, held)

@@ -134,6 +134,11 @@ async def uploaded(link: VehicleLink, what: Mission) -> UploadProgress:
     return steps[-1]
 
 
+async def collected(steps: AsyncIterator[UploadProgress]) -> list[UploadProgress]:
+    """All that is left of an upload."""
+    return [step async for step in steps]
+
+
 async def armed(link: VehicleLink, within_s: float = 15.0) -> None:
     """Arm as soon as the vehicle's checks pass."""
     deadline_s = time.monotonic() + within_s

@@ -140,7 +140,7 @@ async def test_two_vehicles_with_one_system_id_on_one_connection_are_quarantined
         async with opened(fleet.connections, vehicles=1) as source:
             link = source.links()[0]
             await Heard(link).until(DuplicateSystem, 15.0)
-            with pytest.raises(VehicleQuarantinedError, match="MAV_SYS_ID|used twice"):
+            with pytest.raises(VehicleQuarantinedError, match="used twice"):
                 await link.arm()
             with pytest.raises(VehicleQuarantinedError):
                 await uploaded(link, mission(3))

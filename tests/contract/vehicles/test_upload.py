@@ -11,8 +11,8 @@ import pytest
 from app.domain.errors import UploadError
 from app.domain.mission import MavCmd, MavFrame, Mission, MissionItem, MissionType
 from app.domain.ports import VehicleLink
-from tests.contract.vehicles.driving import mission, rally_point, square_fence, until, uploaded
 from app.vehicles.mission_wire import first_difference
+from tests.contract.vehicles.driving import mission, rally_point, square_fence, until, uploaded
 
 
 @pytest.mark.parametrize("count", [2, 10, 100, 1000])

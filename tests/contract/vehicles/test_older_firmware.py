@@ -1,0 +1,55 @@
+"""PX4 v1.14: no mission ids, no mission_state, no PARAM_ERROR. Uploads are read back instead."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Iterator
+
+import pytest
+
+from app.domain.mission import MissionType
+from app.domain.ports import VehicleLink
+from app.domain.vehicle import MissionState
+from app.vehicles.mission_wire import first_difference
+from tests.contract.vehicles.driving import armed, mission, opened_link, until, uploaded
+from tests.simulated import SimulatedFleet
+
+
+@pytest.fixture(scope="module")
+def old_quad() -> Iterator[SimulatedFleet]:
+    with SimulatedFleet("quad", speed=5.0, firmware="px4-1.14") as fleet:
+        yield fleet
+
+
+@pytest.fixture
+async def link(old_quad: SimulatedFleet) -> AsyncIterator[VehicleLink]:
+    async with opened_link(old_quad.connections) as found:
+        yield found
+
+
+async def test_an_upload_is_verified_by_reading_it_back(link: VehicleLink) -> None:
+    last = await uploaded(link, mission(20))
+    assert (last.verified_by, last.mission_id) == ("read_back", None)
+    assert first_difference(mission(20).items, await link.download(MissionType.MISSION)) is None
+
+
+async def test_a_lost_final_ack_is_recognised_by_reading_back(old_quad: SimulatedFleet, link: VehicleLink) -> None:
+    old_quad.control("lost_ack", 3)
+    last = await uploaded(link, mission(9))
+    assert (last.verified_by, last.attempt) == ("read_back", 1)
+
+
+async def test_a_mission_can_be_started_although_no_state_is_reported(link: VehicleLink) -> None:
+    await uploaded(link, mission(6))
+    await link.wait_mission_ready(mission_id=None, rerun=False, timeout_s=10.0)
+    assert link.state().mission_state is MissionState.UNKNOWN
+    await armed(link)
+    await link.start_mission()
+    await until(lambda: (link.state().relative_altitude_m or 0.0) > 3.0, "the vehicle must climb", 20.0)
+    await link.land()
+
+
+async def test_facts_tell_the_version_and_leave_out_what_it_does_not_know(link: VehicleLink) -> None:
+    facts = await link.read_facts()
+    assert str(facts.firmware).startswith("1.14.")
+    assert "PWM_AUX_FUNC1" not in facts.parameters
+    assert facts.parameters["NAV_ACC_RAD"] > 0
