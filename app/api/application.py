@@ -71,7 +71,7 @@ def _add_stream(
 ) -> None:
     sources = Sources(services.journal, services.fleet, services.runs, services.clock, broadcast)
     endpoint = StreamEndpoint(sources, services.access, metrics, settings)
-    app.router.add_get(f"{API}/stream", endpoint.stream, allow_head=False)
+    app.router.add_get(f"{API}/stream", endpoint.stream, allow_head=False, expect_handler=meet_expectation)
     app.cleanup_ctx.append(_running(broadcast))
     app.on_shutdown.append(lambda _: endpoint.close())
 

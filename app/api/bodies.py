@@ -50,7 +50,7 @@ async def read_body(request: web.Request, *, required: bool, timeout_s: float) -
     """The body's bytes.
 
     Raises:
-        ApiError: it is not JSON by its content type, is missing, or does not come in time.
+        ApiError: it is not JSON by its content type, is missing, breaks off, or does not come in time.
     """
     if not request.can_read_body:
         if required:
@@ -63,9 +63,15 @@ async def read_body(request: web.Request, *, required: bool, timeout_s: float) -
             f"the content type is {request.headers.get('Content-Type', 'missing')}",
             hint="send Content-Type: application/json",
         )
+    if request.headers.get("Content-Encoding", "identity").lower() != "identity":
+        raise ApiError(
+            "request.content_type", "compressed bodies are not taken", hint="send it without Content-Encoding"
+        )
     try:
         async with asyncio.timeout(timeout_s):
             return await request.read()
+    except web.RequestPayloadError as error:
+        raise ApiError("request.malformed", f"the body cannot be read: {error}") from None
     except TimeoutError:
         raise ApiError("request.timeout", f"the body was not complete after {timeout_s:g} s") from None
 

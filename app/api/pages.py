@@ -8,6 +8,7 @@ from typing import Final
 
 from aiohttp import web
 
+from app.api.expectations import meet_expectation
 from app.api.problems import ApiError
 from app.api.routing import API
 from app.api.security_headers import DOCS_POLICY, PAGE_POLICY
@@ -33,11 +34,14 @@ class Pages:
 
     def add_to(self, app: web.Application) -> None:
         """`/`, its files, and the documentation at /api/v1/docs/."""
-        app.router.add_get("/", self.index)
-        app.router.add_get("/assets/{name}", self.asset)
-        app.router.add_get("/{name:[^/]+\\.[^/]+}", self.file)
-        app.router.add_get(f"{API}/docs", self.docs)
-        app.router.add_get(f"{API}/docs/{{name:[^/]*}}", self.docs_file)
+        for path, handler in (
+            ("/", self.index),
+            ("/assets/{name}", self.asset),
+            ("/{name:[^/]+\\.[^/]+}", self.file),
+            (f"{API}/docs", self.docs),
+            (f"{API}/docs/{{name:[^/]*}}", self.docs_file),
+        ):
+            app.router.add_get(path, handler, expect_handler=meet_expectation)
 
     async def index(self, _: web.Request) -> web.StreamResponse:
         """The page."""

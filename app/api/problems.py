@@ -100,6 +100,15 @@ def internal_problem(*, request_id: str) -> web.Response:
     return _response(PROBLEMS["internal"], detail, hint="", request_id=request_id, extra={}, headers={})
 
 
+def _unicode(node: Any) -> Any:
+    """The same without lone surrogates: what is told of a header may hold any bytes."""
+    if isinstance(node, str):
+        return node.encode("utf-8", "backslashreplace").decode()
+    if isinstance(node, Mapping):
+        return {_unicode(key): _unicode(value) for key, value in node.items()}
+    return [_unicode(value) for value in node] if isinstance(node, list | tuple) else node
+
+
 def _response(
     kind: ProblemKind,
     detail: str,
@@ -119,5 +128,5 @@ def _response(
         "hint": hint,
         "request_id": request_id,
     }
-    body = to_json(document, inf_nan_mode="null", fallback=str)
+    body = to_json(_unicode(document), inf_nan_mode="null", fallback=str)
     return web.Response(body=body, status=kind.status, content_type=CONTENT_TYPE, headers=dict(headers))

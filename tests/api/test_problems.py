@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import io
 import re
 from pathlib import Path
 from typing import Any
@@ -102,7 +103,7 @@ async def test_common_refusals_are_the_same_on_every_route(service: Service) -> 
         assert (status, problem["code"]) == (400, "request.query_invalid"), path
         if route.method != "GET":
             status, _, problem = await service.call(
-                route.method, path, data=big, headers={"Content-Type": "application/json"}
+                route.method, path, data=io.BytesIO(big), headers={"Content-Type": "application/json"}
             )
             assert (status, problem["code"]) == (413, "request.too_large"), path
         status, _, problem = await service.call(route.method, path, headers={"Expect": "miracles"})

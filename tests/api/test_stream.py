@@ -1,61 +1,16 @@
-"""The websocket: hello, snapshot, replay, live."""
+"""The websocket: hello, snapshot, replay, live. Each event once, in order, whatever happens meanwhile."""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
-from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
-import aiohttp
+import pytest
 
-from app.domain.events import EventKind
-from tests.api.service import Service
-
-
-@dataclass
-class Listener:
-    """One client of the stream."""
-
-    socket: aiohttp.ClientWebSocketResponse
-
-    async def frame(self, *kinds: str) -> dict[str, Any]:
-        """The next frame of these types; others are passed over."""
-        async with asyncio.timeout(5):
-            while True:
-                frame: dict[str, Any] = await self.socket.receive_json()
-                if frame["type"] in kinds:
-                    return frame
-
-    async def event(self) -> dict[str, Any]:
-        """The next event."""
-        event: dict[str, Any] = (await self.frame("event"))["event"]
-        return event
-
-    async def close_code(self) -> int | None:
-        """Read to the end."""
-        async with asyncio.timeout(5):
-            async for _ in self.socket:
-                pass
-        return self.socket.close_code
-
-
-@asynccontextmanager
-async def listen(service: Service, query: str = "", **options: Any) -> AsyncIterator[Listener]:
-    """Open the stream."""
-    async with service.http.ws_connect(f"{service.url}/api/v1/stream{query}", **options) as socket:
-        yield Listener(socket)
-
-
-async def record(service: Service, count: int) -> list[int]:
-    """Record events in several calls. Their numbers."""
-    journal = service.services.journal
-    seqs: list[int] = []
-    for number in range(count):
-        stored = await journal.record(journal.new_event(EventKind.VEHICLE_STATUS_TEXT, vehicle_id="v1", n=number))
-        seqs.append(stored[0].seq)
-    return seqs
+from app.api.stream import broadcast
+from tests.api.listener import listen, record
+from tests.api.service import Service, run_service
 
 
 async def test_hello_and_snapshot_come_first_then_what_happens(service: Service) -> None:
@@ -77,10 +32,7 @@ async def test_after_replays_what_was_missed_each_once_in_order_while_more_happe
 
     async def follow(after: int) -> list[int]:
         async with listen(service, f"?after={after}") as client:
-            seen: list[int] = []
-            while not seen or seen[-1] < 1000:
-                seen.append((await client.event())["seq"])
-            return seen
+            return await client.seqs_to(1000)
 
     writer = asyncio.create_task(record(service, 400))
     results = await asyncio.gather(*(follow(after) for after in (0, 1, 499, 500, 501, 699)))
@@ -109,3 +61,45 @@ async def test_an_after_of_another_journal_closes_with_4409(service: Service) ->
         assert await client.close_code() == 4409
     async with listen(service, f"?after={ahead - 1}") as client:
         assert (await client.frame("hello"))["seq"] == ahead - 1
+
+
+async def test_a_client_that_is_cut_again_and_again_misses_nothing_and_sees_nothing_twice(service: Service) -> None:
+    seen: list[int] = []
+    writer = asyncio.create_task(record(service, 500))
+    while len(seen) < 502:
+        async with listen(service, f"?after={seen[-1] if seen else 0}") as client:
+            for _ in range(min(37, 502 - len(seen))):
+                seen.append((await client.event())["seq"])
+    await writer
+    assert seen == list(range(1, 503))
+
+
+async def test_without_after_nothing_old_comes(service: Service) -> None:
+    await record(service, 10)
+    async with listen(service) as client:
+        hello = await client.frame("hello")
+        await record(service, 1)
+        assert (await client.event())["seq"] == hello["seq"] + 1
+
+
+async def test_a_broadcast_that_falls_behind_reads_on_from_the_disk(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(broadcast, "SUBSCRIPTION_CAPACITY", 1)
+    async with run_service(tmp_path) as service, listen(service) as client:
+        await client.frame("snapshot")
+        await asyncio.gather(*(record(service, 50) for _ in range(10)))
+        assert await client.seqs_to(502) == list(range(3, 503))
+
+
+async def test_the_snapshot_has_the_open_runs_and_the_recent_ones_once_each(
+    service: Service, plan: dict[str, Any]
+) -> None:
+    _, _, made = await service.call("POST", "/api/v1/plans", json=plan)
+    runs = []
+    for vehicle in ("v1", "v2"):
+        _, _, run = await service.call("POST", "/api/v1/runs", json={"plan": made["id"], "vehicle": vehicle})
+        runs.append(run["id"])
+    async with listen(service) as client:
+        snapshot = await client.frame("snapshot")
+        assert [run["id"] for run in snapshot["runs"]] == runs[::-1]

@@ -23,7 +23,10 @@ from app.services.runs import Runs
 MAX_INCOMING_FRAMES: Final = 100
 """Frames that a client may send although nobody reads them; then it is closed."""
 
-_SURELY_BUFFERED_BYTES: Final = 32 * 1024
+MAX_UNSENT_BYTES: Final = 64 * 1024
+"""What may wait in our process for a client's kernel buffer; the rest stays in the outbox."""
+
+POLL_S: Final = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,11 +124,19 @@ class Session:
     async def _send(self, frames: Iterable[bytes]) -> None:
         """Write frames. Raises TimeoutError if the client takes nothing for too long."""
         for frame in frames:
-            if len(frame) < _SURELY_BUFFERED_BYTES and not self._transport.get_write_buffer_size():
-                await self._socket.send_frame(frame, WSMsgType.TEXT)  # cannot block
-                continue
-            async with asyncio.timeout(self._settings.send_timeout_s):
-                await self._socket.send_frame(frame, WSMsgType.TEXT)
+            if self._transport.get_write_buffer_size() > MAX_UNSENT_BYTES:
+                await self._wait_for_room()
+            await self._socket.send_frame(frame, WSMsgType.TEXT)
+
+    async def _wait_for_room(self) -> None:
+        # Not by aiohttp's drain: once a task that waits in it has been cancelled, nothing can be written any more,
+        # not even the close frame.
+        loop = asyncio.get_running_loop()
+        deadline_s = loop.time() + self._settings.send_timeout_s
+        while self._transport.get_write_buffer_size() > MAX_UNSENT_BYTES:
+            if loop.time() > deadline_s:
+                raise TimeoutError
+            await asyncio.sleep(POLL_S)
 
 
 def _open_and_recent(open_runs: Sequence[Run], recent: Sequence[Run]) -> list[Run]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import socket as sockets
+import sys
 from typing import Final
 
 import structlog
@@ -45,6 +46,7 @@ class StreamEndpoint:
             compress=False,
             protocols=(SUBPROTOCOL,),
             timeout=self._settings.close_grace_s,
+            writer_limit=sys.maxsize,  # never wait inside aiohttp: see Session._wait_for_room
         )
         self._opening += 1
         self._metrics.sockets.inc()
@@ -108,7 +110,7 @@ class StreamEndpoint:
             log.info("socket closed", code=int(code), client=request.remote)
         try:
             async with asyncio.timeout(self._settings.close_grace_s):
-                await socket.close(code=code or WSCloseCode.OK)
+                await socket.close(code=code or WSCloseCode.OK, drain=False)
         except (TimeoutError, ConnectionError):
             pass  # it does not read: the close frame waits behind what it did not take
         finally:

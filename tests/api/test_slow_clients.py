@@ -1,0 +1,119 @@
+"""A client that does not read is cut, and the others feel nothing."""
+
+from __future__ import annotations
+
+import asyncio
+import statistics
+import time
+from contextlib import AsyncExitStack
+from dataclasses import replace
+from pathlib import Path
+
+from tests.api.listener import Listener, listen, record
+from tests.api.raw_socket import DeafClient, close_frame
+from tests.api.service import SETTINGS, Service, run_service
+
+SMALL = replace(SETTINGS, socket_queue=64, socket_buffer_bytes=64 * 1024, close_grace_s=0.3)
+OTHERS = 20
+EVENTS = 100
+
+
+async def closed(service: Service, code: int) -> int:
+    """How many sockets the service has closed with a code."""
+    _, _, text = await service.call("GET", "/metrics")
+    found = [line for line in text.splitlines() if line.startswith(f'waydrop_websocket_closed_total{{code="{code}"}}')]
+    return int(float(found[0].split()[-1])) if found else 0
+
+
+async def delays(service: Service, clients: list[Listener]) -> list[float]:
+    """Record events, and how long after its recording each one was at each client [s]."""
+    recorded: dict[int, float] = {}
+    first = service.services.journal.last_seq + 1
+
+    async def follow(client: Listener) -> list[tuple[int, float]]:
+        return [((await client.event())["seq"], time.perf_counter()) for _ in range(EVENTS)]
+
+    followers = [asyncio.create_task(follow(client)) for client in clients]
+    for _ in range(EVENTS):
+        begun = time.perf_counter()
+        recorded[(await record(service, 1, size=8000))[0]] = begun
+    arrivals = await asyncio.gather(*followers)
+    for arrival in arrivals:
+        assert [seq for seq, _ in arrival] == list(range(first, first + EVENTS))
+    return [at - recorded[seq] for arrival in arrivals for seq, at in arrival]
+
+
+async def test_a_client_that_never_reads_is_cut_and_twenty_others_see_everything_as_fast_as_before(
+    tmp_path: Path,
+) -> None:
+    async with run_service(tmp_path, settings=SMALL) as service, AsyncExitStack() as stack:
+        clients = [await stack.enter_async_context(listen(service)) for _ in range(OTHERS)]
+        for client in clients:
+            await client.frame("snapshot")
+        before = await delays(service, clients)
+        deaf = DeafClient(service.port)
+        stack.callback(deaf.close)
+        await deaf.open()
+        with_deaf = await delays(service, clients)
+        assert statistics.median(with_deaf) < 3 * statistics.median(before) + 0.02
+        assert await closed(service, 4408) == 1
+        assert all(not client.socket.closed for client in clients)
+        await deaf.read_to_the_end()  # the connection has ended
+
+
+async def test_a_client_that_reads_again_in_time_learns_why_it_was_cut(tmp_path: Path) -> None:
+    async with run_service(tmp_path, settings=replace(SMALL, close_grace_s=2.0)) as service:
+        deaf = DeafClient(service.port)
+        await deaf.open()
+        async with asyncio.timeout(20):
+            while await closed(service, 4408) == 0:
+                await record(service, 20, size=2000)
+        assert close_frame(4408) in await deaf.read_to_the_end()
+        deaf.close()
+
+
+async def test_a_client_that_reads_nothing_is_cut_even_when_its_queue_has_room(tmp_path: Path) -> None:
+    settings = replace(SMALL, socket_queue=100_000, send_timeout_s=0.3)
+    async with run_service(tmp_path, settings=settings) as service:
+        deaf = DeafClient(service.port)
+        await deaf.open()
+        async with asyncio.timeout(20):
+            while await closed(service, 4408) == 0:
+                await record(service, 20, size=2000)
+        deaf.close()
+
+
+async def test_a_slow_client_that_comes_back_with_after_has_missed_nothing(tmp_path: Path) -> None:
+    async with run_service(tmp_path, settings=SMALL) as service:
+        deaf = DeafClient(service.port)
+        await deaf.open()
+        await record(service, 400, size=2000)
+        deaf.close()
+        async with listen(service, "?after=0") as client:
+            assert await client.seqs_to(402) == list(range(1, 403))
+
+
+async def test_a_replay_longer_than_the_queue_is_no_reason_to_be_cut(tmp_path: Path) -> None:
+    async with run_service(tmp_path, settings=replace(SMALL, replay_page_events=7)) as service:
+        await record(service, 500)
+        writer = asyncio.create_task(record(service, 200))
+        async with listen(service, "?after=0") as client:
+            assert await client.seqs_to(702) == list(range(1, 703))
+        await writer
+        assert await closed(service, 4408) == 0
+
+
+async def test_telemetry_never_queues_up_for_a_client_that_does_not_read(tmp_path: Path) -> None:
+    async with (
+        run_service(tmp_path, settings=replace(SMALL, send_timeout_s=30.0)) as service,
+        AsyncExitStack() as stack,
+    ):
+        deaf = DeafClient(service.port)
+        stack.callback(deaf.close)
+        await deaf.open()
+        async with listen(service) as client:
+            for _ in range(100):
+                await client.frame("telemetry")
+            newest = (await client.frame("telemetry"))["time"]
+            assert newest > time.time() - 2.0
+        assert await closed(service, 4408) == 0

@@ -1,0 +1,129 @@
+"""How many sockets there may be, what they may send, and how they end."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from contextlib import AsyncExitStack
+from dataclasses import replace
+from pathlib import Path
+
+import aiohttp
+import pytest
+
+from tests.api.listener import listen, record
+from tests.api.raw_socket import DeafClient, close_frame
+from tests.api.service import SETTINGS, Service, run_service
+from tests.api.test_slow_clients import closed
+
+
+async def test_more_sockets_than_allowed_are_refused_and_room_is_given_back(tmp_path: Path) -> None:
+    async with run_service(tmp_path, settings=replace(SETTINGS, max_sockets=3)) as service, AsyncExitStack() as stack:
+        clients = [await stack.enter_async_context(listen(service)) for _ in range(3)]
+        status, headers, problem = await service.call("GET", "/api/v1/stream", headers=HANDSHAKE)
+        assert (status, problem["code"]) == (503, "stream.full")
+        assert int(headers["Retry-After"]) > 0
+        await clients[0].socket.close()
+        async with asyncio.timeout(5):
+            while True:
+                try:
+                    clients.append(await stack.enter_async_context(listen(service)))
+                    break
+                except aiohttp.WSServerHandshakeError:
+                    await asyncio.sleep(0.01)
+        assert (await clients[-1].frame("hello"))["type"] == "hello"
+
+
+HANDSHAKE = {
+    "Connection": "Upgrade",
+    "Upgrade": "websocket",
+    "Sec-WebSocket-Version": "13",
+    "Sec-WebSocket-Key": "MDEyMzQ1Njc4OWFiY2RlZg==",
+}
+
+
+async def test_a_plain_get_of_the_stream_is_told_to_upgrade(service: Service) -> None:
+    status, headers, problem = await service.call("GET", "/api/v1/stream")
+    assert (status, problem["code"]) == (426, "stream.upgrade_required")
+    assert headers["Upgrade"] == "websocket"
+    assert "/api/v1/events" in problem["hint"]
+
+
+@pytest.mark.parametrize(
+    "headers", [{"Sec-WebSocket-Key": "short"}, {"Sec-WebSocket-Version": "99"}, {"Connection": "close"}]
+)
+async def test_a_handshake_that_is_none_is_a_client_error(service: Service, headers: dict[str, str]) -> None:
+    status, _, problem = await service.call("GET", "/api/v1/stream", headers=HANDSHAKE | headers)
+    assert status == 400
+    assert problem["code"] == "http.400"
+
+
+async def test_what_a_client_says_is_passed_over_but_not_for_ever(service: Service) -> None:
+    async with listen(service) as client:
+        for _ in range(50):
+            await client.socket.send_str("hello?")
+        await client.socket.send_bytes(b"\x00")
+        await record(service, 1)
+        await client.event()
+        for _ in range(100):
+            await client.socket.send_str("hello?")
+        assert await client.close_code() == 1008
+
+
+async def test_a_message_that_is_too_large_closes_with_1009(service: Service) -> None:
+    async with listen(service) as client:
+        await client.socket.send_str("x" * 5000)
+        assert await client.close_code() == 1009
+
+
+async def test_a_client_that_does_not_answer_pings_is_let_go(tmp_path: Path) -> None:
+    async with run_service(tmp_path, settings=replace(SETTINGS, heartbeat_s=0.2)) as service:
+        deaf = DeafClient(service.port)
+        await deaf.open()
+        begun = time.monotonic()
+        await deaf.read_to_the_end(timeout_s=10)
+        assert time.monotonic() - begun < 8
+        deaf.close()
+
+
+async def test_a_stop_closes_sockets_with_1001_and_does_not_wait_for_a_deaf_one(tmp_path: Path) -> None:
+    async with AsyncExitStack() as clients:
+        async with run_service(tmp_path, settings=replace(SETTINGS, close_grace_s=0.5)) as service:
+            deaf = DeafClient(service.port)
+            clients.callback(deaf.close)
+            await deaf.open()
+            url = f"{service.url}/api/v1/stream"
+            http = await clients.enter_async_context(aiohttp.ClientSession())
+            socket = await clients.enter_async_context(http.ws_connect(url))
+            await socket.receive_json()
+            reader = asyncio.create_task(_to_the_end(socket))
+            begun = time.monotonic()
+        assert time.monotonic() - begun < 3
+        assert await reader == 1001
+        assert close_frame(1001) in await deaf.read_to_the_end()
+
+
+async def _to_the_end(socket: aiohttp.ClientWebSocketResponse) -> int | None:
+    async for _ in socket:
+        pass
+    return socket.close_code
+
+
+async def test_a_client_that_leaves_is_forgotten(service: Service) -> None:
+    async with listen(service) as client:
+        await client.frame("snapshot")
+    async with asyncio.timeout(5):
+        while "waydrop_websocket_clients 0.0" not in (await service.call("GET", "/metrics"))[2]:
+            await asyncio.sleep(0.01)
+    assert await closed(service, 4408) == 0
+
+
+async def test_a_client_that_vanishes_in_the_middle_disturbs_nobody(service: Service) -> None:
+    async with listen(service) as client:
+        await client.frame("snapshot")
+        for _ in range(5):
+            deaf = DeafClient(service.port)
+            await deaf.open("/api/v1/stream?after=0")
+            deaf.close()
+        last = service.services.journal.last_seq
+        assert await asyncio.gather(record(service, 100), client.seqs_to(last + 100))
