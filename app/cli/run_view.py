@@ -39,7 +39,7 @@ class TerminalView:
             TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), console=console, transient=True
         )
         self._task: TaskID | None = None
-        self._state: tuple[object, object] | None = None
+        self._shown: dict[object, object] = {}
 
     def __enter__(self) -> Self:
         return self
@@ -52,11 +52,8 @@ class TerminalView:
         if event.kind is EventKind.RUN_UPLOAD_PROGRESS:
             self._upload(event.data)
             return
-        if event.kind is EventKind.RUN_CHANGED:
-            state = (event.data.get("state"), event.data.get("reason"))
-            if state == self._state:
-                return  # something else of the run changed, of which another event tells
-            self._state = state
+        if self._is_shown(event):
+            return
         line = run_line(event)
         if line is not None:
             self._console.print(line)
@@ -74,6 +71,19 @@ class TerminalView:
             self._console.print("[bold green]all drops released, run completed[/]")
         for reason in verdict.reasons:
             self._console.print(f"[bold red]not achieved[/] {escape(reason)}")
+
+    def _is_shown(self, event: Event) -> bool:
+        """Whether only such fields of a run or drop changed of which other events tell."""
+        data = event.data
+        if event.kind is EventKind.RUN_CHANGED:
+            about, state = "run", (data.get("state"), data.get("reason"))
+        elif event.kind is EventKind.RUN_DROP:
+            about, state = f"drop {data.get('plan_item_id')}", (data.get("phase"), data.get("outcome"))
+        else:
+            return False
+        before = self._shown.get(about)
+        self._shown[about] = state
+        return state == before
 
     def _upload(self, data: dict[str, Any]) -> None:
         what, total = data.get("mission_type"), data.get("total")

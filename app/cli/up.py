@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import sys
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -17,6 +19,7 @@ from app.config import Settings, load_settings
 from app.logs import configure_logs
 
 READY_S = 30.0
+EXAMPLE_PLAN = Path(__file__).resolve().parents[2] / "plans" / "clinic-run.json"
 
 
 def up(
@@ -77,10 +80,17 @@ class _Session:
     def _greet(self, url: str) -> None:
         self.owns_vehicles = True
         flag = "" if url == DEFAULT_SERVER else f" --server {url}"
+        program, plan = _shortest(Path(sys.argv[0])), _shortest(EXAMPLE_PLAN)
         console = err()
         console.print(f"\n[bold green]Waydrop is up:[/] {url}  (journal in {escape(str(self._settings.data_dir))})")
         console.print("Try next, in another terminal:")
-        plan = "plans/clinic-run.json"
         for command in (f"validate {plan}", f"vehicles{flag}", f"fly {plan} --vehicle v1{flag}"):
-            console.print(f"  [bold].venv/bin/waydrop {escape(command)}[/]")
+            console.print(f"  [bold]{escape(program)} {escape(command)}[/]")
         console.print("Ctrl-C ends Waydrop and the vehicles.\n")
+
+
+def _shortest(path: Path) -> str:
+    """As one would type it here."""
+    full = path.resolve() if path.exists() else path
+    here = Path.cwd()
+    return str(full.relative_to(here)) if full.is_relative_to(here) else str(path)

@@ -56,7 +56,7 @@ def test_a_plan_with_an_error_ends_with_1_and_its_rule_code(
     items = [item for item in json.loads(GOOD.read_text())["items"] if item["type"] != "waypoint"]
     assert status_of(monkeypatch, "validate", str(plan_file(tmp_path, items=items))) == 1
     shown = capsys.readouterr()
-    assert "gripper.must_follow_position" in shown.out or "gripper.must_follow_waypoint" in shown.out
+    assert "gripper.must_follow_waypoint" in shown.out
     assert "would be refused" in shown.err
 
 

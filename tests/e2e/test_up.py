@@ -1,0 +1,128 @@
+"""`waydrop up`, which `make run` calls: what it prints works, a crash leaves the vehicles flying, Ctrl-C ends all."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from app.cli.simulator_process import SimulatorProcess
+from tests.service import ROOT, free_tcp_port
+
+WAYDROP = Path(sys.executable).with_name("waydrop")
+UDP_PORTS = "udpin://127.0.0.1:25920..25923"
+START_S = 45.0
+CLEAN_END_S = 3.0
+
+
+class Up:
+    """One `waydrop up` in a terminal of its own."""
+
+    def __init__(self, data_dir: Path, port: int, *options: str) -> None:
+        self._out = data_dir / "up.out"
+        settings = {"PORT": str(port), "DATA_DIR": str(data_dir), "CONNECTIONS": UDP_PORTS, "LOG_LEVEL": "warning"}
+        environment = {**os.environ, "COLUMNS": "200", **{f"WAYDROP_{name}": value for name, value in settings.items()}}
+        with self._out.open("wb") as out:
+            self.process = subprocess.Popen(
+                [WAYDROP, "up", *options], cwd=ROOT, env=environment, stdout=out, stderr=out, start_new_session=True
+            )
+
+    def said(self) -> str:
+        return self._out.read_text(errors="replace")
+
+    def until_ready(self) -> list[str]:
+        """Wait until it says that it is up; the commands that it offers."""
+        deadline = time.monotonic() + START_S
+        while "Ctrl-C ends" not in self.said():
+            assert self.process.poll() is None, self.said()
+            assert time.monotonic() < deadline, self.said()
+            time.sleep(0.05)
+        return [line.strip() for line in self.said().splitlines() if line.startswith("  ")]
+
+    def ctrl_c(self) -> float:
+        """What a terminal sends: SIGINT to the whole group. The seconds that the end took."""
+        began = time.monotonic()
+        os.killpg(self.process.pid, signal.SIGINT)
+        self.process.wait(30)
+        return time.monotonic() - began
+
+    def kill(self) -> None:
+        if self.process.poll() is None:
+            self.process.kill()
+        self.process.wait(10)
+
+
+@pytest.fixture
+def data_dir(tmp_path: Path) -> Iterator[Path]:
+    yield tmp_path
+    SimulatorProcess(tmp_path).stop()
+
+
+def test_it_says_what_it_started_and_three_commands_that_work(data_dir: Path) -> None:
+    up = Up(data_dir, free_tcp_port(), "--speed", "8")
+    try:
+        commands = up.until_ready()
+        assert "two multicopters, one fixed wing, one VTOL" in up.said()
+        assert [shlex.split(command)[1] for command in commands] == ["validate", "vehicles", "fly"]
+        for command in commands:
+            done = subprocess.run(
+                shlex.split(command), cwd=ROOT, capture_output=True, text=True, timeout=120, check=False
+            )
+            assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}\n{up.said()}"
+        assert "released" in done.stdout
+        assert up.ctrl_c() < CLEAN_END_S
+        assert up.process.returncode == 0, up.said()
+    finally:
+        up.kill()
+    assert SimulatorProcess(data_dir).find() is None
+
+
+def test_a_kill_leaves_the_vehicles_and_the_next_up_takes_them_over(data_dir: Path) -> None:
+    port = free_tcp_port()
+    first = Up(data_dir, port)
+    second = None
+    try:
+        first.until_ready()
+        first.kill()
+        left = SimulatorProcess(data_dir).find()
+        assert left is not None
+        second = Up(data_dir, port)
+        second.until_ready()
+        assert f"still fly (process {left.pid})" in second.said()
+        assert SimulatorProcess(data_dir).find() == left
+        assert second.ctrl_c() < CLEAN_END_S
+        assert second.process.returncode == 0, second.said()
+    finally:
+        for up in filter(None, (first, second)):
+            up.kill()
+    assert SimulatorProcess(data_dir).find() is None
+
+
+def test_a_second_up_on_the_same_journal_is_refused_and_leaves_the_first_its_vehicles(data_dir: Path) -> None:
+    first = Up(data_dir, free_tcp_port())
+    try:
+        first.until_ready()
+        settings = {"PORT": str(free_tcp_port()), "DATA_DIR": str(data_dir), "CONNECTIONS": UDP_PORTS}
+        second = subprocess.run(
+            [WAYDROP, "up"],
+            cwd=ROOT,
+            env={**os.environ, **{f"WAYDROP_{name}": value for name, value in settings.items()}},
+            capture_output=True,
+            text=True,
+            timeout=START_S,
+            check=False,
+        )
+        assert second.returncode == 1
+        assert "another Waydrop uses this journal" in second.stderr
+        assert SimulatorProcess(data_dir).find() is not None
+        assert first.process.poll() is None
+        first.ctrl_c()
+    finally:
+        first.kill()
