@@ -18,6 +18,7 @@ from app.api.server import serving
 from app.config import Settings, require_access_control
 from app.domain.errors import StorageError
 from app.domain.events import EventKind
+from app.domain.ports import TokenStore
 from app.services.access import Access
 from app.services.clock import SystemClock
 from app.services.fleet import Fleet
@@ -26,7 +27,7 @@ from app.services.plans import Plans
 from app.services.runs import Runs
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
-from app.storage import Storage, open_storage
+from app.storage import open_storage, open_tokens
 from app.vehicles import MavsdkLinkSource
 
 log = structlog.get_logger(__name__)
@@ -52,7 +53,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
         settings.data_dir.mkdir(parents=True, exist_ok=True)
         storage = await stack.enter_async_context(open_storage(settings.journal_path))
         clock = SystemClock()
-        access = _access(storage, settings)
+        access = _access(storage.tokens, settings)
         require_access_control(settings, has_tokens=await access.has_tokens())
         journal = Journal(storage.events, clock)
         await journal.start()
@@ -85,10 +86,10 @@ async def running(settings: Settings) -> AsyncIterator[str]:
 
 @asynccontextmanager
 async def open_access(settings: Settings) -> AsyncIterator[Access]:
-    """The tokens alone, for the command line. Raises StorageError."""
+    """The tokens alone, for the command line, also beside a running service. Raises StorageError."""
     settings.data_dir.mkdir(parents=True, exist_ok=True)
-    async with open_storage(settings.journal_path) as storage:
-        yield _access(storage, settings)
+    async with open_tokens(settings.journal_path) as tokens:
+        yield _access(tokens, settings)
 
 
 def openapi_document() -> dict[str, Any]:
@@ -96,9 +97,9 @@ def openapi_document() -> dict[str, Any]:
     return describe(ROUTES, version=__version__)
 
 
-def _access(storage: Storage, settings: Settings) -> Access:
+def _access(tokens: TokenStore, settings: Settings) -> Access:
     secret = settings.bootstrap_token
-    return Access(storage.tokens, SystemClock(), None if secret is None else secret.get_secret_value())
+    return Access(tokens, SystemClock(), None if secret is None else secret.get_secret_value())
 
 
 def _api_settings(settings: Settings, gateway_id: str) -> ApiSettings:

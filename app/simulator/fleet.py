@@ -94,6 +94,10 @@ class Fleet:
         self._extra.append(await self._link(twin, remote, 0, f"{index} duplicate"))
         self._duplicates.setdefault(original.system_id, []).append(twin)
 
+    def duplicates_of(self, system_id: int) -> list[Vehicle]:
+        """The vehicles that came later with this system id."""
+        return list(self._duplicates.get(system_id, ()))
+
     def remove_duplicates(self, original: Vehicle) -> None:
         """They fall silent for good."""
         for twin in self._duplicates.pop(original.system_id, []):

@@ -112,8 +112,8 @@ class Vehicle:
                 Cmd.DO_WINCH: self._winch_in_mission,
             },
         )
-        identity = Identity(spec.profile, spec.seed, spec.system_id, spec.salt)
-        telemetry = Telemetry(state, spec.airframe, spec.frame, self.clock, self.faults, identity)
+        self.identity = Identity(spec.profile, spec.seed, spec.system_id, spec.salt)
+        telemetry = Telemetry(state, spec.airframe, spec.frame, self.clock, self.faults, self.identity)
         self._streams = Streams(telemetry, self.radio, self.clock, spec.speed)
         payload_commands = PayloadCommands(self.payload)
         self._commands = CommandLink(

@@ -1,13 +1,17 @@
-"""One headless Chromium for all browser tests, in which WebGL really runs."""
+"""One headless Chromium in which WebGL really runs, and the real service with simulated vehicles behind the page."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 
 import pytest
 from playwright.async_api import Browser, async_playwright
+
+from tests.browser.dashboard import Dashboard
+from tests.service import ServiceProcess
+from tests.simulated import SimulatedFleet
 
 CHROMIUM = Path(os.environ.get("WAYDROP_CHROMIUM", "/usr/bin/chromium"))
 
@@ -21,6 +25,9 @@ CHROMIUM_ARGS = (
     "--disable-quic",
 )
 
+FLEET = "quad,quad,plane,vtol"
+SPEED = 5.0
+
 
 def chromium_args() -> list[str]:
     """The flags above; as root (containers) Chromium starts only without its sandbox."""
@@ -33,3 +40,34 @@ async def browser() -> AsyncIterator[Browser]:
         browser = await playwright.chromium.launch(executable_path=CHROMIUM, args=chromium_args())
         yield browser
         await browser.close()
+
+
+@pytest.fixture(scope="session")
+def idle_service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServiceProcess]:
+    """A service whose vehicles stay on the ground, for the tests that only look."""
+    with (
+        SimulatedFleet(FLEET) as fleet,
+        ServiceProcess(tmp_path_factory.mktemp("idle"), fleet.connections) as service,
+    ):
+        yield service
+
+
+@pytest.fixture
+def flying_service(tmp_path: Path) -> Iterator[ServiceProcess]:
+    """A service and vehicles for one test alone, several times as fast as real ones."""
+    with SimulatedFleet(FLEET, speed=SPEED) as fleet, ServiceProcess(tmp_path, fleet.connections) as service:
+        yield service
+
+
+@pytest.fixture
+async def idle_page(browser: Browser, idle_service: ServiceProcess) -> AsyncIterator[Dashboard]:
+    """The page on the idle service, live and with its fleet. The test fails on a console error or a foreign request."""
+    async with Dashboard.opened(browser, idle_service.url) as dashboard:
+        yield dashboard
+
+
+@pytest.fixture
+async def flying_page(browser: Browser, flying_service: ServiceProcess) -> AsyncIterator[Dashboard]:
+    """The page on the flying service, live and with its fleet. The test fails as with `idle_page`."""
+    async with Dashboard.opened(browser, flying_service.url) as dashboard:
+        yield dashboard

@@ -1,4 +1,4 @@
-"""Every plan in plans/ is flown: its drops end released, and its items come in the predicted order."""
+"""Every plan in plans/ is flown: its drops end as they should, and its items come in the predicted order."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.simulated import SimulatedFleet
 PLANS = sorted((Path(__file__).parents[2] / "plans").glob("*.json"))
 AIRFRAME = {"multicopter": "quad", "fixed_wing": "plane", "vtol": "vtol", "rover": "rover", "airship": "airship"}
 SUPERVISED_SPEED = 4.0
-LONGEST_FLIGHT_S = 240.0
+LONGEST_FLIGHT_S = 150.0
 
 
 async def test_every_plan_flies_as_predicted(tmp_path: Path, http: aiohttp.ClientSession) -> None:
@@ -40,15 +40,24 @@ async def _fly(dispatcher: Dispatcher, plan: Any, vehicle_id: str) -> str:
     """What went otherwise than promised; empty if nothing."""
     made = await dispatcher.post("/plans", plan)
     run = await dispatcher.post("/runs", {"plan": made["id"], "vehicle": vehicle_id, "start": True})
-    run = await dispatcher.until_over(run["id"], LONGEST_FLIGHT_S)
+    try:
+        run = await dispatcher.until_over(run["id"], LONGEST_FLIGHT_S)
+    except AssertionError as error:
+        return str(error)
     if run["state"] != "completed":
         return f"it ended {run['state']}: {run['reason']}; flown {run['flown_item_ids']}; drops {run['drops']}"
-    kept = [drop for drop in run["drops"] if drop["outcome"] != "released"]
-    if kept:
-        return f"not all drops ended released: {kept}"
+    wrong = [drop for drop in run["drops"] if drop["outcome"] != _expected_outcome(plan, drop)]
+    if wrong:
+        return f"drops ended otherwise than expected: {wrong}"
     if run["flown_item_ids"] != made["timeline"]["order"]:
         return f"predicted {made['timeline']['order']}, flown {run['flown_item_ids']}"
     return ""
+
+
+def _expected_outcome(plan: Any, drop: Any) -> str:
+    """An embedded winch drop leaves no sign on the link: the payload acks to the autopilot alone, so it is unknown."""
+    item = next(item for item in plan["items"] if item["id"] == drop["plan_item_id"])
+    return "unknown" if item["type"] == "winch" and not drop["supervised"] else "released"
 
 
 def _has_winch(plan: Any) -> bool:

@@ -30,12 +30,14 @@ def compile_plan(plan: Plan, facts: VehicleFacts) -> Mission:
     braking = {
         drop.anchor.index: drop for drop in drops.values() if drop.anchor is not None and brakes_at_waypoint(drop)
     }
-    drafts, compiled = DraftList(), []
+    drafts = DraftList()
+    compiled: list[CompiledDrop] = []
     speeds = speeds_along(plan, facts, steps)
     for step, speed_m_s in zip(steps, speeds, strict=True):
         _add_cruise_speed(drafts, plan, step)
         if step.index in drops:
-            compiled.append(add_drop(drafts, drops[step.index], facts, speed_m_s))
+            drop = add_drop(drafts, drops[step.index], facts, speed_m_s)
+            compiled += [drop] if drops[step.index].releases else []
         elif step.index in braking:
             _add_braking_waypoint(drafts, step, braking[step.index], plan.vehicle_type)
         else:

@@ -12,6 +12,9 @@ CAN_HOLD = frozenset({Carried.GROUND, Carried.ROTARY_WING, Carried.WHEELS})
 """What carries a vehicle that can stand still: a wing or a balloon in the wind cannot."""
 
 
+_WINCH_RELEASES = frozenset({"deliver", "abandon_line", "relax", "length", "rate"})
+
+
 @dataclass(frozen=True, slots=True)
 class DropUse:
     """One drop of the walk. `anchor` is its position step, None if it follows none. `first` at that place."""
@@ -21,6 +24,12 @@ class DropUse:
     anchor: Step | None
     first: bool
     supervised: bool
+
+    @property
+    def releases(self) -> bool:
+        """It lets a parcel go: only such a drop has an outcome. A grab or a retract has none."""
+        action = self.item.action
+        return action == "release" if isinstance(self.item, Gripper) else action in _WINCH_RELEASES
 
     @property
     def stopped(self) -> bool:
@@ -59,7 +68,10 @@ def is_supervised(item: DropItem, carried: Carried) -> bool:
     """Whether Waydrop commands this drop. Default: a gripper wherever the vehicle can stand.
 
     A winch is embedded by default: PX4 itself executes none, only an external payload that hears the mission's item.
+    A grab is always an item of the mission: there is nothing to decide about it on the spot.
     """
+    if isinstance(item, Gripper) and item.action == "grab":
+        return False
     if item.mode is not None:
         return item.mode == "supervised"
     return isinstance(item, Gripper) and item.release_motion == "stopped" and carried in CAN_HOLD

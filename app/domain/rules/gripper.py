@@ -55,6 +55,13 @@ def _winch_is_embedded(context: RuleContext) -> Iterator[Violation]:
             yield at_item(drop.step, message, 'use "mode": "embedded"', "mode")
 
 
+def _grab_is_embedded(context: RuleContext) -> Iterator[Violation]:
+    for drop in context.drops:
+        if isinstance(drop.item, Gripper) and drop.item.action == "grab" and drop.item.mode == "supervised":
+            message = "a grab cannot be supervised: it is an item of the mission"
+            yield at_item(drop.step, message, 'leave "mode" out', "mode")
+
+
 def _one_gripper(context: RuleContext) -> Iterator[Violation]:
     for drop in context.drops:
         if isinstance(drop.item, Gripper) and drop.item.instance != 1:
@@ -92,14 +99,14 @@ def _landed_drop_takes_off_again(context: RuleContext) -> Iterator[Violation]:
 
 RULES = (
     Rule(
-        "gripper.must_follow_position",
+        "gripper.must_follow_waypoint",
         Severity.ERROR,
         "A gripper item has no position of its own: it acts as soon as the item before it is passed.",
         "PX4 has no such check; the rule is ours alone.",
         _gripper_follows_position,
     ),
     Rule(
-        "winch.must_follow_position",
+        "winch.must_follow_waypoint",
         Severity.ERROR,
         "A winch item has no position of its own.",
         "As for the gripper; the rule is ours alone.",
@@ -111,6 +118,13 @@ RULES = (
         "After a release the gripper stays open, also after landing: a second release drops nothing.",
         "PX4 payload_deliverer: a release when released is acknowledged at once (flown).",
         _no_second_release,
+    ),
+    Rule(
+        "gripper.supervised_grab",
+        Severity.ERROR,
+        "Only a release is decided on the spot; a grab is always embedded.",
+        "The rule is ours alone.",
+        _grab_is_embedded,
     ),
     Rule(
         "gripper.not_enabled",

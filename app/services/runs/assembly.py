@@ -44,9 +44,15 @@ def assemble(
     recorder = RunRecorder(run, journal, clock)
     releases = _releases(run, plan, mission.drops, settings)
     watch = FlightWatch(link, mission, plan.vehicle_type, releases, recorder, settings, clock)
-    preparation = Preparation(link, mission, recorder, settings, clock)
+    preparation = Preparation(link, mission, recorder, settings, clock, closes_gripper=_starts_loaded(plan))
     sender = OrderSender(link, recorder, watch, settings)
     return Assembled(RunFlight(link, recorder, preparation, watch, sender, settings), recorder, watch)
+
+
+def _starts_loaded(plan: Plan) -> bool:
+    """Whether the first thing that the gripper does is a release: the parcel is on board from the start."""
+    first = next((item for item in plan.items if isinstance(item, Gripper)), None)
+    return first is not None and first.action == "release"
 
 
 def _releases(run: Run, plan: Plan, drops: Sequence[CompiledDrop], settings: RunSettings) -> tuple[Release, ...]:

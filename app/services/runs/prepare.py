@@ -21,16 +21,27 @@ _STEP_PERCENT: Final = 2.0
 
 
 class Preparation:
-    """The steps before the flight, each recorded before and after. Cancelling a step ends its transfer."""
+    """The steps before the flight, each recorded before and after. Cancelling a step ends its transfer.
+
+    `closes_gripper`: the vehicle carries a parcel from the start, so its gripper must hold before it takes off.
+    """
 
     def __init__(
-        self, link: VehicleLink, mission: Mission, recorder: RunRecorder, settings: RunSettings, clock: Clock
+        self,
+        link: VehicleLink,
+        mission: Mission,
+        recorder: RunRecorder,
+        settings: RunSettings,
+        clock: Clock,
+        *,
+        closes_gripper: bool,
     ) -> None:
         self._link = link
         self._mission = mission
         self._recorder = recorder
         self._settings = settings
         self._clock = clock
+        self._closes_gripper = closes_gripper
 
     async def upload(self) -> None:
         """Upload and verify. Raises LinkError, StorageError."""
@@ -61,7 +72,7 @@ class Preparation:
         await self._link.wait_mission_ready(
             mission_id=self._recorder.run.mission_id, rerun=False, timeout_s=self._settings.ready_s
         )
-        if any(drop.command is MavCmd.DO_GRIPPER for drop in self._mission.drops):
+        if self._closes_gripper:
             await self._close_gripper()
         await self._link.set_current(0)
         try:

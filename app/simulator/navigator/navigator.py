@@ -48,7 +48,8 @@ class Navigator:
             Mode.TAKEOFF: takeoff,
         }
         self._hold = hold
-        self._active: tuple[Mode, bool] | None = None
+        self._active: tuple[Mode, bool, float] | None = None
+        """Mode, armed, armed since: entering is all of these, so that a quick disarm and arm is seen too."""
         self._mission_serial = -1
         self._fence_serial = -1
         self._fence_due_s: float | None = None
@@ -69,9 +70,10 @@ class Navigator:
         """One cycle."""
         status = self._context.state.status
         self._check_stored()
-        wanted = (status.mode, status.armed)
+        wanted = (status.mode, status.armed, status.armed_at_s)
         if wanted != self._active:
-            self._enter(*wanted)
+            self._active = wanted
+            self._enter(status.mode, status.armed)
         mode = self._modes.get(status.mode, self._hold)
         if not status.armed:
             return
@@ -83,7 +85,6 @@ class Navigator:
             self._mission.result.finished = True
 
     def _enter(self, mode: Mode, armed: bool) -> None:
-        self._active = (mode, armed)
         self._mission.deactivate()
         self._mission.active = mode is Mode.MISSION and armed
         if mode in (Mode.TAKEOFF, Mode.LAND):

@@ -109,6 +109,8 @@ def sensible_plans(draw: st.DrawFn) -> Plan:
         items += _stop(kind, place, draw)
         if items[-1]["type"] == "gripper":
             items[-1]["action"] = action
+            if action == "grab":
+                items[-1]["mode"] = None  # a grab is never supervised
             action = "grab" if action == "release" else "release"
         if kind == "landed":
             items.append({"type": "waypoint", **place, "relative_altitude_m": 40})

@@ -120,13 +120,21 @@ def test_a_supervised_drop_after_a_hovering_loiter_gets_a_hold_of_its_own() -> N
 
 
 def test_two_supervised_drops_at_one_place_hold_twice() -> None:
-    mission = _compiled(multicopter(waypoint(), gripper(), gripper(action="grab")))
+    mission = _compiled(multicopter(waypoint(), gripper(), winch(mode="supervised")))
     first, second = mission.drops
     assert (first.hold_seqs, first.resume_seq, second.hold_seqs, second.resume_seq) == ((1,), 2, (2,), 3)
 
 
+def test_a_grab_is_an_item_of_the_mission_and_no_drop() -> None:
+    mission = _compiled(multicopter(waypoint(), gripper(action="grab"), waypoint(50), gripper()))
+    assert _commands(mission)[1:3] == ["NAV_WAYPOINT", "DO_GRIPPER"]
+    assert mission.items[2].param2 == 1.0
+    assert [mission.items[drop.hold_seqs[0]].command for drop in mission.drops] == [MavCmd.NAV_WAYPOINT]
+    assert len(mission.drops) == 1
+
+
 def test_a_supervised_drop_is_never_resumed_at_a_release() -> None:
-    mission = _compiled(multicopter(waypoint(), gripper(action="grab"), gripper(mode="embedded")))
+    mission = _compiled(multicopter(waypoint(), gripper(), gripper(mode="embedded")))
     resume = mission.items[mission.drops[0].resume_seq]
     assert resume.command not in (MavCmd.DO_GRIPPER, MavCmd.DO_WINCH)
 

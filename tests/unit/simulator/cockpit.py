@@ -161,8 +161,9 @@ class Cockpit:
             latitude, longitude = frame.to_global(plan.north_m, plan.east_m)
             x, y = round(latitude * 1e7), round(longitude * 1e7)
         number = plan.frame if plan.frame is not None else (6 if plan.north_m is not None else 2)
+        flags = (int(seq == 0), plan.autocontinue)
         return mavlink.MAVLink_mission_item_int_message(
-            1, 1, seq, number, plan.command, int(seq == 0), plan.autocontinue, *plan.params, x, y, plan.up_m, mission_type
+            1, 1, seq, number, plan.command, *flags, *plan.params, x, y, plan.up_m, mission_type
         )
 
     def upload(self, plans: Sequence[Plan], mission_type: int = 0) -> int:

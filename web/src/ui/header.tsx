@@ -8,10 +8,12 @@ import { Icon, Mark } from "./icons";
 export function Header() {
   return (
     <header class="top">
-      <a class="brand" href="/" aria-label="Waydrop">
-        <Mark />
-        <span>Waydrop</span>
-      </a>
+      <h1>
+        <a class="brand" href="/" aria-label="Waydrop">
+          <Mark />
+          <span>Waydrop</span>
+        </a>
+      </h1>
       <ConnectionState />
       <a class="top-link" href="/api/v1/docs">
         API

@@ -29,28 +29,28 @@ PASS = gripper("moving")
 
 POSITION_CASES = [
     Case(
-        "gripper.must_follow_position",
+        "gripper.must_follow_waypoint",
         "/items/1",
         multicopter(gripper(), waypoint()),
         DELIVERY,
         about="a takeoff is no place to drop",
     ),
     Case(
-        "gripper.must_follow_position",
+        "gripper.must_follow_waypoint",
         "/items/3",
         vtol(waypoint(200), transition("multicopter"), gripper()),
         vtol(transition("multicopter"), waypoint(200), gripper()),
         about="a transition between",
     ),
     Case(
-        "gripper.must_follow_position",
+        "gripper.must_follow_waypoint",
         "/items/0",
         plan("rover", gripper("moving"), waypoint(30, 0, 0)),
         rover(waypoint(30, 0, 0), gripper("moving")),
         about="first of all",
     ),
     Case(
-        "winch.must_follow_position",
+        "winch.must_follow_waypoint",
         "/items/1",
         multicopter(winch(), waypoint()),
         multicopter(waypoint(), delay(), SPEED, winch()),
@@ -72,6 +72,12 @@ POSITION_CASES = [
         facts(PD_GRIPPER_TYPE=0),
     ),
     Case("winch.not_executed", "/items/2", multicopter(waypoint(), winch()), DELIVERY),
+    Case(
+        "gripper.supervised_grab",
+        "/items/2/mode",
+        multicopter(waypoint(), gripper(action="grab", mode="supervised")),
+        multicopter(waypoint(), gripper(action="grab")),
+    ),
     Case(
         "winch.supervised",
         "/items/2/mode",

@@ -20,7 +20,7 @@ from app.domain.events import EventKind
 from app.domain.ports import DuplicateSystem, Rebooted
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode, LandedState
-from tests.unit.services.runs.scripted import Desk, desk, restarted
+from tests.unit.services.runs.desk import Desk, desk
 
 
 async def land(at: Desk, *, complete: bool = True) -> None:
@@ -237,69 +237,3 @@ async def test_a_vehicle_not_heard_any_more_is_lost_in_the_end() -> None:
         at.vehicle.put(connected=False)
         await at.until_state(RunState.LOST)
         assert at.drop.outcome is DropOutcome.KEPT
-
-
-async def test_after_a_restart_the_run_goes_on_where_the_vehicle_is() -> None:
-    async with desk() as at:
-        await at.create()
-        await at.until_state(RunState.FLYING)
-        at.vehicle.put(mission_seq=1, landed=LandedState.IN_AIR)
-        await at.until(lambda: at.run.item_id == "corner", "progress must show")
-        sent = list(at.vehicle.sent)
-        await restarted(at)
-        assert at.fleet.view("v1").run_id == at.run_id or at.runs.open_runs()
-        await at.fly_to_drop()
-        await at.until(lambda: at.drop.outcome is DropOutcome.RELEASED, "the taken-up run must drop")
-        assert at.vehicle.sent == [*sent, "set_current 3"], "nothing is armed or started again"
-        await land(at)
-        assert at.run.state is RunState.COMPLETED
-        assert at.run.flown_item_ids == ("takeoff", "corner", "clinic", "drop", "home")
-
-
-async def test_after_a_restart_during_the_hold_its_end_is_counted_from_when_it_was_last_seen_waiting() -> None:
-    async with desk() as at:
-        await at.create()
-        await at.until_state(RunState.FLYING)
-        at.vehicle.put(mission_seq=2, landed=LandedState.IN_AIR)
-        await at.until(lambda: at.run.item_id == "clinic", "progress must show")
-        drop = at.mission.drops[0]
-        await restarted(
-            at, meanwhile=lambda: at.vehicle.put(latitude_deg=drop.latitude_deg, longitude_deg=drop.longitude_deg)
-        )
-        await at.until(lambda: at.drop.outcome is DropOutcome.RELEASED, "25 s of the hold are surely left")
-        assert len(at.vehicle.releases) == 1
-
-
-async def test_after_a_restart_a_commanded_release_is_not_sent_again() -> None:
-    async with desk() as at:
-        at.vehicle.answers = [LinkTimeoutError("killed meanwhile")] * 9
-        at.vehicle.put(connected=True)
-        await at.create()
-        await at.fly_to_drop()
-        await at.until(lambda: bool(at.vehicle.releases), "the release must be sent")
-        await at.until(lambda: at.drop.attempts >= 1, "the release must be recorded")
-        at.vehicle.releases.clear()
-        await restarted(at)
-        await at.until(lambda: at.drop.outcome is not DropOutcome.PENDING, "the drop must end")
-        assert at.vehicle.releases == []
-        assert at.drop.outcome is DropOutcome.UNKNOWN
-
-
-async def test_after_a_restart_a_vehicle_with_another_mission_is_not_followed() -> None:
-    async with desk() as at:
-        await at.create()
-        await at.until_state(RunState.FLYING)
-        at.vehicle.on_board = at.vehicle.on_board[:-1]
-        await restarted(at)
-        await at.until_state(RunState.FAILED)
-        assert "another mission" in at.run.reason
-
-
-async def test_after_a_restart_during_an_upload_nothing_is_started() -> None:
-    async with desk() as at:
-        at.vehicle.upload_gate.clear()
-        await at.create()
-        await at.until(lambda: at.run.state is RunState.UPLOADING, "the upload must begin")
-        await restarted(at)
-        await at.until_state(RunState.FAILED)
-        assert at.vehicle.sent == []

@@ -1,0 +1,146 @@
+"""The page on a service whose vehicles are on the ground: it loads clean, shows the fleet, and works everywhere."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from playwright.async_api import Browser, expect
+
+from tests.browser.dashboard import CLINIC_RUN, ROOT, Dashboard, Scheme
+from tests.browser.picture import colours
+from tests.service import ServiceProcess, until
+from tests.simulated import free_udp_ports
+
+AXE = (ROOT / "web" / "node_modules" / "axe-core" / "axe.min.js").read_text
+
+
+async def test_the_fleet_appears_with_types_modes_battery_and_link(idle_page: Dashboard) -> None:
+    rows = idle_page.page.locator(".vehicle")
+    for row, words in zip(await rows.all(), ("Multicopter", "Multicopter", "Fixed wing", "VTOL"), strict=True):
+        await expect(row).to_contain_text(words)
+        await expect(row).to_contain_text("On ground")
+        await expect(row.locator(".battery")).to_contain_text("%")
+        await expect(row.locator(".link-age")).to_have_class("link-age ok")
+
+
+async def test_the_map_is_drawn_without_any_tile_server(idle_page: Dashboard) -> None:
+    await expect(idle_page.page.locator(".grid-labels span").first).to_be_visible()
+    canvas = idle_page.page.locator(".map-canvas canvas")
+    await until(lambda: colours(canvas), lambda count: count > 20, "grid, rings and vehicles must be drawn", 20)
+
+
+async def test_a_finding_stands_on_its_item_with_its_hint(idle_page: Dashboard) -> None:
+    plan = json.loads(CLINIC_RUN)
+    plan["items"].insert(1, {"id": "early", "type": "gripper", "action": "release", "release_motion": "stopped"})
+    await idle_page.write_plan(json.dumps(plan))
+    item = idle_page.page.locator(".plan-item", has_text="early")
+    finding = item.locator(".finding", has_text="gripper.must_follow_waypoint")
+    await expect(finding.locator(".hint")).to_be_visible()
+    await expect(idle_page.button("Upload to v1")).to_be_disabled()
+
+
+async def test_a_document_that_is_no_plan_is_told_so_and_cannot_be_uploaded(idle_page: Dashboard) -> None:
+    await idle_page.write_plan('{"version": 1')
+    await expect(idle_page.page.locator(".form-problem")).to_contain_text("This is not JSON")
+    await idle_page.write_plan('{"version": 7}')
+    await expect(idle_page.page.locator(".finding").first).to_be_visible()
+    await expect(idle_page.page.get_by_role("button", name="Upload")).to_be_disabled()
+
+
+async def test_a_plan_file_can_be_picked(idle_page: Dashboard) -> None:
+    await idle_page.page.get_by_role("tab", name="Plan").click()
+    async with idle_page.page.expect_file_chooser() as chooser:
+        await idle_page.button("Open a file").click()
+    await (await chooser.value).set_files(ROOT / "plans" / "clinic-run.json")
+    await expect(idle_page.page.get_by_role("heading", name="Clinic run")).to_be_visible()
+    await expect(idle_page.page.get_by_text("Can be flown")).to_be_visible(timeout=20_000)
+
+
+async def test_a_draft_and_what_is_selected_survive_a_reload(idle_page: Dashboard) -> None:
+    await idle_page.write_plan(CLINIC_RUN)
+    await idle_page.vehicle("v2").click()
+    await idle_page.page.reload()
+    await idle_page.until_live()
+    await expect(idle_page.page.get_by_role("heading", name="Clinic run")).to_be_visible()
+    await expect(idle_page.vehicle("v2")).to_have_attribute("aria-pressed", "true")
+
+
+async def test_a_refusal_of_the_service_is_told_in_words(idle_page: Dashboard) -> None:
+    idle_page.tolerated = ("status of 404",)  # Chromium writes each refused request into its console
+    await idle_page.write_plan(CLINIC_RUN)
+    await expect(idle_page.page.get_by_text("Can be flown")).to_be_visible(timeout=20_000)
+
+    async def ask_for_an_unknown_vehicle(route: object) -> None:
+        await route.continue_(post_data=json.dumps({"plan": "no-such-plan", "vehicle": "v1", "start": False}))  # type: ignore[attr-defined]
+
+    await idle_page.page.route("**/api/v1/runs", ask_for_an_unknown_vehicle)
+    await idle_page.button("Upload to v1").click()
+    notice = idle_page.page.locator(".notice")
+    await expect(notice).to_contain_text("Upload to v1")
+    await expect(notice.locator("code")).to_have_text("not_found")
+    await notice.get_by_role("button", name="Dismiss").click()
+    await expect(notice).to_have_count(0)
+
+
+async def test_the_theme_follows_the_system_until_somebody_chooses(idle_page: Dashboard) -> None:
+    html = idle_page.page.locator("html")
+    await expect(html).to_have_attribute("data-theme", "dark")
+    await idle_page.page.emulate_media(color_scheme="light")
+    await expect(html).to_have_attribute("data-theme", "light")
+    await idle_page.button("Switch to the dark theme").click()
+    await idle_page.page.reload()
+    await expect(html).to_have_attribute("data-theme", "dark")
+
+
+@pytest.mark.parametrize("scheme", ["dark", "light"])
+async def test_no_view_has_an_accessibility_violation(
+    browser: Browser, idle_service: ServiceProcess, scheme: Scheme
+) -> None:
+    async with Dashboard.opened(browser, idle_service.url, scheme=scheme) as dashboard:
+        await dashboard.vehicle("v1").click()
+        await dashboard.page.evaluate(AXE())
+        for tab in ("Run", "Plan"):
+            await dashboard.page.get_by_role("tab", name=tab).click()
+            if tab == "Plan":
+                await dashboard.write_plan(CLINIC_RUN.replace('"hold_s"', '"holds"'))
+                await expect(dashboard.page.locator(".plan-item")).to_have_count(5)
+            found = await dashboard.page.evaluate(
+                "async () => (await axe.run()).violations.map(v => [v.id, v.nodes.map(n => n.html)])"
+            )
+            assert found == [], f"{tab}, {scheme}"
+
+
+@pytest.mark.parametrize("width", [360, 900, 1440, 3840])
+async def test_every_view_fits_every_width(browser: Browser, idle_service: ServiceProcess, width: int) -> None:
+    async with Dashboard.opened(browser, idle_service.url, width=width, height=800) as dashboard:
+        bar = dashboard.page.get_by_role("navigation", name="Views").get_by_role("button")
+        for button in await bar.all() if width < 1100 else [None]:
+            if button is not None:
+                await button.click()
+            size = await dashboard.page.evaluate(
+                "() => [document.documentElement.scrollWidth, document.documentElement.scrollHeight]"
+            )
+            assert size[0] <= width
+            assert size[1] <= 800
+
+
+async def test_the_documentation_page_needs_no_other_host(browser: Browser, idle_service: ServiceProcess) -> None:
+    dashboard = Dashboard(await browser.new_page(), idle_service.url)
+    await dashboard.page.goto(f"{idle_service.url}/api/v1/docs")
+    await expect(dashboard.page.get_by_text("/api/v1/vehicles", exact=True).first).to_be_visible(timeout=20_000)
+    assert dashboard.problems == []
+
+
+async def test_a_service_with_tokens_asks_for_one_and_then_lets_in(browser: Browser, tmp_path: Path) -> None:
+    token = "a-token-of-this-test-alone"
+    connection = f"udpin://127.0.0.1:{free_udp_ports(1)}"
+    with ServiceProcess(tmp_path, [connection], WAYDROP_BOOTSTRAP_TOKEN=token) as service:
+        dashboard = Dashboard(await browser.new_page(), service.url)
+        await dashboard.page.goto(service.url)
+        await expect(dashboard.page.get_by_role("dialog")).to_be_visible(timeout=20_000)
+        await dashboard.page.get_by_label("Access token").fill(token)
+        await dashboard.button("Connect").click()
+        await dashboard.until_live()
+        await expect(dashboard.page.get_by_role("dialog")).to_have_count(0)

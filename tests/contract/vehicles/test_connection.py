@@ -1,0 +1,142 @@
+"""VehicleLink when the link breaks, the vehicle restarts, or a second one appears under its system id."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Iterator
+
+import pytest
+
+from app.domain.errors import LinkTimeoutError, VehicleQuarantinedError
+from app.domain.ports import DuplicateSystem, LinkLost, LinkRestored, Rebooted, StatusText, VehicleLink
+from app.domain.vehicle import VehicleType
+from tests.contract.vehicles.driving import Heard, flying, mission, opened, opened_link, until, uploaded
+from tests.simulated import SimulatedFleet
+
+
+@pytest.fixture
+def own_quad() -> Iterator[SimulatedFleet]:
+    """A vehicle for one test, as these change it for good."""
+    with SimulatedFleet("quad", speed=3.0) as fleet:
+        yield fleet
+
+
+@pytest.fixture
+async def own_link(own_quad: SimulatedFleet) -> AsyncIterator[VehicleLink]:
+    async with opened_link(own_quad.connections) as found:
+        yield found
+
+
+async def test_a_cut_link_is_lost_after_three_seconds_and_restored_with_the_next_heartbeat(
+    own_quad: SimulatedFleet, own_link: VehicleLink
+) -> None:
+    heard = Heard(own_link)
+    await until(lambda: own_link.state().latitude_deg is not None, "a position must come", 5.0)
+    place = own_link.state().latitude_deg
+    own_quad.control("link_cut", True)
+    lost = await heard.until(LinkLost, 5.0)
+    assert 3.0 < lost.heartbeat_age_s < 3.8
+    assert own_link.state().connected is False
+    assert own_link.state().latitude_deg == place, "what was last known stays readable"
+    assert (own_link.state().position_age_s or 0.0) > 2.5
+    with pytest.raises(LinkTimeoutError):
+        await own_link.hold()
+    own_quad.control("link_cut", False)
+    await heard.until(LinkRestored, 3.0)
+    assert own_link.state().connected is True
+    assert len(heard.of(LinkLost)) == 1
+    await own_link.hold()
+
+
+async def test_a_restart_is_told_and_facts_are_read_again(own_quad: SimulatedFleet, own_link: VehicleLink) -> None:
+    heard = Heard(own_link)
+    await until(lambda: own_link.state().boot_time_s is not None, "a position must come", 5.0)
+    first = await own_link.read_facts()
+    assert await own_link.read_facts() == first
+    uid = own_link.identity.uid
+    own_quad.control("reboot", True)
+    await heard.until(Rebooted, 10.0)
+    again = await own_link.read_facts()
+    assert again.parameters.keys() == first.parameters.keys()
+    assert own_link.identity.uid == uid
+    assert not heard.of(DuplicateSystem)
+    assert len(heard.of(Rebooted)) == 1
+
+
+async def test_after_a_restart_in_flight_the_kept_mission_starts_at_its_first_item(
+    own_quad: SimulatedFleet, own_link: VehicleLink
+) -> None:
+    heard = Heard(own_link)
+    await flying(own_link, mission(6, north_m=40))
+    await own_link.set_current(3)
+    await until(lambda: own_link.state().mission_seq == 3, "item 3 must be current", 3.0)
+    own_quad.control("reboot", True)
+    await heard.until(Rebooted, 10.0)
+    await until(lambda: own_link.state().mission_seq == 0, "the index must be 0 again", 5.0)
+    await own_link.wait_mission_ready(mission_id=own_link.state().mission_id, rerun=True, timeout_s=10.0)
+
+
+async def test_a_second_vehicle_that_appears_later_is_noticed_and_nothing_more_is_sent(
+    own_quad: SimulatedFleet, own_link: VehicleLink
+) -> None:
+    heard = Heard(own_link)
+    await uploaded(own_link, mission(3))
+    assert not heard.of(DuplicateSystem)
+    own_quad.control("duplicate_sysid", True)
+    await heard.until(DuplicateSystem, 10.0)
+    with pytest.raises(VehicleQuarantinedError):
+        await own_link.start_mission()
+
+
+async def test_datagrams_that_overtake_each_other_are_no_restart_and_no_second_vehicle(
+    own_quad: SimulatedFleet, own_link: VehicleLink
+) -> None:
+    heard = Heard(own_link)
+    for fault, value in {"jitter_s": 0.3, "reorder": 0.3, "duplicate": 0.3, "loss": 0.1}.items():
+        own_quad.control(fault, value)
+    await flying(own_link, mission(5, north_m=30))
+    await own_link.return_to_launch()
+    assert not heard.of(DuplicateSystem)
+    assert not heard.of(Rebooted)
+
+
+async def test_long_texts_are_joined(own_quad: SimulatedFleet, own_link: VehicleLink) -> None:
+    heard = Heard(own_link)
+    await flying(own_link, mission(4, north_m=30))
+    await own_link.return_to_launch()
+    await until(
+        lambda: any(len(fact.text) > 50 for fact in heard.of(StatusText)),
+        f"a text of more than 50 characters must come whole; came: {heard.of(StatusText)}",
+        5.0,
+    )
+    long = next(fact for fact in heard.of(StatusText) if len(fact.text) > 50)
+    assert long.severity == "info"
+    assert long.text.endswith(")")
+
+
+async def test_each_airframe_is_known_for_what_it_is() -> None:
+    with SimulatedFleet("quad,plane,vtol,rover", speed=3.0, shared_port=True) as fleet:
+        async with opened(fleet.connections, vehicles=4) as source:
+            kinds = {link.identity.system_id: link.identity.vehicle_type for link in source.links()}
+    assert kinds == {
+        1: VehicleType.MULTICOPTER,
+        2: VehicleType.FIXED_WING,
+        3: VehicleType.VTOL,
+        4: VehicleType.ROVER,
+    }
+
+
+async def test_facts_hold_what_rules_need(own_link: VehicleLink) -> None:
+    facts = await own_link.read_facts()
+    assert facts.vehicle_type is VehicleType.MULTICOPTER
+    assert facts.home is not None
+    assert facts.home.altitude_m == pytest.approx(488.0, abs=2.0)
+    assert facts.parameters["NAV_ACC_RAD"] == 10.0
+    assert isinstance(facts.parameters["MIS_TKO_LAND_REQ"], int)
+    assert "PWM_AUX_FUNC1" not in facts.parameters, "a parameter that does not exist is absent"
+
+
+async def test_a_negative_integer_parameter_is_read_exactly() -> None:
+    with SimulatedFleet("quad", speed=3.0, params="PD_GRIPPER_TYPE=-1") as fleet:
+        async with opened_link(fleet.connections) as link:
+            facts = await link.read_facts()
+            assert facts.parameters["PD_GRIPPER_TYPE"] == -1

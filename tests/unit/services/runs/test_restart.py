@@ -1,0 +1,80 @@
+"""After a restart of ours a run goes on where its vehicle is, and nothing is started or released again."""
+
+from __future__ import annotations
+
+from app.domain.drop import DropOutcome
+from app.domain.errors import LinkTimeoutError
+from app.domain.run import RunState
+from app.domain.vehicle import LandedState
+from tests.unit.services.runs.desk import Desk, desk, restarted
+
+
+async def land(at: Desk) -> None:
+    at.vehicle.touch_down(complete=True, last_seq=len(at.mission.items) - 1)
+    await at.until(lambda: at.run.is_over, "the run must end after the landing")
+
+
+async def test_after_a_restart_the_run_goes_on_where_the_vehicle_is() -> None:
+    async with desk() as at:
+        await at.create()
+        await at.until_state(RunState.FLYING)
+        at.vehicle.put(mission_seq=1, landed=LandedState.IN_AIR)
+        await at.until(lambda: at.run.item_id == "corner", "progress must show")
+        sent = list(at.vehicle.sent)
+        await restarted(at)
+        assert at.fleet.view("v1").run_id == at.run_id or at.runs.open_runs()
+        await at.fly_to_drop()
+        await at.until(lambda: at.drop.outcome is DropOutcome.RELEASED, "the taken-up run must drop")
+        assert at.vehicle.sent == [*sent, "set_current 3"], "nothing is armed or started again"
+        await land(at)
+        assert at.run.state is RunState.COMPLETED
+        assert at.run.flown_item_ids == ("takeoff", "corner", "clinic", "drop", "home")
+
+
+async def test_after_a_restart_during_the_hold_its_end_is_counted_from_when_it_was_last_seen_waiting() -> None:
+    async with desk() as at:
+        await at.create()
+        await at.until_state(RunState.FLYING)
+        at.vehicle.put(mission_seq=2, landed=LandedState.IN_AIR)
+        await at.until(lambda: at.run.item_id == "clinic", "progress must show")
+        drop = at.mission.drops[0]
+        await restarted(
+            at, meanwhile=lambda: at.vehicle.put(latitude_deg=drop.latitude_deg, longitude_deg=drop.longitude_deg)
+        )
+        await at.until(lambda: at.drop.outcome is DropOutcome.RELEASED, "25 s of the hold are surely left")
+        assert len(at.vehicle.releases) == 1
+
+
+async def test_after_a_restart_a_commanded_release_is_not_sent_again() -> None:
+    async with desk() as at:
+        at.vehicle.answers = [LinkTimeoutError("killed meanwhile")] * 9
+        at.vehicle.put(connected=True)
+        await at.create()
+        await at.fly_to_drop()
+        await at.until(lambda: bool(at.vehicle.releases), "the release must be sent")
+        await at.until(lambda: at.drop.attempts >= 1, "the release must be recorded")
+        at.vehicle.releases.clear()
+        await restarted(at)
+        await at.until(lambda: at.drop.outcome is not DropOutcome.PENDING, "the drop must end")
+        assert at.vehicle.releases == []
+        assert at.drop.outcome is DropOutcome.UNKNOWN
+
+
+async def test_after_a_restart_a_vehicle_with_another_mission_is_not_followed() -> None:
+    async with desk() as at:
+        await at.create()
+        await at.until_state(RunState.FLYING)
+        at.vehicle.on_board = at.vehicle.on_board[:-1]
+        await restarted(at)
+        await at.until_state(RunState.FAILED)
+        assert "another mission" in at.run.reason
+
+
+async def test_after_a_restart_during_an_upload_nothing_is_started() -> None:
+    async with desk() as at:
+        at.vehicle.upload_gate.clear()
+        await at.create()
+        await at.until(lambda: at.run.state is RunState.UPLOADING, "the upload must begin")
+        await restarted(at)
+        await at.until_state(RunState.FAILED)
+        assert at.vehicle.sent == []

@@ -1,0 +1,169 @@
+"""The payload deliverer: scenarios 08, 17 and 17b, and what a mission's gripper item shows on the wire (06)."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from app.simulator.dialect import mavlink
+from app.simulator.wire import Cmd, Mode, Result
+from tests.unit.simulator.cockpit import RELEASE, Cockpit, takeoff, waypoint
+
+OTHER = (246, 191)
+
+
+def gripper(cockpit: Cockpit, param2: float, param1: float = 1, wait_s: float = 4.0, **kwargs: object) -> list[int]:
+    return cockpit.command(Cmd.DO_GRIPPER, param1, param2, wait_s=wait_s, **kwargs)  # type: ignore[arg-type]
+
+
+@pytest.fixture
+def cockpit() -> Cockpit:
+    return Cockpit(params={"PD_GRIPPER_TO": 3.0})
+
+
+def test_a_change_is_in_progress_at_once_and_accepted_after_the_timer(cockpit: Cockpit) -> None:
+    begin_s = cockpit.now_s
+    assert gripper(cockpit, 0) == [Result.IN_PROGRESS, Result.ACCEPTED]
+    times = [heard.t_s - begin_s for heard in cockpit.heard if heard.name == "COMMAND_ACK" and heard.t_s > begin_s]
+    assert times[0] < 0.05
+    assert times[1] == pytest.approx(3.0, abs=0.1)
+    acks = cockpit.messages("COMMAND_ACK", begin_s)
+    assert [ack.progress for ack in acks] == [255, 0]
+
+
+def test_the_state_it_has_already_is_accepted_at_once(cockpit: Cockpit) -> None:
+    assert gripper(cockpit, 1) == [Result.ACCEPTED], "it grabbed at boot"
+    gripper(cockpit, 0)
+    assert gripper(cockpit, 0) == [Result.ACCEPTED]
+
+
+def test_the_same_again_while_it_runs_is_rejected_for_the_moment(cockpit: Cockpit) -> None:
+    assert gripper(cockpit, 0, wait_s=1.0) == [Result.IN_PROGRESS]
+    assert gripper(cockpit, 0) == [Result.TEMPORARILY_REJECTED, Result.ACCEPTED]
+
+
+def test_the_opposite_cancels_the_first_for_its_sender(cockpit: Cockpit) -> None:
+    gripper(cockpit, 0, wait_s=0.5)
+    assert gripper(cockpit, 1, source=OTHER) == [Result.IN_PROGRESS, Result.ACCEPTED]
+    to_first = [ack.result for ack in cockpit.messages("COMMAND_ACK") if ack.target_system == 245]
+    assert to_first == [Result.IN_PROGRESS, Result.CANCELLED]
+
+
+@pytest.mark.parametrize("param2", [5.0, -1.0, math.nan, math.inf])
+def test_another_action_is_denied(cockpit: Cockpit, param2: float) -> None:
+    assert gripper(cockpit, param2) == [Result.DENIED]
+
+
+def test_one_half_counts_as_a_grab(cockpit: Cockpit) -> None:
+    gripper(cockpit, 0)
+    assert gripper(cockpit, 0.5) == [Result.IN_PROGRESS, Result.ACCEPTED]
+    assert not cockpit.vehicle.state.gripper.released
+
+
+@pytest.mark.parametrize("instance", [0, 2, -1])
+def test_the_instance_is_ignored(cockpit: Cockpit, instance: int) -> None:
+    assert gripper(cockpit, 0, instance) == [Result.IN_PROGRESS, Result.ACCEPTED]
+
+
+def test_a_command_int_works_too(cockpit: Cockpit) -> None:
+    cockpit.send(mavlink.MAVLink_command_int_message(1, 1, 2, Cmd.DO_GRIPPER, 0, 0, 1, 0, 0, 0, 0, 0, 0))
+    cockpit.fly(4.0)
+    assert [ack.result for ack in cockpit.messages("COMMAND_ACK") if ack.target_system == 245] == [5, 0]
+
+
+def test_without_a_gripper_from_boot_it_fails_and_a_change_at_run_time_has_no_effect() -> None:
+    cockpit = Cockpit(params={"PD_GRIPPER_TYPE": -1})
+    assert gripper(cockpit, 0) == [Result.FAILED]
+    cockpit.vehicle.params.set("PD_GRIPPER_TYPE", 0)
+    assert gripper(cockpit, 0) == [Result.FAILED]
+    with_gripper = Cockpit()
+    with_gripper.vehicle.params.set("PD_GRIPPER_TYPE", -1)
+    assert gripper(with_gripper, 0) == [Result.IN_PROGRESS, Result.ACCEPTED]
+
+
+def test_px4_1_14_also_needs_its_enable_parameter() -> None:
+    assert gripper(Cockpit(firmware="px4-1.14", params={"PD_GRIPPER_EN": 0}), 0) == [Result.FAILED]
+    assert gripper(Cockpit(firmware="px4-1.14"), 0) == [Result.IN_PROGRESS, Result.ACCEPTED]
+
+
+def test_the_output_is_900_disarmed_2000_grabbed_1000_released(cockpit: Cockpit) -> None:
+    assert cockpit.last("SERVO_OUTPUT_RAW").servo5_raw == 900
+    gripper(cockpit, 0)
+    assert cockpit.last("SERVO_OUTPUT_RAW").servo5_raw == 900, "disarmed, whatever was commanded"
+    cockpit.arm()
+    cockpit.fly(0.2)
+    assert cockpit.last("SERVO_OUTPUT_RAW").servo5_raw == 1000
+    begin_s = cockpit.now_s
+    gripper(cockpit, 1, wait_s=0.3)
+    outputs = [(h.t_s - begin_s, h.message.servo5_raw) for h in cockpit.heard if h.name == "SERVO_OUTPUT_RAW"]
+    changed = next(t for t, output in outputs if t > 0 and output == 2000)
+    assert changed == pytest.approx(0.12, abs=0.1)
+
+
+def test_at_boot_it_grabs_in_public_and_acknowledges_to_nobody() -> None:
+    cockpit = Cockpit()
+    announced = [m for m in cockpit.messages("COMMAND_LONG") if m.command == Cmd.DO_GRIPPER]
+    assert [(m.target_system, m.target_component, m.confirmation, m.param2) for m in announced] == [
+        (0, 0, confirmation, 1.0) for confirmation in range(4)
+    ]
+    boot_ack = cockpit.messages("COMMAND_ACK")[0]
+    assert (boot_ack.command, boot_ack.result, boot_ack.target_system, boot_ack.target_component) == (211, 0, 0, 1)
+
+
+def test_a_mission_release_shows_as_a_command_to_itself_and_as_output_but_never_as_an_ack() -> None:
+    cockpit = Cockpit()
+    cockpit.start([takeoff(10), waypoint(20, 0, 10), RELEASE, waypoint(20, 40, 10)])
+    started_s = cockpit.now_s
+    cockpit.until(lambda: cockpit.vehicle.state.gripper.output_released)
+    cockpit.fly(4.0)
+    own = [m for m in cockpit.messages("COMMAND_LONG", started_s) if m.command == Cmd.DO_GRIPPER]
+    assert [(m.target_system, m.target_component, m.param2, m.confirmation) for m in own] == [
+        (1, 0, 0.0, confirmation) for confirmation in range(4)
+    ]
+    assert [ack for ack in cockpit.messages("COMMAND_ACK", started_s) if ack.command == Cmd.DO_GRIPPER] == []
+    assert cockpit.last("SERVO_OUTPUT_RAW").servo5_raw == 1000
+
+
+def test_with_an_invalid_gripper_the_mission_flies_on_exactly_alike() -> None:
+    cockpit = Cockpit(params={"PD_GRIPPER_TYPE": -1})
+    cockpit.start([takeoff(10), waypoint(20, 0, 10), RELEASE, waypoint(20, 40, 10)])
+    cockpit.until(lambda: 2 in [m.seq for m in cockpit.messages("MISSION_ITEM_REACHED")])
+    cockpit.fly(2.0)
+    assert cockpit.last("SERVO_OUTPUT_RAW").servo5_raw == 2000
+
+
+def test_it_stays_released_after_landing() -> None:
+    cockpit = Cockpit(params={"PD_GRIPPER_TO": 1.0})
+    gripper(cockpit, 0, wait_s=2.0)
+    cockpit.arm()
+    cockpit.fly(12.0)
+    assert not cockpit.armed, "no take-off"
+    cockpit.arm()
+    cockpit.fly(0.3)
+    assert cockpit.last("SERVO_OUTPUT_RAW").servo5_raw == 1000
+
+
+def test_a_stuck_gripper_acknowledges_by_its_timer_and_does_not_move(cockpit: Cockpit) -> None:
+    cockpit.arm()
+    cockpit.vehicle.faults.stuck_gripper = True
+    assert gripper(cockpit, 0) == [Result.IN_PROGRESS, Result.ACCEPTED]
+    assert cockpit.last("SERVO_OUTPUT_RAW").servo5_raw == 2000
+
+
+def test_a_slow_gripper_takes_longer(cockpit: Cockpit) -> None:
+    cockpit.vehicle.faults.slow_gripper_s = 2.0
+    assert gripper(cockpit, 0, wait_s=4.5) == [Result.IN_PROGRESS]
+    cockpit.fly(1.0)
+    assert cockpit.last("COMMAND_ACK").result == Result.ACCEPTED
+
+
+def test_commands_to_somebody_else_get_no_answer_and_unknown_ones_are_unsupported(cockpit: Cockpit) -> None:
+    mark = len(cockpit.messages("COMMAND_ACK"))
+    cockpit.send(mavlink.MAVLink_command_long_message(1, 100, 520, 0, 1, 0, 0, 0, 0, 0, 0))
+    cockpit.send(mavlink.MAVLink_command_long_message(200, 1, 520, 0, 1, 0, 0, 0, 0, 0, 0))
+    cockpit.fly(0.2)
+    assert len(cockpit.messages("COMMAND_ACK")) == mark
+    for unsupported in (9999, Cmd.DO_PAUSE_CONTINUE, Cmd.DO_WINCH, Cmd.REQUEST_AUTOPILOT_CAPABILITIES):
+        assert cockpit.command(unsupported) == [Result.UNSUPPORTED]
+    assert cockpit.set_mode(Mode.LOITER) == [Result.ACCEPTED]
