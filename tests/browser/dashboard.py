@@ -7,7 +7,7 @@ from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any, Literal, Self
 
-from playwright.async_api import Browser, BrowserContext, ConsoleMessage, Locator, Page, Request, expect
+from playwright.async_api import Browser, ConsoleMessage, Locator, Page, Request, expect
 
 ROOT = Path(__file__).parents[2]
 CLINIC_RUN = (ROOT / "plans" / "clinic-run.json").read_text()
@@ -42,7 +42,7 @@ class Dashboard:
         dashboard = cls(await context.new_page(), url)
         await dashboard.open()
         yield dashboard
-        await _close(context)
+        await context.close()
         assert dashboard.problems == []
 
     async def open(self) -> None:
@@ -104,7 +104,3 @@ class Dashboard:
     def _on_request(self, request: Request) -> None:
         if not request.url.startswith((self.url, self.url.replace("http", "ws", 1), "data:", "blob:")):
             self.problems.append(f"request to another host: {request.url}")
-
-
-async def _close(context: BrowserContext) -> None:
-    await context.close()

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
-from playwright.async_api import Browser, expect
+from playwright.async_api import Browser, Route, expect
 
 from tests.browser.dashboard import CLINIC_RUN, ROOT, Dashboard, Scheme
 from tests.browser.picture import colours
@@ -72,8 +72,8 @@ async def test_a_refusal_of_the_service_is_told_in_words(idle_page: Dashboard) -
     await idle_page.write_plan(CLINIC_RUN)
     await expect(idle_page.page.get_by_text("Can be flown")).to_be_visible(timeout=20_000)
 
-    async def ask_for_an_unknown_vehicle(route: object) -> None:
-        await route.continue_(post_data=json.dumps({"plan": "no-such-plan", "vehicle": "v1", "start": False}))  # type: ignore[attr-defined]
+    async def ask_for_an_unknown_vehicle(route: Route) -> None:
+        await route.continue_(post_data=json.dumps({"plan": "no-such-plan", "vehicle": "v1", "start": False}))
 
     await idle_page.page.route("**/api/v1/runs", ask_for_an_unknown_vehicle)
     await idle_page.button("Upload to v1").click()

@@ -1,0 +1,91 @@
+"""`python -m tests.browser.screenshots FOLDER`: pictures of the page on the real service, dark and light, wide and narrow.
+
+Not a test: for the eyes of whoever changed the page, and for the documentation.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import sys
+import tempfile
+from pathlib import Path
+
+from playwright.async_api import Browser, async_playwright, expect
+
+from tests.browser.conftest import CHROMIUM, FLEET, SPEED, chromium_args
+from tests.browser.dashboard import CLINIC_RUN, FLIGHT_MS, Dashboard, Scheme
+from tests.service import ServiceProcess
+from tests.simulated import SimulatedFleet
+
+SCHEMES: tuple[Scheme, ...] = ("dark", "light")
+SIZES = {"wide": (1440, 900), "middle": (900, 700), "narrow": (360, 800), "wall": (3840, 2160)}
+VIEWS = ("Map", "Fleet", "Plan", "Run", "Events")
+
+
+def faulty_plan() -> str:
+    """A plan with findings on several items."""
+    plan = json.loads(CLINIC_RUN)
+    plan["items"].insert(1, {"id": "early", "type": "gripper", "action": "release", "release_motion": "stopped"})
+    plan["items"][2]["latitude_deg"] += 0.002
+    return json.dumps(plan, indent=2)
+
+
+async def wide(browser: Browser, url: str, folder: Path) -> None:
+    """The whole way of a delivery, as in the documentation."""
+    async with Dashboard.opened(browser, url) as board:
+        await board.page.screenshot(path=folder / "start.png")
+        await board.write_plan(faulty_plan())
+        await expect(board.page.locator(".finding").first).to_be_visible()
+        await board.page.screenshot(path=folder / "findings.png")
+        await board.upload(CLINIC_RUN, "v1")
+        await board.page.screenshot(path=folder / "uploaded.png")
+        await board.hold("Start v1")
+        await board.until_state("at_drop")
+        await board.page.screenshot(path=folder / "at-drop.png")
+        await expect(board.page.locator(".drop-card .badge")).to_have_text("Released", timeout=FLIGHT_MS)
+        await board.until_state("completed")
+        await board.page.screenshot(path=folder / "completed.png")
+
+
+async def every_view(browser: Browser, url: str, folder: Path, size: str, scheme: Scheme) -> None:
+    """After the flight, each view that the size has."""
+    width, height = SIZES[size]
+    async with Dashboard.opened(browser, url, width=width, height=height, scheme=scheme) as board:
+        if width >= 1100:
+            await board.write_plan(CLINIC_RUN)
+            await expect(board.page.get_by_text("Can be flown")).to_be_visible(timeout=20_000)
+            await board.page.screenshot(path=folder / f"{size}-{scheme}.png")
+            return
+        views = board.page.get_by_role("navigation", name="Views")
+        for view in VIEWS:
+            await views.get_by_role("button", name=view).click()
+            if view == "Plan":
+                await board.page.get_by_label("Plan as JSON").fill(faulty_plan())
+                await expect(board.page.locator(".finding").first).to_be_visible()
+            await board.page.screenshot(path=folder / f"{size}-{scheme}-{view.lower()}.png")
+
+
+async def main(folder: Path) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    with (
+        tempfile.TemporaryDirectory() as data,
+        SimulatedFleet(FLEET, speed=SPEED) as fleet,
+        ServiceProcess(Path(data), fleet.connections) as service,
+    ):
+        async with async_playwright() as playwright:
+            browser = await playwright.chromium.launch(executable_path=CHROMIUM, args=chromium_args())
+            await wide(browser, service.url, folder)
+            for scheme in SCHEMES:
+                for size in SIZES:
+                    await every_view(browser, service.url, folder, size, scheme)
+            board = Dashboard(await browser.new_page(viewport={"width": 360, "height": 800}), service.url)
+            await board.open()
+            service.kill()
+            await expect(board.page.locator(".connection.lost")).to_be_visible(timeout=20_000)
+            await board.page.screenshot(path=folder / "narrow-lost.png")
+            await browser.close()
+
+
+if __name__ == "__main__":
+    asyncio.run(main(Path(sys.argv[1])))
