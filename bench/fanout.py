@@ -1,0 +1,231 @@
+"""Messages per second to 100 websockets, against a floor: a bare aiohttp loop that sends to one after the other.
+
+Usage: python -m bench.fanout [--clients 100] [--events 2000] [--rounds 5]
+
+The clients are a process of their own and the same for both. Waydrop's number has everything in it from
+Journal.record (events kept in a list, so that no disk is measured) over numbering, serialising and the bounded queue of
+each socket to its writer task. The floor only serialises an event once and awaits send_str for each socket in turn; one
+slow client would stop it for all.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import statistics
+import sys
+import tempfile
+import time
+from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from aiohttp import web
+
+from app.api import ApiServices, ApiSettings, build_app
+from app.domain.events import Event, EventKind, NewEvent
+from app.domain.ports import Unsubscribe, VehicleLink
+from app.domain.run import Run
+from app.services.access import Access
+from app.services.clock import SystemClock
+from app.services.fleet import Fleet
+from app.services.journal import Journal
+from app.services.plans import Plans
+from app.services.runs import Runs
+from app.services.telemetry import TelemetryFeed
+from app.services.vehicle_commands import VehicleCommands
+from app.storage import open_storage
+from bench.fanout_clients import last_marker
+
+BURSTS = (1, 10, 100)
+Send = Callable[[Sequence[NewEvent]], Awaitable[object]]
+
+
+class ListStore:
+    """EventStore in a list."""
+
+    def __init__(self) -> None:
+        self.events: list[Event] = []
+
+    async def append(self, events: Sequence[NewEvent], runs: Sequence[Run] = ()) -> Sequence[Event]:
+        """See EventStore."""
+        stored = numbered(events, len(self.events) + 1)
+        self.events += stored
+        return stored
+
+    async def read(self, *, after: int, limit: int, run_id: str | None = None) -> Sequence[Event]:
+        """See EventStore."""
+        return self.events[after : after + limit]
+
+    async def last_seq(self) -> int:
+        """See EventStore."""
+        return len(self.events)
+
+
+class NoVehicles:
+    """LinkSource without any."""
+
+    def links(self) -> Sequence[VehicleLink]:
+        """See LinkSource."""
+        return ()
+
+    def subscribe(self, listener: Callable[[VehicleLink], None]) -> Unsubscribe:
+        """See LinkSource."""
+        return lambda: None
+
+    async def start(self) -> None:
+        """See LinkSource."""
+
+    async def close(self) -> None:
+        """See LinkSource."""
+
+
+@dataclass(frozen=True, slots=True)
+class Served:
+    """A server with its clients: `send` gives events to all of them."""
+
+    send: Send
+    clients: asyncio.subprocess.Process
+
+
+def numbered(events: Sequence[NewEvent], first: int) -> list[Event]:
+    """Events as a journal numbers them."""
+    return [Event(**event.model_dump(), seq=seq, gateway="gw-1") for seq, event in enumerate(events, first)]
+
+
+@asynccontextmanager
+async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
+    """The real application, its vehicles and its disk left out."""
+    clock = SystemClock()
+    async with open_storage(folder / "bench.db") as storage:
+        journal = Journal(ListStore(), clock)
+        await journal.start()
+        fleet = Fleet(NoVehicles(), journal)
+        services = ApiServices(
+            journal=journal,
+            plans=Plans(storage.plans, journal, clock),
+            access=Access(storage.tokens, clock, None),
+            fleet=fleet,
+            telemetry=TelemetryFeed(fleet, 3600.0),
+            runs=Runs(fleet, storage.plans, storage.runs, journal, clock),
+            commands=VehicleCommands(fleet, journal),
+            answers=storage.answers,
+            clock=clock,
+        )
+        # nothing paces the events here, so a queue of the usual size would cut clients that are merely busy
+        limits = {"max_sockets": clients, "socket_queue": 100_000}
+        settings = ApiSettings(gateway="gw-1", version="bench", heartbeat_s=3600.0, **limits)  # they answer no pings
+        app = build_app(services, settings)
+        async with served(app, "/api/v1/stream", clients) as process:
+            yield Served(lambda events: journal.record(*events), process)
+        await journal.close()
+
+
+@asynccontextmanager
+async def bare_loop(clients: int) -> AsyncIterator[Served]:
+    """The floor."""
+    sockets: list[web.WebSocketResponse] = []
+
+    async def handler(request: web.Request) -> web.StreamResponse:
+        socket = web.WebSocketResponse(compress=False)
+        await socket.prepare(request)
+        sockets.append(socket)
+        await socket.receive()
+        return socket
+
+    async def send(events: Sequence[NewEvent]) -> None:
+        for event in numbered(events, 1):
+            text = f'{{"type":"event","event":{event.model_dump_json()}}}'
+            for socket in sockets:
+                await socket.send_str(text)
+
+    app = web.Application()
+    app.router.add_get("/", handler)
+    async with served(app, "/", clients) as process:
+        yield Served(send, process)
+
+
+@asynccontextmanager
+async def served(app: web.Application, path: str, clients: int) -> AsyncIterator[asyncio.subprocess.Process]:
+    """Serve on a free port with `clients` sockets connected."""
+    runner = web.AppRunner(app, access_log=None, shutdown_timeout=1.0)
+    await runner.setup()
+    site = web.TCPSite(runner, "127.0.0.1", 0)
+    await site.start()
+    process = await asyncio.create_subprocess_exec(
+        *(sys.executable, "-m", "bench.fanout_clients", str(runner.addresses[0][1]), path, str(clients)),
+        stdout=asyncio.subprocess.PIPE,
+    )
+    try:
+        await told(process, "ready")
+        yield process
+    finally:
+        process.terminate()
+        await process.wait()
+        await runner.cleanup()
+
+
+async def told(process: asyncio.subprocess.Process, word: str) -> None:
+    """Wait until the clients say something."""
+    if process.stdout is None:
+        raise RuntimeError("the clients have no output")
+    async with asyncio.timeout(60):
+        line = (await process.stdout.readline()).decode().strip()
+    if line != word:
+        raise RuntimeError(f"the clients said {line!r} and not {word!r}: was one of them cut?")
+
+
+async def messages_per_s(server: Served, clients: int, events: int, burst: int, turn: int) -> float:
+    """Send events in bursts; count until the last one is at the last client."""
+
+    def new(number: int) -> NewEvent:
+        note = last_marker(turn) if number == events - 1 else "x" * 60
+        data = {"item_id": "clinic", "seq": number, "what": "reached", "note": note}
+        return NewEvent(kind=EventKind.RUN_ITEM, time=1.5, vehicle_id="v1", run_id="run-1", data=data)
+
+    batches = [[new(n) for n in range(first, min(first + burst, events))] for first in range(0, events, burst)]
+    begun = time.perf_counter()
+    for batch in batches:
+        await server.send(batch)
+    await told(server.clients, f"seen {turn}")
+    return clients * events / (time.perf_counter() - begun)
+
+
+async def measure(clients: int, events: int, rounds: int) -> None:
+    """Both in turns, for each size of burst."""
+    sys.stdout.write("burst  waydrop msg/s  floor msg/s  ratio   (min to max)\n")
+    with tempfile.TemporaryDirectory() as folder:
+        async with waydrop(Path(folder), clients) as ours, bare_loop(clients) as floor:
+            turn = 0
+            for burst in BURSTS:
+                pairs = []
+                for _ in range(rounds):
+                    turn += 1
+                    pairs.append(
+                        (
+                            await messages_per_s(ours, clients, events, burst, turn),
+                            await messages_per_s(floor, clients, events, burst, turn),
+                        )
+                    )
+                ratios = sorted(mine / bare for mine, bare in pairs)
+                sys.stdout.write(
+                    f"{burst:>5} {statistics.median(p[0] for p in pairs):>14.0f} "
+                    f"{statistics.median(p[1] for p in pairs):>12.0f} {statistics.median(ratios):>6.2f}   "
+                    f"({ratios[0]:.2f} to {ratios[-1]:.2f})\n"
+                )
+                sys.stdout.flush()
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--clients", type=int, default=100)
+    parser.add_argument("--events", type=int, default=1000, help="events of one turn")
+    parser.add_argument("--rounds", type=int, default=5)
+    arguments = parser.parse_args()
+    asyncio.run(measure(arguments.clients, arguments.events, arguments.rounds))
+
+
+if __name__ == "__main__":
+    main()
