@@ -14,7 +14,9 @@ from typing import Final
 _REORDER_MS: Final = 1000
 """Datagrams that overtake each other set the clock back by less."""
 _SILENT_S: Final = 1.0
-"""A vehicle that restarts is silent for longer (1.2 s at least); one that shares its id is not."""
+"""A vehicle that restarts is silent for longer (1.2 s of its own time); one that shares its id is not."""
+_GOES_ON: Final = 5
+"""So many samples behind, and none that goes on as before: the old clock has ended."""
 _CERTAIN_MS: Final = 10_000
 _FAR_M: Final = 50.0
 _WINDOW_S: Final = 5.0
@@ -49,6 +51,7 @@ class Timeline:
     at_s: float = 0.0
     fix: Fix | None = None
     fix_boot_ms: int = 0
+    behind: int = 0
     jumps_s: list[float] = field(default_factory=list)
 
     def take(self, boot_ms: int, now_s: float, fix: Fix | None = None) -> Verdict | None:
@@ -62,14 +65,16 @@ class Timeline:
 
     def _clock(self, boot_ms: int, now_s: float) -> Verdict | None:
         back_ms = 0 if self.boot_ms is None else self.boot_ms - boot_ms
-        if back_ms <= _REORDER_MS:
-            self.boot_ms, self.at_s = boot_ms, now_s
+        silent = now_s - self.at_s >= _SILENT_S
+        if back_ms <= (0 if silent else _REORDER_MS):
+            self.boot_ms, self.at_s, self.behind = boot_ms, now_s, 0
             return None
-        if now_s - self.at_s >= _SILENT_S:
-            self.boot_ms, self.at_s, self.fix = boot_ms, now_s, None
+        self.behind += 1
+        if silent or self.behind >= _GOES_ON:
+            self.boot_ms, self.at_s, self.behind, self.fix = boot_ms, now_s, 0, None
             self.jumps_s.clear()
             return Verdict.REBOOTED
-        return self._jumped(now_s, certain=back_ms > _CERTAIN_MS)
+        return self._jumped(now_s, certain=back_ms > _CERTAIN_MS and self.behind == 1)
 
     def _place(self, boot_ms: int, now_s: float, fix: Fix) -> Verdict | None:
         if self.fix is None:

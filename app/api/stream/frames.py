@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import struct
 from enum import IntEnum
-from typing import Literal
+from typing import Final, Literal
 
 from pydantic import BaseModel
 
 from app.domain.events import Event
 from app.domain.run import Run
 from app.services.views import StateView, VehicleView
+
+
+_FINAL_TEXT: Final = 0x81
+_HEADER_16: Final = struct.Struct("!BBH")
+_HEADER_64: Final = struct.Struct("!BBQ")
 
 
 class HelloFrame(BaseModel):
@@ -71,4 +77,14 @@ class CloseCode(IntEnum):
 
 def event_frame(event: Event) -> bytes:
     """The frame of an event, made once for all sockets."""
-    return b'{"type":"event","event":' + event.model_dump_json().encode() + b"}"
+    return text_frame(b'{"type":"event","event":' + event.model_dump_json().encode() + b"}")
+
+
+def text_frame(payload: bytes) -> bytes:
+    """A text frame as it goes over the wire (RFC 6455 5.2): final, not masked, not compressed."""
+    size = len(payload)
+    if size < 126:
+        return bytes((_FINAL_TEXT, size)) + payload
+    if size < 65536:
+        return _HEADER_16.pack(_FINAL_TEXT, 126, size) + payload
+    return _HEADER_64.pack(_FINAL_TEXT, 127, size) + payload

@@ -10,7 +10,7 @@ from functools import cached_property
 
 from pydantic_core import to_json
 
-from app.api.stream.frames import CloseCode
+from app.api.stream.frames import CloseCode, text_frame
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Tick:
     def frame(self) -> bytes:
         """The telemetry frame."""
         inner = b",".join(to_json(vehicle_id) + b":" + state for vehicle_id, state in self.states.items())
-        return b'{"type":"telemetry","time":' + to_json(self.time) + b',"vehicles":{' + inner + b"}}"
+        return text_frame(b'{"type":"telemetry","time":' + to_json(self.time) + b',"vehicles":{' + inner + b"}}")
 
     def over(self, older: Tick) -> Tick:
         """This tick, with what it does not have from an older one that was never sent."""

@@ -26,6 +26,13 @@ async def acks_of(link: VehicleLink, request: CommandRequest) -> list[CommandAck
     return [ack async for ack in link.command(request)]
 
 
+@pytest.fixture
+async def quiet_link(link: VehicleLink) -> VehicleLink:
+    """The link when it has set its streams up: no command but the test's own is under way."""
+    await until(lambda: link.state().gripper_output_us is not None, "the gripper's channel must be found", 10.0)
+    return link
+
+
 @pytest.fixture(autouse=True)
 def healthy_again(quad: SimulatedFleet) -> Iterator[None]:
     yield
@@ -77,30 +84,30 @@ async def test_other_commands_are_answered_while_one_is_in_progress(quad: Simula
     assert [ack.result async for ack in release] == [MavResult.ACCEPTED]
 
 
-async def test_a_lost_ack_is_asked_for_again(quad: SimulatedFleet, link: VehicleLink) -> None:
-    await acks_of(link, gripper(RELEASE))
+async def test_a_lost_ack_is_asked_for_again(quad: SimulatedFleet, quiet_link: VehicleLink) -> None:
+    await acks_of(quiet_link, gripper(RELEASE))
     quad.control("lost_ack", 1)
-    acks = await acks_of(link, gripper(RELEASE, timeout_s=0.3, attempts=3))
+    acks = await acks_of(quiet_link, gripper(RELEASE, timeout_s=0.3, attempts=3))
     assert acks[-1].result is MavResult.ACCEPTED
 
 
 async def test_one_attempt_without_an_answer_is_a_timeout_and_is_not_repeated(
-    quad: SimulatedFleet, link: VehicleLink
+    quad: SimulatedFleet, quiet_link: VehicleLink
 ) -> None:
-    await acks_of(link, gripper(RELEASE))
+    await acks_of(quiet_link, gripper(RELEASE))
     quad.control("lost_ack", 1)
     began_s = time.monotonic()
     with pytest.raises(LinkTimeoutError) as caught:
-        await acks_of(link, gripper(RELEASE, timeout_s=0.3, attempts=1))
+        await acks_of(quiet_link, gripper(RELEASE, timeout_s=0.3, attempts=1))
     assert time.monotonic() - began_s == pytest.approx(0.3, abs=0.25)
     assert "not known" in caught.value.hint
 
 
-async def test_in_progress_without_an_end_is_a_timeout(quad: SimulatedFleet, link: VehicleLink) -> None:
-    await acks_of(link, gripper(GRAB))
+async def test_in_progress_without_an_end_is_a_timeout(quad: SimulatedFleet, quiet_link: VehicleLink) -> None:
+    await acks_of(quiet_link, gripper(GRAB))
     quad.control("lost_ack", 1)
     with pytest.raises(LinkTimeoutError, match="IN_PROGRESS"):
-        await acks_of(link, gripper(RELEASE, in_progress_timeout_s=1.0))
+        await acks_of(quiet_link, gripper(RELEASE, in_progress_timeout_s=1.0))
 
 
 async def test_a_command_whose_generator_is_closed_leaves_the_way_free(link: VehicleLink) -> None:
