@@ -1,4 +1,4 @@
-"""`python -m tests.browser.screenshots FOLDER`: pictures of the page on the real service, dark and light, wide and narrow.
+"""`python -m tests.browser.screenshots FOLDER`: pictures of the page on the real service, in all its looks.
 
 Not a test: for the eyes of whoever changed the page, and for the documentation.
 """
@@ -67,7 +67,7 @@ async def every_view(browser: Browser, url: str, folder: Path, size: str, scheme
 
 
 async def main(folder: Path) -> None:
-    folder.mkdir(parents=True, exist_ok=True)
+    folder.mkdir(parents=True, exist_ok=True)  # noqa: ASYNC240 nothing else runs yet
     with (
         tempfile.TemporaryDirectory() as data,
         SimulatedFleet(FLEET, speed=SPEED) as fleet,

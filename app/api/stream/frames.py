@@ -12,7 +12,6 @@ from app.domain.events import Event
 from app.domain.run import Run
 from app.services.views import StateView, VehicleView
 
-
 _FINAL_TEXT: Final = 0x81
 _HEADER_16: Final = struct.Struct("!BBH")
 _HEADER_64: Final = struct.Struct("!BBQ")

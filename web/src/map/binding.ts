@@ -1,6 +1,6 @@
 /** Ties the scene to the signals: each source is drawn anew when, and only when, what it shows has changed. */
 
-import { computed, effect, untracked } from "@preact/signals";
+import { computed, effect, signal, untracked } from "@preact/signals";
 import { viewPlan, type PlanView } from "../plan/document";
 import type { Run } from "../api/types";
 import { draftView } from "../state/draft";
@@ -15,6 +15,7 @@ import { graticule, type View } from "./graticule";
 import { gridLabels, type Label } from "./grid-labels";
 import { PALETTES } from "./palette";
 import { Scene } from "./scene";
+import type { Look } from "./style";
 
 /** The plan on the map: the draft while it is being prepared, else the chosen run's. */
 export const shownPlan = computed<{ readonly key: string; readonly view: PlanView; readonly run: Run | null } | null>(() => {
@@ -34,16 +35,23 @@ const home = computed(() => homeOf(selectedVehicle.value ?? Object.values(vehicl
 /** As text: telemetry brings the same place again and again, and nothing is drawn anew for that. */
 const homeKey = computed(() => JSON.stringify(home.value));
 
+const textSize_px = signal(rootTextSize());
+const look = computed<Look>(() => ({ palette: PALETTES[theme.value], scale: Math.max(1, textSize_px.value / 15.5) }));
+
+function rootTextSize(): number {
+  return Number.parseFloat(getComputedStyle(document.documentElement).fontSize);
+}
+
 export function bindScene(container: HTMLElement, onLabels: (labels: readonly Label[]) => void): { scene: Scene; dispose: () => void } {
   const grid = new Grid(onLabels);
-  const scene = new Scene(container, PALETTES[theme.peek()], {
+  const scene = new Scene(container, look.peek(), {
     onView: (view) => grid.show(scene, view),
     onVehicle: selectVehicle,
     onPlace: (id) => (itemId.value = id),
     onGrab: () => (following.value = false),
   });
   const effects = [
-    effect(() => scene.setPalette(PALETTES[theme.value])),
+    effect(() => scene.setLook(look.value)),
     effect(() => scene.setData("vehicles", vehicleFeatures(vehicles.value, vehicleId.value, live.value))),
     effect(() => scene.setData("tracks", trackFeatures(tracks.value))),
     effect(() => drawPlan(scene)),
@@ -55,9 +63,12 @@ export function bindScene(container: HTMLElement, onLabels: (labels: readonly La
     effect(() => lookAtItem(scene)),
     lookAtNews(scene),
   ];
+  const onResize = () => (textSize_px.value = rootTextSize());
+  window.addEventListener("resize", onResize);
   return {
     scene,
     dispose: () => {
+      window.removeEventListener("resize", onResize);
       for (const end of effects) end();
       scene.destroy();
     },

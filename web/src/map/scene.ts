@@ -5,8 +5,7 @@ import workerUrl from "maplibre-gl/dist/maplibre-gl-worker.mjs?url";
 import type { FeatureCollection } from "geojson";
 import type { View } from "./graticule";
 import { drawIcon } from "./icons";
-import type { Palette } from "./palette";
-import { buildStyle, NO_DATA, type MapData, type SourceId } from "./style";
+import { buildStyle, NO_DATA, type Look, type MapData, type SourceId } from "./style";
 
 setWorkerUrl(workerUrl); // from our own origin, so that the page's content security policy needs no blob:
 
@@ -22,14 +21,14 @@ export class Scene {
   readonly #map: GlMap;
   readonly #data: MapData = { ...NO_DATA };
   readonly #dirty = new Set<SourceId>();
-  #palette: Palette;
+  #look: Look;
   #frame = 0;
 
-  constructor(container: HTMLElement, palette: Palette, private readonly events: SceneEvents) {
-    this.#palette = palette;
+  constructor(container: HTMLElement, look: Look, private readonly events: SceneEvents) {
+    this.#look = look;
     this.#map = new GlMap({
       container,
-      style: buildStyle(palette, this.#data),
+      style: buildStyle(look, this.#data),
       center: [8.5, 47.4],
       zoom: 3,
       maxZoom: 21,
@@ -53,10 +52,10 @@ export class Scene {
     this.#frame ||= requestAnimationFrame(() => this.#flush());
   }
 
-  setPalette(palette: Palette): void {
-    if (palette === this.#palette) return;
-    this.#palette = palette;
-    this.#map.setStyle(buildStyle(palette, this.#data), { diff: false }); // icons are coloured: all are drawn anew
+  setLook(look: Look): void {
+    if (look.palette === this.#look.palette && look.scale === this.#look.scale) return;
+    this.#look = look;
+    this.#map.setStyle(buildStyle(look, this.#data), { diff: false }); // icons are coloured: all are drawn anew
   }
 
   fit(bounds: [number, number, number, number]): void {
@@ -99,7 +98,7 @@ export class Scene {
   }
 
   #addIcon(name: string): void {
-    const icon = drawIcon(name, this.#palette);
+    const icon = drawIcon(name, this.#look.palette);
     if (icon !== null && !this.#map.hasImage(name)) this.#map.addImage(name, icon.image, { pixelRatio: icon.pixelRatio });
   }
 

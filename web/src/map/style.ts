@@ -15,26 +15,32 @@ export const NO_DATA: MapData = Object.fromEntries(SOURCES.map((id) => [id, NOTH
 const FONT = ["Inter", "system-ui", "sans-serif"];
 const ROUND: LineLayerSpecification["layout"] = { "line-cap": "round", "line-join": "round" };
 
-export function buildStyle(palette: Palette, data: MapData): StyleSpecification {
+/** How the map looks: its colours, and how large it draws (1 with the text of a laptop, more on a wall). */
+export interface Look {
+  readonly palette: Palette;
+  readonly scale: number;
+}
+
+export function buildStyle(look: Look, data: MapData): StyleSpecification {
   return {
     version: 8,
     sources: Object.fromEntries(SOURCES.map((id) => [id, { type: "geojson", data: data[id], tolerance: 0.1 }])),
     layers: [
-      { id: "background", type: "background", paint: { "background-color": palette.background } },
-      ...backgroundLayers(palette),
-      ...planLayers(palette),
-      ...vehicleLayers(palette),
+      { id: "background", type: "background", paint: { "background-color": look.palette.background } },
+      ...backgroundLayers(look),
+      ...planLayers(look),
+      ...vehicleLayers(look),
     ],
   };
 }
 
-function backgroundLayers(p: Palette): LayerSpecification[] {
+function backgroundLayers({ palette: p, scale }: Look): LayerSpecification[] {
   const kind: ExpressionSpecification = ["get", "kind"];
   return [
     { id: "gridMinor", type: "line", source: "gridMinor", paint: { "line-color": p.gridMinor } },
     { id: "gridMajor", type: "line", source: "gridMajor", paint: { "line-color": p.gridMajor } },
     { id: "rings", type: "line", source: "rings", filter: ["==", kind, "ring"], paint: { "line-color": p.ring, "line-dasharray": [2, 4] } },
-    { id: "home", type: "symbol", source: "rings", filter: ["==", kind, "home"], layout: { "icon-image": "home", "icon-allow-overlap": true } },
+    { id: "home", type: "symbol", source: "rings", filter: ["==", kind, "home"], layout: { "icon-image": "home", "icon-size": scale, "icon-allow-overlap": true } },
     {
       id: "fenceFill",
       type: "fill",
@@ -46,66 +52,66 @@ function backgroundLayers(p: Palette): LayerSpecification[] {
       type: "line",
       source: "fences",
       layout: { ...ROUND },
-      paint: { "line-color": ["match", kind, "exclusion", p.danger, p.inclusion], "line-width": 1.5, "line-dasharray": [4, 3] },
+      paint: { "line-color": ["match", kind, "exclusion", p.danger, p.inclusion], "line-width": 1.5 * scale, "line-dasharray": [4, 3] },
     },
   ];
 }
 
-function planLayers(p: Palette): LayerSpecification[] {
+function planLayers({ palette: p, scale }: Look): LayerSpecification[] {
   const state: ExpressionSpecification = ["get", "state"];
   return [
-    { id: "pathCasing", type: "line", source: "path", layout: { ...ROUND }, paint: { "line-color": p.pathCasing, "line-width": 6, "line-opacity": 0.8 } },
+    { id: "pathCasing", type: "line", source: "path", layout: { ...ROUND }, paint: { "line-color": p.pathCasing, "line-width": 6 * scale, "line-opacity": 0.8 } },
     {
       id: "path",
       type: "line",
       source: "path",
       layout: { ...ROUND },
-      paint: { "line-color": ["match", state, "done", p.pathDone, p.path], "line-width": ["match", state, "current", 4, 2.5] },
+      paint: { "line-color": ["match", state, "done", p.pathDone, p.path], "line-width": ["match", state, "current", 4 * scale, 2.5 * scale] },
     },
-    { id: "tracks", type: "line", source: "tracks", layout: { ...ROUND }, paint: { "line-color": p.track, "line-width": 2, "line-opacity": 0.75 } },
-    { id: "ringText", type: "symbol", source: "rings", filter: ["==", ["get", "kind"], "label"], layout: text("label", 11), paint: textPaint(p.ringText, p) },
+    { id: "tracks", type: "line", source: "tracks", layout: { ...ROUND }, paint: { "line-color": p.track, "line-width": 2 * scale, "line-opacity": 0.75 } },
+    { id: "ringText", type: "symbol", source: "rings", filter: ["==", ["get", "kind"], "label"], layout: text("label", 11 * scale), paint: textPaint(p.ringText, p) },
     {
       id: "places",
       type: "circle",
       source: "places",
       paint: {
-        "circle-radius": ["case", ["get", "pointed"], 13, 9],
+        "circle-radius": ["case", ["get", "pointed"], 13 * scale, 9 * scale],
         "circle-color": ["match", state, "done", p.pathDone, "current", p.path, p.background],
         "circle-stroke-color": ["match", state, "done", p.pathDone, p.path],
-        "circle-stroke-width": 2,
+        "circle-stroke-width": 2 * scale,
       },
     },
     {
       id: "placeText",
       type: "symbol",
       source: "places",
-      layout: { ...text("label", 11), "text-allow-overlap": true },
+      layout: { ...text("label", 11 * scale), "text-allow-overlap": true },
       paint: { "text-color": ["match", state, "current", p.background, p.text] },
     },
     {
       id: "drops",
       type: "symbol",
       source: "drops",
-      layout: { "icon-image": ["concat", "drop:", ["get", "outcome"]], "icon-anchor": "bottom", "icon-offset": [0, -10], "icon-allow-overlap": true },
+      layout: { "icon-image": ["concat", "drop:", ["get", "outcome"]], "icon-anchor": "bottom", "icon-offset": [0, -10], "icon-size": scale, "icon-allow-overlap": true },
     },
     {
       id: "dropText",
       type: "symbol",
       source: "drops",
-      layout: { ...text("label", 12), "text-anchor": "left", "text-offset": [1.3, -2] },
+      layout: { ...text("label", 12 * scale), "text-anchor": "left", "text-offset": [1.3, -2] },
       paint: textPaint(p.text, p),
     },
   ];
 }
 
-function vehicleLayers(p: Palette): LayerSpecification[] {
+function vehicleLayers({ palette: p, scale }: Look): LayerSpecification[] {
   return [
     {
       id: "selected",
       type: "circle",
       source: "vehicles",
       filter: ["get", "selected"],
-      paint: { "circle-radius": 22, "circle-color": p.path, "circle-opacity": 0.16, "circle-stroke-color": p.path, "circle-stroke-width": 1.5 },
+      paint: { "circle-radius": 22 * scale, "circle-color": p.path, "circle-opacity": 0.16, "circle-stroke-color": p.path, "circle-stroke-width": 1.5 * scale },
     },
     {
       id: "vehicles",
@@ -115,7 +121,7 @@ function vehicleLayers(p: Palette): LayerSpecification[] {
         "icon-image": ["concat", "vehicle:", ["get", "type"], ":", ["get", "tone"]],
         "icon-rotate": ["get", "heading_deg"],
         "icon-rotation-alignment": "map",
-        "icon-allow-overlap": true,
+        "icon-size": scale, "icon-allow-overlap": true,
         "symbol-sort-key": ["case", ["get", "selected"], 1, 0],
       },
     },
@@ -123,7 +129,7 @@ function vehicleLayers(p: Palette): LayerSpecification[] {
       id: "vehicleText",
       type: "symbol",
       source: "vehicles",
-      layout: { ...text("label", 12), "text-anchor": "top", "text-offset": [0, 1.7] },
+      layout: { ...text("label", 12 * scale), "text-anchor": "top", "text-offset": [0, 1.7] },
       paint: textPaint(p.text, p),
     },
   ];

@@ -1,6 +1,7 @@
 import { useMemo, useState } from "preact/hooks";
 import { sentence } from "../format/sentences";
 import { clockTime, fullTime } from "../format/units";
+import { quietSeqs } from "../state/quiet";
 import { feed } from "../state/store";
 import { selectRun } from "../state/selection";
 import type { StreamEvent } from "../api/types";
@@ -11,16 +12,21 @@ const PAGE = 80;
 export function Feed() {
   const [rows, setRows] = useState(PAGE);
   const all = feed.value;
+  const [every, setEvery] = useState(false);
   const shown = useMemo(() => all.slice(0, rows), [all, rows]);
+  const quiet = useMemo(() => quietSeqs(all), [all]);
   return (
     <section class="card feed" aria-labelledby="feed-title">
       <h2 id="feed-title">
         Events <small>{all.length}</small>
+        <button type="button" class="toggle" aria-pressed={every} onClick={() => setEvery(!every)}>
+          Show every event
+        </button>
       </h2>
       {all.length === 0 && <p class="empty">Nothing has happened yet.</p>}
       <ol class="rows" tabIndex={0} aria-labelledby="feed-title">
         {shown.map((event) => (
-          <FeedRow key={event.seq} event={event} />
+          <FeedRow key={event.seq} event={event} hidden={!every && quiet.has(event.seq)} />
         ))}
       </ol>
       {all.length > rows && (
@@ -32,11 +38,11 @@ export function Feed() {
   );
 }
 
-function FeedRow({ event }: { event: StreamEvent }) {
+function FeedRow({ event, hidden }: { event: StreamEvent; hidden: boolean }) {
   const { text, tone } = sentence(event);
   const run = event.run_id;
   return (
-    <li class={`event tone-${tone}`} data-seq={event.seq} data-kind={event.kind}>
+    <li class={`event tone-${tone}`} data-seq={event.seq} data-kind={event.kind} hidden={hidden}>
       <time title={`${fullTime(event.time)} · event ${event.seq}`}>{clockTime(event.time)}</time>
       <i />
       {run === null ? (

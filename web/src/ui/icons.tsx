@@ -25,9 +25,14 @@ const PATHS = {
 
 export type IconName = keyof typeof PATHS;
 
+/** Icons grow with the text beside them; sizes are in pixels of a laptop's 15 px text. */
+function rem(size_px: number): string {
+  return `${size_px / 15}rem`;
+}
+
 export function Icon({ name, size = 18 }: { name: IconName; size?: number }) {
   return (
-    <svg class="icon" width={size} height={size} viewBox="0 0 24 24" aria-hidden="true">
+    <svg class="icon" width={rem(size)} height={rem(size)} viewBox="0 0 24 24" aria-hidden="true">
       <path d={PATHS[name]} />
     </svg>
   );
@@ -43,7 +48,7 @@ const VEHICLES: Readonly<Record<VehicleType, string>> = {
 
 export function VehicleIcon({ type, size = 22 }: { type: VehicleType | null; size?: number }) {
   return (
-    <svg class="icon" width={size} height={size} viewBox="0 0 24 24" aria-hidden="true">
+    <svg class="icon" width={rem(size)} height={rem(size)} viewBox="0 0 24 24" aria-hidden="true">
       <path d={type === null ? PATHS.error : (VEHICLES[type] ?? PATHS.error)} />
     </svg>
   );
@@ -52,7 +57,7 @@ export function VehicleIcon({ type, size = 22 }: { type: VehicleType | null; siz
 /** Waydrop's mark: a drop with the way down in it. */
 export function Mark() {
   return (
-    <svg class="mark" width="26" height="26" viewBox="0 0 32 32" aria-hidden="true">
+    <svg class="mark" width="1.75rem" height="1.75rem" viewBox="0 0 32 32" aria-hidden="true">
       <path class="mark-drop" d="M16 3.500c5.300 6.400 8.300 11 8.300 15.100a8.300 8.300 0 0 1-16.600 0C7.700 14.500 10.700 9.900 16 3.500Z" />
       <path class="mark-way" d="m12 18.500 4 4 4-4" />
     </svg>

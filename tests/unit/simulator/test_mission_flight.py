@@ -1,4 +1,4 @@
-"""Modes, arming, progress and landing states on the wire: scenarios 01, 06, 09, 15, 16, 22 to 25."""
+"""A mission from start to landing: progress, texts, landed states and times of scenarios 06, 09 and 25."""
 
 from __future__ import annotations
 
@@ -6,14 +6,12 @@ import itertools
 
 import pytest
 
-from app.simulator.dialect import mavlink
-from app.simulator.wire import Cmd, LandedState, Mode, Result
+from app.simulator.wire import Cmd, LandedState, Mode
 from tests.unit.simulator.cockpit import RELEASE, RETURN, Cockpit, Plan, do, land, takeoff, waypoint
 
 GROUND, AIR, UP, DOWN = LandedState.ON_GROUND, LandedState.IN_AIR, LandedState.TAKEOFF, LandedState.LANDING
 LANDING_DETECTED, DISARMED_BY, MISSION_EXECUTE = 26622124, 32794487, 32375217
 """EVENT ids."""
-LONG = [takeoff(15), waypoint(60, 0, 15), waypoint(60, 60, 15), waypoint(0, 60, 15), RETURN]
 
 
 def event_s(cockpit: Cockpit, event_id: int) -> float:
@@ -29,13 +27,6 @@ def landed_states(cockpit: Cockpit) -> list[int]:
     return [state for (state,) in cockpit.changes("EXTENDED_SYS_STATE", "landed_state")]
 
 
-def set_current(cockpit: Cockpit, seq: int) -> None:
-    cockpit.send(mavlink.MAVLink_mission_set_current_message(1, 1, seq))
-
-
-# start-up ---------------------------------------------------------------------------------------------------
-
-
 @pytest.fixture(scope="module")
 def flown() -> Cockpit:
     """Scenario 06, once."""
@@ -44,76 +35,6 @@ def flown() -> Cockpit:
     cockpit.until(lambda: not cockpit.armed)
     cockpit.fly(3.0)
     return cockpit
-
-
-def test_a_vehicle_wakes_up_step_by_step() -> None:
-    cockpit = Cockpit(ready=False)
-    cockpit.fly(6.0)
-    first = {name: next(h.t_s for h in cockpit.heard if h.name == name) for name in ("HEARTBEAT", "HOME_POSITION")}
-    assert 1.1 <= first["HEARTBEAT"] <= 1.6
-    assert 2.2 <= first["HOME_POSITION"] <= 4.3
-    standby = next(h.t_s for h in cockpit.heard if h.name == "HEARTBEAT" and h.message.system_status == 3)
-    assert 4.6 <= standby <= 5.7
-
-
-def test_arming_is_denied_at_first() -> None:
-    cockpit = Cockpit(ready=False)
-    cockpit.fly(3.0)
-    assert cockpit.command(Cmd.COMPONENT_ARM_DISARM, 1) == [Result.TEMPORARILY_REJECTED]
-    assert "".join(cockpit.texts()) == "Arming denied: Resolve system health failures first"
-    cockpit.fly(2.0)
-    assert cockpit.command(Cmd.COMPONENT_ARM_DISARM, 1) == [Result.ACCEPTED]
-
-
-def test_a_long_text_comes_in_two_chunks_and_only_where_a_gcs_was_heard() -> None:
-    cockpit = Cockpit(ready=False)
-    cockpit.fly(3.0)
-    cockpit.command(Cmd.COMPONENT_ARM_DISARM, 1)
-    chunks = cockpit.messages("STATUSTEXT")
-    assert [chunk.chunk_seq for chunk in chunks] == [0, 1]
-    assert chunks[0].id == chunks[1].id != 0
-    silent = Cockpit(ready=False, heartbeats=False)
-    silent.fly(3.0)
-    silent.command(Cmd.COMPONENT_ARM_DISARM, 1)
-    assert silent.texts() == []
-
-
-def test_without_a_mission_its_mode_is_taken_but_nothing_starts() -> None:
-    cockpit = Cockpit()
-    assert cockpit.command(Cmd.MISSION_START) == [Result.DENIED]
-    assert cockpit.set_mode(Mode.MISSION) == [Result.ACCEPTED]
-    assert cockpit.command(Cmd.COMPONENT_ARM_DISARM, 1) == [Result.TEMPORARILY_REJECTED]
-    assert cockpit.command(Cmd.DO_SET_MODE, 1, 4, 77) == [Result.TEMPORARILY_REJECTED]
-    assert cockpit.texts()[-1] == "Unsupported auto mode"
-
-
-def test_a_start_in_the_same_cycle_as_the_upload_is_rejected_and_one_cycle_later_accepted() -> None:
-    cockpit = Cockpit()
-    cockpit.arm()
-    cockpit.upload(LONG)
-    assert cockpit.set_mode(Mode.MISSION) == [Result.TEMPORARILY_REJECTED]
-    other = Cockpit()
-    other.arm()
-    other.upload(LONG)
-    other.fly(0.04)
-    assert other.set_mode(Mode.MISSION) == [Result.ACCEPTED]
-
-
-def test_mission_start_arms_as_well() -> None:
-    cockpit = Cockpit()
-    cockpit.upload(LONG)
-    cockpit.fly(0.5)
-    assert cockpit.command(Cmd.MISSION_START) == [Result.ACCEPTED]
-    assert cockpit.armed
-
-
-def test_offboard_without_a_stream_is_taken_on_the_ground_but_never_flown() -> None:
-    cockpit = Cockpit()
-    assert cockpit.set_mode(Mode.OFFBOARD) == [Result.ACCEPTED]
-    assert cockpit.command(Cmd.COMPONENT_ARM_DISARM, 1) == [Result.TEMPORARILY_REJECTED]
-    cockpit.set_mode(Mode.LOITER)
-    cockpit.arm()
-    assert cockpit.set_mode(Mode.OFFBOARD) == [Result.TEMPORARILY_REJECTED]
 
 
 def test_progress_is_shown_as_recorded(flown: Cockpit) -> None:
@@ -208,30 +129,21 @@ def test_a_jump_repeats_as_often_as_it_says() -> None:
     assert flips.count(2) == 3
 
 
-def test_without_autocontinue_the_vehicle_waits_for_a_set_current() -> None:
-    cockpit = Cockpit()
-    stop = Plan(Cmd.NAV_WAYPOINT, 20, 0, 10, (0, 1, 0, 0), autocontinue=0)
-    cockpit.start([takeoff(10), stop, waypoint(20, 30, 10), RETURN])
-    cockpit.until(lambda: 1 in [m.seq for m in cockpit.messages("MISSION_ITEM_REACHED")])
-    cockpit.fly(20.0)
-    assert cockpit.distance_to(20, 0) < 1.5
-    set_current(cockpit, 2)
-    cockpit.until(lambda: cockpit.vehicle.state.body.east_m > 15, 20.0)
+def test_a_rover_is_in_the_air_half_a_second_after_arming_and_lands_by_disarming() -> None:
+    cockpit = Cockpit("rover")
+    cockpit.arm()
+    cockpit.fly(1.0)
+    assert landed_states(cockpit) == [GROUND, AIR]
+    cockpit.command(Cmd.COMPONENT_ARM_DISARM, 0, 21196)
+    cockpit.fly(0.5)
+    assert landed_states(cockpit) == [GROUND, AIR, GROUND]
 
 
-def test_hold_stops_within_some_metres_and_mission_mode_resumes_the_same_item() -> None:
-    cockpit = Cockpit()
-    cockpit.start(LONG)
-    cockpit.until(lambda: cockpit.vehicle.state.body.north_m > 25)
-    assert cockpit.set_mode(Mode.LOITER) == [Result.ACCEPTED]
-    cockpit.fly(6.0)
-    assert cockpit.vehicle.state.body.north_m == pytest.approx(31.9, abs=2.0)
-    assert cockpit.vehicle.state.body.ground_speed_m_s < 0.5
-    assert (cockpit.last("MISSION_CURRENT").mission_state, cockpit.last("MISSION_CURRENT").mission_mode) == (4, 2)
-    cockpit.set_mode(Mode.MISSION)
-    cockpit.fly(1.5)
-    assert (cockpit.last("MISSION_CURRENT").seq, cockpit.last("MISSION_CURRENT").mission_state) == (1, 3)
-    cockpit.set_mode(Mode.LOITER)
-    cockpit.fly(1.5)
-    second = cockpit.last("MISSION_CURRENT")
-    assert (second.mission_state, second.mission_mode) == (3, 2), "a second pause shows in mission_mode only"
+def test_a_plane_shows_takeoff_on_the_runway_and_landing_with_the_land_item() -> None:
+    cockpit = Cockpit("plane")
+    cockpit.start([takeoff(40, 160, 15), waypoint(300, 100, 40), do(Cmd.DO_LAND_START),
+                   Plan(Cmd.NAV_LOITER_TO_ALT, 80, 300, 20, (1, 60, 0, 1)), land()])  # fmt: skip
+    cockpit.until(lambda: not cockpit.armed, 250.0)
+    cockpit.fly(1.0)
+    assert landed_states(cockpit) == [GROUND, UP, AIR, DOWN, GROUND]
+    assert cockpit.last("HEARTBEAT").custom_mode == Mode.MISSION

@@ -1,19 +1,13 @@
-"""The mission protocol, case by case as recorded from PX4 main (scenarios 02, 03, 03b, 05)."""
+"""Uploads, clears and set-current, case by case as recorded from PX4 main (scenarios 02, 03, 03b)."""
 
 from __future__ import annotations
 
-import math
-
 import pytest
 
-from app.simulator.dialect import Message, mavlink
-from app.simulator.mission.item import Item
-from app.simulator.mission.store import plan_of
-from app.simulator.wire import MissionAck
-from tests.unit.simulator.cockpit import GROUND, RELEASE, RETURN, Cockpit, Plan, Wire, takeoff, waypoint
-
-TEN = [takeoff(15), *(waypoint(15 * i, 0, 15) for i in range(1, 6)), RELEASE, *(waypoint(9, 40, 15),) * 2, RETURN]
-OTHER = (246, 191)
+from app.simulator.dialect import mavlink
+from app.simulator.wire import Cmd, MissionAck
+from tests.unit.simulator.cockpit import Cockpit, Plan, Wire
+from tests.unit.simulator.mission_steps import OTHER, TEN, acks, begin, count, go_on, requests
 
 
 @pytest.fixture
@@ -21,44 +15,6 @@ def cockpit() -> Cockpit:
     cockpit = Cockpit(ready=False)
     cockpit.fly(3.0)
     return cockpit
-
-
-def count(cockpit: Cockpit, number: int, mission_type: int = 0, source: tuple[int, int] = GROUND) -> None:
-    cockpit.send(mavlink.MAVLink_mission_count_message(1, 1, number, mission_type, 0), source)
-
-
-def begin(cockpit: Cockpit, upto: int) -> None:
-    """Answer the requests before `upto`, so that `upto` is the open one."""
-    count(cockpit, len(TEN))
-    for seq in range(upto):
-        cockpit.send(cockpit.item(seq, TEN[seq]))
-
-
-def go_on(cockpit: Cockpit, first: int) -> None:
-    for seq in range(first, len(TEN)):
-        cockpit.send(cockpit.item(seq, TEN[seq]))
-
-
-def acks(cockpit: Cockpit) -> list[tuple[int, int]]:
-    """Receiver and result of every MISSION_ACK."""
-    return [(ack.target_system, ack.type) for ack in cockpit.messages("MISSION_ACK")]
-
-
-def requests(cockpit: Cockpit) -> list[int]:
-    return [message.seq for message in cockpit.messages("MISSION_REQUEST_INT")]
-
-
-def test_the_mission_id_is_the_one_px4_computes() -> None:
-    """The five items of scenario 06 and the id that PX4 gave them."""
-    nan = math.nan
-    items = [
-        Item(22, 6, 1, 0, 0, 0, nan, 473977428, 85455944, 15),
-        Item(16, 6, 1, 0, 0, 0, nan, 473982818, 85455944, 15),
-        Item(211, 2, 1, 1, 0, 0, 0, 0, 0, 0),
-        Item(16, 6, 1, 0, 0, 0, nan, 473982818, 85461916, 15),
-        Item(20, 2, 1, 0, 0, 0, 0, 0, 0, 0),
-    ]
-    assert plan_of(items).plan_id == 3292353930
 
 
 def test_an_upload_is_requested_item_by_item_and_acknowledged_with_its_id(cockpit: Cockpit) -> None:
@@ -82,22 +38,6 @@ def test_the_same_items_give_the_same_id_and_others_another(cockpit: Cockpit) ->
         cockpit.upload(plan)
         ids.append(cockpit.last("MISSION_ACK").opaque_id)
     assert ids[0] == ids[2] != ids[1]
-
-
-def test_a_download_gives_back_every_item_bit_for_bit(cockpit: Cockpit) -> None:
-    cockpit.upload(TEN)
-    cockpit.send(mavlink.MAVLink_mission_request_list_message(1, 1, 0))
-    assert cockpit.last("MISSION_COUNT").opaque_id == cockpit.vehicle.store.mission.plan_id
-    for seq in range(10):
-        cockpit.send(mavlink.MAVLink_mission_request_int_message(1, 1, seq, 0))
-    cockpit.send(mavlink.MAVLink_mission_ack_message(1, 1, 0, 0, 0))
-
-    def content(message: Message) -> bytes:
-        message.target_system = message.target_component = 0
-        return bytes(message.pack(mavlink.MAVLink(None)))[10:-2]
-
-    sent = [content(cockpit.item(seq, plan)) for seq, plan in enumerate(TEN)]
-    assert [content(message) for message in cockpit.messages("MISSION_ITEM_INT")] == sent
 
 
 def test_a_silent_client_is_asked_every_quarter_second_and_given_up_after_five(cockpit: Cockpit) -> None:
@@ -188,12 +128,52 @@ def test_the_last_item_again_is_acknowledged_again(cockpit: Cockpit) -> None:
     assert acks(cockpit) == [(245, 0), (245, 0)]
 
 
-def test_a_legacy_request_makes_the_next_upload_start_with_a_legacy_request(cockpit: Cockpit) -> None:
+@pytest.mark.parametrize(
+    ("number", "answers"), [(10_000, []), (10_001, [MissionAck.NO_SPACE]), (65_535, [MissionAck.NO_SPACE])]
+)
+def test_ten_thousand_items_are_the_limit(cockpit: Cockpit, number: int, answers: list[int]) -> None:
+    count(cockpit, number)
+    assert [ack for _, ack in acks(cockpit)] == answers
+
+
+@pytest.mark.parametrize("mission_type", [3, 255])
+def test_an_unknown_mission_type_has_no_space(cockpit: Cockpit, mission_type: int) -> None:
+    count(cockpit, 2, mission_type)
+    assert acks(cockpit) == [(245, MissionAck.NO_SPACE)]
+
+
+@pytest.mark.parametrize("how", ["clear", "zero items"])
+def test_clearing_and_an_upload_of_nothing_are_the_same(cockpit: Cockpit, how: str) -> None:
     cockpit.upload(TEN)
-    cockpit.send(mavlink.MAVLink_mission_request_list_message(1, 1, 0))
-    cockpit.send(mavlink.MAVLink_mission_request_message(1, 1, 0, 0))
-    cockpit.send(mavlink.MAVLink_mission_ack_message(1, 1, 0, 0, 0))
-    count(cockpit, 10)
-    cockpit.send(cockpit.item(0, TEN[0]))
-    assert [message.seq for message in cockpit.messages("MISSION_REQUEST")] == [0]
-    assert requests(cockpit)[-1] == 1
+    if how == "clear":
+        cockpit.send(mavlink.MAVLink_mission_clear_all_message(1, 1, 0))
+    else:
+        count(cockpit, 0)
+    assert acks(cockpit)[-1] == (245, MissionAck.ACCEPTED)
+    cockpit.fly(1.1)
+    assert cockpit.last("MISSION_CURRENT").total == 65535
+
+
+def test_messages_for_another_component_get_no_answer(cockpit: Cockpit) -> None:
+    cockpit.send(mavlink.MAVLink_mission_count_message(1, 100, 2, 0, 0))
+    cockpit.send(mavlink.MAVLink_mission_count_message(9, 1, 2, 0, 0))
+    assert requests(cockpit) == []
+    cockpit.send(mavlink.MAVLink_mission_count_message(1, 0, 2, 0, 0))
+    assert requests(cockpit) == [0]
+
+
+def test_set_current_has_no_ack_and_shows_within_a_second(cockpit: Cockpit) -> None:
+    cockpit.upload(TEN)
+    cockpit.send(mavlink.MAVLink_mission_set_current_message(1, 1, 4))
+    cockpit.fly(1.1)
+    assert cockpit.last("MISSION_CURRENT").seq == 4
+    cockpit.send(mavlink.MAVLink_mission_set_current_message(1, 1, 77))
+    assert cockpit.texts()[-1] == "WPM: WP CURR CMD: Not in list"
+
+
+def test_command_224_is_acknowledged_but_does_not_show_outside_mission_mode(cockpit: Cockpit) -> None:
+    cockpit.upload(TEN)
+    assert cockpit.command(Cmd.DO_SET_MISSION_CURRENT, 2) == [0]
+    assert cockpit.command(Cmd.DO_SET_MISSION_CURRENT, 77) == [4]
+    cockpit.fly(1.1)
+    assert cockpit.last("MISSION_CURRENT").seq == 0

@@ -1,0 +1,82 @@
+"""What a vehicle does when something fails under way: scenarios 23 and 24."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.simulator.wire import Cmd, Mode, Result
+from tests.unit.simulator.cockpit import RETURN, Cockpit, takeoff, waypoint
+
+LONG = [takeoff(15), waypoint(60, 0, 15), waypoint(60, 60, 15), waypoint(0, 60, 15), RETURN]
+
+
+def test_a_lost_ground_station_leads_to_hold_and_then_return_and_its_return_resumes_nothing() -> None:
+    cockpit = Cockpit(params={"NAV_DLL_ACT": 2})
+    cockpit.start([takeoff(15), waypoint(250, 0, 15), RETURN])
+    cockpit.until(lambda: cockpit.vehicle.state.body.north_m > 15)
+    cockpit.heartbeats = False
+    lost_s = cockpit.until(lambda: cockpit.vehicle.state.status.mode is Mode.LOITER, 20.0)
+    assert lost_s == pytest.approx(12.4, abs=1.0)
+    assert cockpit.until(lambda: cockpit.vehicle.state.status.mode is Mode.RTL, 10.0) == pytest.approx(5.0, abs=0.1)
+    cockpit.fly(1.1)
+    assert cockpit.last("HEARTBEAT").system_status == 5
+    cockpit.heartbeats = True
+    cockpit.fly(3.0)
+    assert "GCS connection regained" in cockpit.texts()
+    assert cockpit.vehicle.state.status.mode is Mode.RTL
+    assert cockpit.set_mode(Mode.MISSION) == [Result.ACCEPTED]
+
+
+def test_with_the_failsafe_on_arming_needs_a_ground_station() -> None:
+    cockpit = Cockpit(params={"NAV_DLL_ACT": 2}, heartbeats=False)
+    assert cockpit.command(Cmd.COMPONENT_ARM_DISARM, 1) == [Result.TEMPORARILY_REJECTED]
+    cockpit.heartbeats = True
+    cockpit.fly(1.0)
+    cockpit.arm()
+
+
+def test_by_default_a_lost_ground_station_changes_nothing() -> None:
+    cockpit = Cockpit()
+    cockpit.start([takeoff(15), waypoint(250, 0, 15), RETURN])
+    cockpit.heartbeats = False
+    cockpit.fly(40.0)
+    assert cockpit.vehicle.state.status.mode is Mode.MISSION
+
+
+def test_a_reboot_keeps_the_mission_and_begins_at_item_0_disarmed() -> None:
+    cockpit = Cockpit()
+    cockpit.start(LONG)
+    cockpit.until(lambda: cockpit.vehicle.store.current_seq == 2)
+    mission_id = cockpit.last("MISSION_CURRENT").mission_id
+    assert cockpit.command(Cmd.PREFLIGHT_REBOOT_SHUTDOWN, 1, wait_s=0.0) == []
+    cockpit.fly(0.3)
+    assert cockpit.vehicle.clock.now_s < 0.5
+    cockpit.fly(1.2)
+    assert cockpit.last("MISSION_CURRENT").mission_state == 1
+    cockpit.fly(4.0)
+    current = cockpit.last("MISSION_CURRENT")
+    assert (current.mission_id, current.seq, current.mission_state) == (mission_id, 0, 2)
+    assert cockpit.last("HEARTBEAT").base_mode & 128 == 0
+    cockpit.arm()
+    assert cockpit.set_mode(Mode.MISSION) == [Result.ACCEPTED]
+
+
+def test_a_critical_battery_returns_when_the_parameter_says_so() -> None:
+    cockpit = Cockpit(params={"COM_LOW_BAT_ACT": 3})
+    cockpit.start([takeoff(15), waypoint(250, 0, 15), RETURN])
+    cockpit.until(lambda: cockpit.vehicle.state.body.up_m > 10)
+    cockpit.vehicle.battery.set_fraction(0.06)
+    cockpit.fly(2.0)
+    assert cockpit.vehicle.state.status.mode is Mode.RTL
+    assert "Critical battery level" in cockpit.texts()
+    assert cockpit.last("SYS_STATUS").battery_remaining in (5, 6)
+
+
+def test_somebody_elses_mode_stays_until_somebody_changes_it() -> None:
+    cockpit = Cockpit()
+    cockpit.start(LONG)
+    cockpit.until(lambda: cockpit.vehicle.state.body.north_m > 15)
+    cockpit.vehicle.commander.change_mode(Mode.POSCTL)
+    cockpit.fly(8.0)
+    assert cockpit.last("HEARTBEAT").custom_mode == Mode.POSCTL
+    assert cockpit.vehicle.state.body.ground_speed_m_s < 0.5

@@ -1,0 +1,73 @@
+"""Downloads, case by case as recorded from PX4 main (scenarios 02, 03b)."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.simulator.dialect import Message, mavlink
+from app.simulator.wire import MissionAck
+from tests.unit.simulator.cockpit import Cockpit
+from tests.unit.simulator.mission_steps import TEN, acks, count, requests
+
+
+@pytest.fixture
+def cockpit() -> Cockpit:
+    cockpit = Cockpit(ready=False)
+    cockpit.fly(3.0)
+    return cockpit
+
+
+def test_a_download_gives_back_every_item_bit_for_bit(cockpit: Cockpit) -> None:
+    cockpit.upload(TEN)
+    cockpit.send(mavlink.MAVLink_mission_request_list_message(1, 1, 0))
+    assert cockpit.last("MISSION_COUNT").opaque_id == cockpit.vehicle.store.mission.plan_id
+    for seq in range(10):
+        cockpit.send(mavlink.MAVLink_mission_request_int_message(1, 1, seq, 0))
+    cockpit.send(mavlink.MAVLink_mission_ack_message(1, 1, 0, 0, 0))
+
+    def content(message: Message) -> bytes:
+        message.target_system = message.target_component = 0
+        return bytes(message.pack(mavlink.MAVLink(None)))[10:-2]
+
+    sent = [content(cockpit.item(seq, plan)) for seq, plan in enumerate(TEN)]
+    assert [content(message) for message in cockpit.messages("MISSION_ITEM_INT")] == sent
+
+
+def test_a_legacy_request_makes_the_next_upload_start_with_a_legacy_request(cockpit: Cockpit) -> None:
+    cockpit.upload(TEN)
+    cockpit.send(mavlink.MAVLink_mission_request_list_message(1, 1, 0))
+    cockpit.send(mavlink.MAVLink_mission_request_message(1, 1, 0, 0))
+    cockpit.send(mavlink.MAVLink_mission_ack_message(1, 1, 0, 0, 0))
+    count(cockpit, 10)
+    cockpit.send(cockpit.item(0, TEN[0]))
+    assert [message.seq for message in cockpit.messages("MISSION_REQUEST")] == [0]
+    assert requests(cockpit)[-1] == 1
+
+
+def test_an_item_request_without_a_list_request_is_ignored(cockpit: Cockpit) -> None:
+    cockpit.upload(TEN)
+    cockpit.send(mavlink.MAVLink_mission_request_int_message(1, 1, 3, 0))
+    assert cockpit.messages("MISSION_ITEM_INT") == []
+
+
+def test_an_unexpected_index_ends_a_download(cockpit: Cockpit) -> None:
+    cockpit.upload(TEN)
+    cockpit.send(mavlink.MAVLink_mission_request_list_message(1, 1, 0))
+    cockpit.send(mavlink.MAVLink_mission_request_int_message(1, 1, 2, 0))
+    assert acks(cockpit)[-1] == (245, MissionAck.ERROR)
+    assert "WPM: REJ. CMD: Req. WP was unexpected" in cockpit.texts()
+
+
+def test_a_silent_downloader_hears_the_count_again_and_again(cockpit: Cockpit) -> None:
+    cockpit.upload(TEN)
+    cockpit.send(mavlink.MAVLink_mission_request_list_message(1, 1, 0))
+    cockpit.fly(6.0)
+    assert 18 <= len(cockpit.messages("MISSION_COUNT")) <= 20
+
+
+def test_a_count_during_a_download_is_refused(cockpit: Cockpit) -> None:
+    cockpit.upload(TEN)
+    cockpit.send(mavlink.MAVLink_mission_request_list_message(1, 1, 0))
+    count(cockpit, 10)
+    assert acks(cockpit)[-1] == (245, MissionAck.ERROR)
+    assert "WPM: IGN MISSION_COUNT: Busy" in cockpit.texts()
