@@ -177,3 +177,20 @@ def test_command_224_is_acknowledged_but_does_not_show_outside_mission_mode(cock
     assert cockpit.command(Cmd.DO_SET_MISSION_CURRENT, 77) == [4]
     cockpit.fly(1.1)
     assert cockpit.last("MISSION_CURRENT").seq == 0
+
+
+def test_a_lost_final_ack_is_sent_for_nobody_and_the_mission_is_stored() -> None:
+    cockpit = Cockpit()
+    cockpit.vehicle.faults.lost_acks = 1
+    with pytest.raises(AssertionError, match="stopped asking"):
+        cockpit.upload([takeoff(10), RETURN])
+    assert len(cockpit.vehicle.store.mission) == 2
+    cockpit.vehicle.faults.lost_acks = 1
+    assert cockpit.command(Cmd.COMPONENT_ARM_DISARM, 1) == []
+    assert cockpit.armed
+
+
+def test_a_refused_upload_says_what_it_was_told_to_say() -> None:
+    cockpit = Cockpit()
+    cockpit.vehicle.faults.refuse_upload = 14
+    assert cockpit.upload([takeoff(10), RETURN]) == 14
