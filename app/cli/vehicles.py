@@ -35,20 +35,19 @@ async def _get(server: str, token: str | None) -> Any:
 def vehicles_table(rows: list[dict[str, Any]]) -> Table:
     """One row for each vehicle."""
     table = Table()
-    for name in ("vehicle", "type", "firmware", "link", "mode", "state", "battery", "run", "connection"):
+    for name in ("vehicle", "type", "firmware", "link", "mode", "state", "battery", "run"):
         table.add_column(name)
     for row in rows:
         state = row["state"]
         battery = state.get("battery_percent")
         table.add_row(
             row["id"],
-            row.get("vehicle_type") or "?",
+            (row.get("vehicle_type") or "?").replace("_", " "),
             row.get("firmware") or "?",
             "quarantined" if row.get("quarantined") else "up" if state["connected"] else "lost",
             state.get("mode") or "?",
             ("armed, " if state.get("armed") else "") + str(state.get("landed", "")).replace("_", " "),
             "" if battery is None else f"{battery:.0f}%",
             row.get("run_id") or "",
-            row.get("connection", ""),
         )
     return table

@@ -6,7 +6,7 @@ import pytest
 
 from app.simulator.dialect import mavlink
 from app.simulator.wire import Cmd, MissionAck
-from tests.unit.simulator.cockpit import Cockpit, Plan, Wire
+from tests.unit.simulator.cockpit import RETURN, Cockpit, Plan, Wire, takeoff
 from tests.unit.simulator.mission_steps import OTHER, TEN, acks, begin, count, go_on, requests
 
 
