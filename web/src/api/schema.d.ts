@@ -563,7 +563,7 @@ export interface components {
              * @description stable name; made if missing
              * @default
              */
-            id: string | null;
+            id: string;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -607,7 +607,7 @@ export interface components {
              * @description stable name; made if missing
              * @default
              */
-            id: string | null;
+            id: string;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -850,7 +850,7 @@ export interface components {
              * @description stable name; made if missing
              * @default
              */
-            id: string | null;
+            id: string;
             /**
              * Release Motion
              * @enum {string}
@@ -928,7 +928,7 @@ export interface components {
              * @description stable name; made if missing
              * @default
              */
-            id: string | null;
+            id: string;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -972,7 +972,7 @@ export interface components {
              * @description stable name; made if missing
              * @default
              */
-            id: string | null;
+            id: string;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -1050,7 +1050,7 @@ export interface components {
              * @description stable name; made if missing
              * @default
              */
-            id: string | null;
+            id: string;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -1378,7 +1378,7 @@ export interface components {
              * @description stable name; made if missing
              * @default
              */
-            id: string | null;
+            id: string;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -1582,7 +1582,7 @@ export interface components {
              * @description stable name; made if missing
              * @default
              */
-            id: string | null;
+            id: string;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -1681,7 +1681,7 @@ export interface components {
              * @description stable name; made if missing
              * @default
              */
-            id: string | null;
+            id: string;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -1761,7 +1761,7 @@ export interface components {
              * @description stable name; made if missing
              * @default
              */
-            id: string | null;
+            id: string;
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
@@ -1798,7 +1798,7 @@ export interface components {
              * @description stable name; made if missing
              * @default
              */
-            id: string | null;
+            id: string;
             /**
              * Release Motion
              * @enum {string}
@@ -1890,6 +1890,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `host.not_allowed`: This service does not answer under this Host name */
             421: {
                 headers: {
@@ -1950,6 +1959,15 @@ export interface operations {
             };
             /** @description `not_found`: It does not exist */
             404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -2064,6 +2082,15 @@ export interface operations {
             };
             /** @description `request.content_type`: The body must be application/json */
             415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -2221,6 +2248,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `host.not_allowed`: This service does not answer under this Host name */
             421: {
                 headers: {
@@ -2371,6 +2407,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `host.not_allowed`: This service does not answer under this Host name */
             421: {
                 headers: {
@@ -2466,6 +2511,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `host.not_allowed`: This service does not answer under this Host name */
             421: {
                 headers: {
@@ -2524,7 +2578,7 @@ export interface operations {
                     "application/json": components["schemas"]["PlanView"];
                 };
             };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `idempotency.key_invalid`: The Idempotency-Key cannot be used */
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON; `idempotency.key_invalid`: The Idempotency-Key cannot be used */
             400: {
                 headers: {
                     [name: string]: unknown;
@@ -2571,6 +2625,15 @@ export interface operations {
             };
             /** @description `request.content_type`: The body must be application/json */
             415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -2668,6 +2731,15 @@ export interface operations {
             };
             /** @description `not_found`: It does not exist */
             404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -2798,6 +2870,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `host.not_allowed`: This service does not answer under this Host name */
             421: {
                 headers: {
@@ -2879,6 +2960,15 @@ export interface operations {
             };
             /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
             401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -3014,6 +3104,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `host.not_allowed`: This service does not answer under this Host name */
             421: {
                 headers: {
@@ -3117,6 +3216,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `host.not_allowed`: This service does not answer under this Host name */
             421: {
                 headers: {
@@ -3191,6 +3299,15 @@ export interface operations {
             };
             /** @description `not_found`: It does not exist */
             404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -3314,6 +3431,15 @@ export interface operations {
             };
             /** @description `request.content_type`: The body must be application/json */
             415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -3471,6 +3597,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `host.not_allowed`: This service does not answer under this Host name */
             421: {
                 headers: {
@@ -3614,6 +3749,15 @@ export interface operations {
             };
             /** @description `request.content_type`: The body must be application/json */
             415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -3771,6 +3915,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `host.not_allowed`: This service does not answer under this Host name */
             421: {
                 headers: {
@@ -3914,6 +4067,15 @@ export interface operations {
             };
             /** @description `request.content_type`: The body must be application/json */
             415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -4071,6 +4233,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `host.not_allowed`: This service does not answer under this Host name */
             421: {
                 headers: {
@@ -4168,6 +4339,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `host.not_allowed`: This service does not answer under this Host name */
             421: {
                 headers: {
@@ -4224,6 +4404,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `host.not_allowed`: This service does not answer under this Host name */
             421: {
                 headers: {
@@ -4264,6 +4453,15 @@ export interface operations {
             };
             /** @description `request.query_invalid`: A query parameter cannot be used */
             400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -4318,6 +4516,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `host.not_allowed`: This service does not answer under this Host name */
             421: {
                 headers: {
@@ -4358,6 +4565,15 @@ export interface operations {
             };
             /** @description `request.query_invalid`: A query parameter cannot be used */
             400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -4412,6 +4628,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `internal`: A defect of the service */
             500: {
                 headers: {
@@ -4443,6 +4668,15 @@ export interface operations {
             };
             /** @description `request.query_invalid`: A query parameter cannot be used */
             400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -4499,6 +4733,15 @@ export interface operations {
             };
             /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
             401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
                 headers: {
                     [name: string]: unknown;
                 };
