@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from shapely import LineString, Point, Polygon, prepare, union_all  # type: ignore[import-untyped]
-from shapely.geometry.base import BaseGeometry  # type: ignore[import-untyped]
+from shapely import LineString, Point, Polygon, prepare, union_all
+from shapely.geometry.base import BaseGeometry
 
 from app.domain.default_facts import parameter
 from app.domain.geo import LocalProjection

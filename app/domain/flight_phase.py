@@ -35,6 +35,8 @@ def phase_of(view: FlightView) -> tuple[RunState, str]:
         return RunState.LANDED, "" if view.was_airborne else "disarmed before it took off"
     if view.vehicle_type is VehicleType.ROVER and view.mission_done and _has_stopped(state):
         return RunState.LANDED, "stopped at its last item"
+    if view.vehicle_type is VehicleType.AIRSHIP and view.mission_done and state.mode is FlightMode.HOLD:
+        return RunState.LANDED, "holds at its last item; it says landed only when its crew disarms it"
     if state.mode in (FlightMode.MISSION, FlightMode.TAKEOFF):
         return (RunState.AT_DROP if view.at_drop else RunState.FLYING), ""
     if state.mode is FlightMode.RETURN:
@@ -54,7 +56,7 @@ def phase_of(view: FlightView) -> tuple[RunState, str]:
 
 
 def how_it_ended(*, mission_done: bool, asked: str, reason: str) -> tuple[RunState, str]:
-    """The last state of a run whose vehicle has landed and disarmed (or stopped, a rover)."""
+    """The last state of a run whose vehicle has landed and disarmed (or stopped, a rover; or holds, an airship)."""
     if mission_done and asked in ("", "pause"):
         return RunState.COMPLETED, reason
     if asked in ("return", "land"):

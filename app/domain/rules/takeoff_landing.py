@@ -43,6 +43,15 @@ def _rover_stays_down(context: RuleContext) -> Iterator[Violation]:
             yield at_item(step, message, "end the plan with a waypoint or return_to_launch")
 
 
+def _airship_stays_afloat(context: RuleContext) -> Iterator[Violation]:
+    if not _is_airship(context):
+        return
+    for step in context.steps:
+        if isinstance(step.item, Land):
+            message = "an airship reports landed only when it is disarmed: a land item never ends"
+            yield at_item(step, message, "end the plan with a waypoint at the mast: its crew takes over and disarms")
+
+
 def _takeoff_above_home(context: RuleContext) -> Iterator[Violation]:
     firmware = context.facts.firmware
     lowest_m = 0.0
@@ -83,7 +92,9 @@ def _landing_required(context: RuleContext) -> Iterator[Violation]:
 
 def _flight_ends(context: RuleContext) -> Iterator[Violation]:
     last = context.steps[-1]
-    if _is_rover(context) or isinstance(last.item, (Land, ReturnToLaunch)) or _never_ends(last.item):
+    if isinstance(last.item, (Land, ReturnToLaunch)) or _never_ends(last.item):
+        return
+    if _is_rover(context) or _is_airship(context):
         return
     message = "after the last item the vehicle stays in the air until its battery is empty"
     if any(isinstance(item, (Land, ReturnToLaunch)) for item in context.plan.items):
@@ -122,6 +133,10 @@ def _is_rover(context: RuleContext) -> bool:
     return context.plan.vehicle_type is VehicleType.ROVER
 
 
+def _is_airship(context: RuleContext) -> bool:
+    return context.plan.vehicle_type is VehicleType.AIRSHIP
+
+
 def _never_ends(item: PlanItem) -> bool:
     return isinstance(item, Loiter) and item.kind == "unlimited"
 
@@ -152,6 +167,13 @@ RULES = (
         "A rover neither takes off nor lands.",
         "PX4 rover land detector (flown).",
         _rover_stays_down,
+    ),
+    Rule(
+        "airship.no_landing",
+        Severity.ERROR,
+        "An airship ends its plan at its mast, in the air: it does not land by itself.",
+        "PX4 airship land detector: landed only when disarmed.",
+        _airship_stays_afloat,
     ),
     Rule(
         "takeoff.too_low",

@@ -101,7 +101,8 @@ def rover(*items: Json, **more: Any) -> Plan:
 
 
 def airship(*items: Json, **more: Any) -> Plan:
-    return plan("airship", takeoff(20), *items, land(), **more)
+    """Take off, the items, then the mast."""
+    return plan("airship", takeoff(20), *items, waypoint(0, 0), **more)
 
 
 def square(kind: str, north_m: float, east_m: float, half_m: float) -> Json:

@@ -117,7 +117,10 @@ def sensible_plans(draw: st.DrawFn) -> Plan:
     if vehicle_type == "vtol":
         items.insert(0, {"type": "transition", "to": "multicopter"})
     if vehicle_type != "rover":
-        items = [takeoff(40, **at(160, 0)), *items, {"type": "land", **at(0, 0), "relative_altitude_m": 0}]
+        last = {"type": "waypoint", "relative_altitude_m": 20}  # an airship's crew takes over at the mast
+        if vehicle_type != "airship":
+            last = {"type": "land", "relative_altitude_m": 0}
+        items = [takeoff(40, **at(160, 0)), *items, {**last, **at(0, 0)}]
     return parse_plan(plan_json(vehicle_type, *items))
 
 

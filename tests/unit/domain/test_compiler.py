@@ -213,7 +213,7 @@ def test_a_winch_is_embedded_and_gets_all_its_time() -> None:
 
 def test_an_airship_passes() -> None:
     mission = _compiled(airship(waypoint(), gripper("moving")))
-    assert _commands(mission) == ["NAV_TAKEOFF", "NAV_WAYPOINT", "DO_GRIPPER", "NAV_LAND"]
+    assert _commands(mission) == ["NAV_TAKEOFF", "NAV_WAYPOINT", "DO_GRIPPER", "NAV_WAYPOINT"]
 
 
 def test_a_jump_names_the_first_item_of_its_target() -> None:

@@ -54,6 +54,13 @@ def test_a_rover_ends_stopped_at_its_last_item_still_armed() -> None:
     assert phase_of(stopped)[0] is RunState.LANDED
 
 
+def test_an_airship_ends_where_it_holds_as_it_says_landed_only_when_disarmed() -> None:
+    airship = dataclasses.replace(FLYING, vehicle_type=VehicleType.AIRSHIP)
+    assert phase_of(seen(airship, mode=FlightMode.HOLD))[0] is RunState.PAUSED, "somebody stopped it on its way"
+    done = dataclasses.replace(airship, mission_done=True)
+    assert phase_of(seen(done, mode=FlightMode.HOLD))[0] is RunState.LANDED
+
+
 def test_complete_counts_only_with_the_last_index() -> None:
     state = VehicleState(mission_state=MissionState.COMPLETE, mission_seq=1)
     assert not says_complete(state, last_seq=5), "PX4 shows complete in Land mode with any mission stored"

@@ -64,6 +64,12 @@ TAKEOFF_LANDING_CASES = [
         about="a landing never ends",
     ),
     Case(
+        "airship.no_landing",
+        "/items/2",
+        plan("airship", takeoff(20), waypoint(30, 0), land()),
+        plan("airship", takeoff(20), waypoint(30, 0), waypoint(0, 0)),
+    ),
+    Case(
         "takeoff.too_low",
         "/items/0/relative_altitude_m",
         plan("multicopter", takeoff(10), waypoint(), RETURN),
