@@ -28,3 +28,6 @@ UNFINISHED_DROPS_S = 5.0
 
 SLOWEST_HEARTBEAT_S = 3.0
 """After a start: how long a HEARTBEAT that says armed may take, with some of them lost."""
+
+LAST_REPORTS_S = 2.5
+"""After a landing: how long the report that the mission is done may take. MISSION_CURRENT comes at 1 Hz."""

@@ -16,7 +16,7 @@ from app.services.clock import Clock
 from app.services.runs.evidence import Look
 from app.services.runs.orders import Order, Release
 from app.services.runs.recorder import RunRecorder
-from app.services.runs.settings import SLOWEST_HEARTBEAT_S, UNFINISHED_DROPS_S, RunSettings
+from app.services.runs.settings import LAST_REPORTS_S, SLOWEST_HEARTBEAT_S, UNFINISHED_DROPS_S, RunSettings
 from app.services.runs.supervised_release import SupervisedRelease
 
 
@@ -154,11 +154,14 @@ class FlightWatch:
         if self._landed_at_s is None:
             self._landed_at_s = seen.now_s
             self._recorder.move(RunState.LANDED, reason)
-        if not self._waits_for_answers(seen.now_s - self._landed_at_s):
+        if not self._waits_for_reports(seen.now_s - self._landed_at_s):
             last, why = how_it_ended(mission_done=self._mission_done, asked=self._recorder.run.asked, reason=reason)
             self.end(last, why)
 
-    def _waits_for_answers(self, landed_s: float) -> bool:
+    def _waits_for_reports(self, landed_s: float) -> bool:
+        """The heartbeat that says disarmed may overtake the report that the last item was reached."""
+        if not self._mission_done and self._recorder.run.asked in ("", "pause") and landed_s < LAST_REPORTS_S:
+            return True
         open_answers = any(isinstance(r, SupervisedRelease) and r.awaits_answer for r in self._releases)
         return open_answers and landed_s < UNFINISHED_DROPS_S
 

@@ -146,11 +146,20 @@ async def test_two_vehicles_with_one_system_id_on_one_connection_are_quarantined
                 await uploaded(link, mission(3))
 
 
+async def _quarantined(source: MavsdkLinkSource) -> tuple[VehicleLink, VehicleLink, DuplicateSystem]:
+    """The link seen first, the quarantined one and why. They may be announced in another order than seen."""
+    heard = {link: Heard(link) for link in source.links()}
+    told = "one of two with the same system id must be quarantined"
+    await until(lambda: any(one.of(DuplicateSystem) for one in heard.values()), told, 3.0)
+    second = next(link for link, one in heard.items() if one.of(DuplicateSystem))
+    first = next(link for link in heard if link is not second)
+    return first, second, heard[second].of(DuplicateSystem)[0]
+
+
 async def test_the_later_one_of_two_connections_with_one_system_id_is_quarantined() -> None:
     with SimulatedFleet("quad:sysid=4,quad:sysid=4") as fleet:
         async with opened(fleet.connections, vehicles=2) as source:
-            first, second = source.links()
-            fact = await Heard(second).until(DuplicateSystem, 3.0)
+            first, second, fact = await _quarantined(source)
             assert first.identity.connection in fact.detail
             await uploaded(first, mission(3))
             with pytest.raises(VehicleQuarantinedError):
@@ -160,7 +169,7 @@ async def test_the_later_one_of_two_connections_with_one_system_id_is_quarantine
 async def test_a_listener_that_comes_after_the_quarantine_is_told_too() -> None:
     with SimulatedFleet("quad:sysid=4,quad:sysid=4") as fleet:
         async with opened(fleet.connections, vehicles=2) as source:
-            second = source.links()[1]
+            _, second, _ = await _quarantined(source)
             await Heard(second).until(DuplicateSystem, 3.0)
             await Heard(second).until(DuplicateSystem, 3.0)
 

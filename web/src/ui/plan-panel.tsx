@@ -79,7 +79,9 @@ function SendForm() {
   const chosen = vehicleId.value !== null && vehicleId.value in vehicles.value ? vehicleId.value : null;
   const first = vehicleIds.value.find(suits) ?? null;
   useEffect(() => {
-    if (plan !== null && chosen === null && first !== null) selectVehicle(first);
+    const meanwhile = vehicleId.peek(); // a choice made since this was drawn is never overruled
+    const isChosen = meanwhile !== null && meanwhile in vehicles.peek();
+    if (plan !== null && !isChosen && first !== null) selectVehicle(first);
   }, [plan, chosen, first]);
   if (plan === null) return null;
   return (
