@@ -19,13 +19,14 @@ from app.domain.errors import (
 from app.domain.events import EventKind
 from app.domain.ports import DuplicateSystem, Rebooted
 from app.domain.run import RunState
-from app.domain.vehicle import FlightMode, LandedState
+from app.domain.vehicle import FlightMode, LandedState, MissionState
 from tests.unit.services.runs.desk import Desk, desk
 
 
-async def land(at: Desk, *, complete: bool = True) -> None:
+async def land(at: Desk, *, complete: bool = True, over: bool = True) -> None:
     at.vehicle.touch_down(complete=complete, last_seq=len(at.mission.items) - 1)
-    await at.until(lambda: at.run.is_over, "the run must end after the landing")
+    if over:
+        await at.until(lambda: at.run.is_over, "the run must end after the landing")
 
 
 async def test_a_delivery_is_uploaded_started_dropped_resumed_and_completed() -> None:
@@ -40,6 +41,18 @@ async def test_a_delivery_is_uploaded_started_dropped_resumed_and_completed() ->
         assert at.run.flown_item_ids == ("takeoff", "corner", "clinic", "drop", "home")
         at.vehicle.put(mode=FlightMode.HOLD)
         assert (await at.create(start=False)).id != "", "the vehicle is free as soon as the end can be known"
+
+
+async def test_a_report_that_the_mission_is_done_may_come_after_the_disarming() -> None:
+    async with desk() as at:
+        await at.create()
+        await at.fly_to_drop()
+        await at.until(lambda: at.drop.outcome is DropOutcome.RELEASED, "the parcel must be released")
+        await land(at, complete=False, over=False)
+        await at.until_state(RunState.LANDED)
+        at.vehicle.put(mission_state=MissionState.COMPLETE, mission_seq=len(at.mission.items) - 1)
+        await at.until(lambda: at.run.is_over, "the run must end with the report")
+        assert at.run.state is RunState.COMPLETED
 
 
 async def test_a_release_is_stored_before_it_is_sent() -> None:
