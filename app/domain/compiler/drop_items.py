@@ -73,9 +73,10 @@ def add_drop(drafts: DraftList, drop: DropUse, facts: VehicleFacts, ground_speed
 
 
 def brakes_at_waypoint(drop: DropUse) -> bool:
-    """The hold of this drop is part of its waypoint."""
+    """The hold of this drop is part of its waypoint. A supervised one is commanded there, so a delay must be over."""
     return (
         drop.first
+        and not (drop.supervised and drop.delayed)
         and drop.stopped
         and drop.carried is Carried.ROTARY_WING
         and drop.anchor is not None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from app.domain.plan.items import DropItem, Gripper, Winch
+from app.domain.plan.items import Delay, DropItem, Gripper, Winch
 from app.domain.plan.walk import Carried, Step
 
 CAN_HOLD = frozenset({Carried.GROUND, Carried.ROTARY_WING, Carried.WHEELS})
@@ -17,13 +17,17 @@ _WINCH_RELEASES = frozenset({"deliver", "abandon_line", "relax", "length", "rate
 
 @dataclass(frozen=True, slots=True)
 class DropUse:
-    """One drop of the walk. `anchor` is its position step, None if it follows none. `first` at that place."""
+    """One drop of the walk. `anchor` is its position step, None if it follows none. `first` at that place.
+
+    `delayed`: the plan waits there (a delay item) before it drops.
+    """
 
     step: Step
     item: DropItem
     anchor: Step | None
     first: bool
     supervised: bool
+    delayed: bool = False
 
     @property
     def releases(self) -> bool:
@@ -52,15 +56,18 @@ def drops_of(steps: Iterable[Step]) -> tuple[DropUse, ...]:
     found: list[DropUse] = []
     by_index: dict[int, Step] = {}
     last: Step | None = None
+    delayed = False
     for step in steps:
         by_index[step.index] = step
         if isinstance(step.item, (Gripper, Winch)):
             anchor = by_index.get(step.anchor) if step.anchor is not None else None
             first = last is None or last.anchor != step.anchor or step.index < last.index
-            found.append(DropUse(step, step.item, anchor, first, is_supervised(step.item, step.before)))
-            last = step
+            found.append(DropUse(step, step.item, anchor, first, is_supervised(step.item, step.before), delayed))
+            last, delayed = step, False
         elif step.anchor == step.index:
-            last = None
+            last, delayed = None, False
+        elif isinstance(step.item, Delay):
+            delayed = True
     return tuple(found)
 
 

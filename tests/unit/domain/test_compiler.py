@@ -104,12 +104,19 @@ def test_a_hold_that_is_longer_or_a_radius_that_is_smaller_stays() -> None:
     assert mission.drops[0].hold_s == 50
 
 
-def test_a_delay_or_speed_before_a_supervised_drop_is_flown_after_it() -> None:
+def test_a_speed_before_a_supervised_drop_is_set_when_it_flies_on() -> None:
     speed = {"type": "change_speed", "speed_m_s": 3}
-    mission = _compiled(multicopter(waypoint(), speed, delay(), gripper()))
-    assert _commands(mission)[1:4] == ["NAV_WAYPOINT", "DO_CHANGE_SPEED", "NAV_DELAY"]
-    assert mission.drops[0].hold_seqs == (1,)
-    assert mission.drops[0].resume_seq == 2
+    mission = _compiled(multicopter(waypoint(), speed, gripper()))
+    assert _commands(mission)[1:3] == ["NAV_WAYPOINT", "DO_CHANGE_SPEED"]
+    assert (mission.drops[0].hold_seqs, mission.drops[0].resume_seq) == ((1,), 2)
+
+
+def test_a_delay_before_a_supervised_drop_is_over_before_the_hold_begins() -> None:
+    mission = _compiled(multicopter(waypoint(id="place"), delay(), gripper(id="drop")))
+    assert _commands(mission)[1:4] == ["NAV_WAYPOINT", "NAV_DELAY", "NAV_WAYPOINT"]
+    assert mission.items[3].x == mission.items[1].x
+    assert mission.drops[0].hold_seqs == mission.seqs_of("drop") == (3,)
+    assert mission.drops[0].resume_seq == 4
 
 
 def test_a_supervised_drop_after_a_hovering_loiter_gets_a_hold_of_its_own() -> None:
