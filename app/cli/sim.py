@@ -1,4 +1,4 @@
-"""`waydrop sim`: the simulated vehicles alone, in this terminal."""
+"""`waydrop sim`: the simulated vehicles alone, in this terminal, or their comparison with recordings of a real PX4."""
 
 from __future__ import annotations
 
@@ -7,7 +7,15 @@ import sys
 
 import typer
 
+COMPARE = "compare"
+
 
 def sim(context: typer.Context) -> None:
-    """Simulated vehicles that speak MAVLink over UDP. All options go to it: `waydrop sim --help`."""
-    os.execv(sys.executable, [sys.executable, "-m", "app.simulator", *context.args])
+    """Simulated vehicles that speak MAVLink over UDP. All options go to it: `waydrop sim --help`.
+
+    `waydrop sim compare FOLDER` measures how faithful they are to recordings of a real PX4.
+    """
+    module, arguments = "app.simulator", context.args
+    if arguments[:1] == [COMPARE]:
+        module, arguments = f"{module}.{COMPARE}", arguments[1:]
+    os.execv(sys.executable, [sys.executable, "-m", module, *arguments])

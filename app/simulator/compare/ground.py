@@ -1,0 +1,140 @@
+"""The recorded ground side as a schedule: it sends what was sent then, when the vehicle is as far as it was then.
+
+A person or program on the ground acts on what the vehicle did last (it arrived, it landed), so the schedule's time
+stands still until the simulated vehicle has done the same, and jumps ahead when it is earlier. Inside a mission
+transfer every message waits for the request that it answers.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from app.simulator.compare.heard import Dialogue, Fields, Heard, Sent
+
+MAX_WAIT_S = 20.0
+"""So long the schedule waits for a deed of the vehicle; then it goes on without."""
+ANSWER_S = 0.05
+"""A message sent so soon after a request of the mission protocol is its answer."""
+HEARTBEAT_S = 1.0
+REQUESTS = ("MISSION_REQUEST_INT", "MISSION_REQUEST", "MISSION_COUNT", "MISSION_ITEM_INT", "MISSION_ITEM")
+
+
+@dataclass(frozen=True, slots=True)
+class Deed:
+    """Something the vehicle did that a ground side may act on."""
+
+    t_s: float
+    what: str
+
+
+def deed_of(name: str, fields: Fields) -> str | None:
+    """The deed that a message tells of, if any."""
+    if name == "MISSION_ITEM_REACHED":
+        return f"reached {fields['seq']}"
+    if name == "EXTENDED_SYS_STATE":
+        return f"landed_state {fields['landed_state']}"
+    return None
+
+
+def deeds(heard: tuple[Heard, ...]) -> Iterator[Deed]:
+    """The deeds in order, repetitions left out."""
+    last: dict[str, str] = {}
+    for one in heard:
+        what = deed_of(one.name, one.fields)
+        if what is not None and last.get(one.name) != what:
+            last[one.name] = what
+            yield Deed(one.t_s, what)
+
+
+class Ground:
+    """Give it the simulated vehicle's messages with `hear`, ask it with `due` what to send."""
+
+    def __init__(self, recorded: Dialogue) -> None:
+        self._now_s = 0.0
+        self._sent = deque(_with_answers(recorded))
+        acts = [sent.t_s for sent, _ in self._sent if sent.name != "HEARTBEAT"]
+        last_act_s = max(acts, default=0.0)
+        self._deeds = deque(deed for deed in deeds(recorded.heard) if 0.0 < deed.t_s <= last_act_s)
+        self._waited_s = 0.0
+        self._last: dict[str, str] = {}
+        self._asked: set[str] = set()
+        self._heartbeat: Sent | None = None
+        self._heartbeat_age_s = 0.0
+        self.missed: list[str] = []
+        """Deeds that did not come in time."""
+
+    def hear(self, name: str, fields: Fields) -> None:
+        """A message from the simulated vehicle."""
+        if name in REQUESTS:
+            self._asked.add(_request_key(name, fields))
+        what = deed_of(name, fields)
+        if what is None or self._last.get(name) == what:
+            return
+        self._last[name] = what
+        ahead = next((deed for deed in list(self._deeds)[:2] if deed.what == what), None)
+        if ahead is None or ahead.t_s - self._now_s > MAX_WAIT_S:
+            return
+        while self._deeds and self._deeds.popleft() is not ahead:
+            pass
+        self._now_s = max(self._now_s, ahead.t_s)
+        self._waited_s = 0.0
+
+    def advance(self, dt_s: float) -> None:
+        """Vehicle time passes."""
+        self._heartbeat_age_s += dt_s
+        if self._deeds and self._now_s + dt_s > self._deeds[0].t_s:
+            self._waited_s += dt_s
+            if self._waited_s < MAX_WAIT_S:
+                return
+            self.missed.append(self._deeds.popleft().what)
+            self._waited_s = 0.0
+        self._now_s += dt_s
+
+    def due(self) -> Iterator[Sent]:
+        """What is to be sent now. Heartbeats go on while the schedule stands still, if they did so at that time."""
+        while self._sent and self._sent[0][0].t_s <= self._now_s:
+            sent, answers = self._sent[0]
+            if answers is not None and answers not in self._asked and self._now_s - sent.t_s < ANSWER_S * 4:
+                return
+            self._asked.discard(answers or "")
+            self._sent.popleft()
+            if sent.name == "HEARTBEAT":
+                self._heartbeat, self._heartbeat_age_s = sent, 0.0
+            yield sent
+        stands_still = self._waited_s > 0.0
+        if stands_still and self._heartbeat is not None and self._heartbeat_age_s >= HEARTBEAT_S:
+            if self._now_s - self._heartbeat.t_s < 2.0 * HEARTBEAT_S:
+                self._heartbeat_age_s = 0.0
+                yield self._heartbeat
+
+    @property
+    def done(self) -> bool:
+        """Nothing is left to send."""
+        return not self._sent
+
+
+def _with_answers(recorded: Dialogue) -> Iterator[tuple[Sent, str | None]]:
+    """Every sent message with the key of the request that it answers, None for one sent of its own accord."""
+    requests = deque(heard for heard in recorded.heard if heard.name in REQUESTS)
+    newest: Heard | None = None
+    for sent in recorded.sent:
+        while requests and requests[0].t_s <= sent.t_s:
+            newest = requests.popleft()
+        if newest is None or not _is_answer(sent, newest):
+            yield sent, None
+            continue
+        yield sent, _request_key(newest.name, newest.fields)
+
+
+def _is_answer(sent: Sent, request: Heard) -> bool:
+    if sent.t_s - request.t_s > ANSWER_S or sent.source[0] != request.fields["target_system"]:
+        return False
+    if request.name.startswith("MISSION_REQUEST"):
+        return sent.name.startswith("MISSION_ITEM") and bool(sent.fields["seq"] == request.fields["seq"])
+    return sent.name in ("MISSION_REQUEST_INT", "MISSION_REQUEST", "MISSION_ACK")
+
+
+def _request_key(name: str, fields: Fields) -> str:
+    return f"{name} {fields.get('seq', '')} {fields['target_system']}"

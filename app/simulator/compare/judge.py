@@ -1,0 +1,65 @@
+"""Compares one recording with its replay, in all aspects."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from app.simulator.compare.judging.progress import judge_progress
+from app.simulator.compare.judging.release import judge_releases
+from app.simulator.compare.judging.replies import judge_replies
+from app.simulator.compare.judging.verdict import Verdict
+from app.simulator.compare.judging.words import judge_words
+from app.simulator.compare.known import KNOWN
+from app.simulator.compare.replay import Replay
+from app.simulator.compare.trace import Trace
+from app.simulator.geo import LocalFrame
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """Something that is not alike. `reason` is None when nobody has explained it."""
+
+    aspect: str
+    what: str
+    reason: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """One scenario's result; `aspects` maps the name of each aspect to what was compared in it."""
+
+    scenario: str
+    aspects: dict[str, int]
+    differences: tuple[Difference, ...]
+
+    @property
+    def agrees(self) -> bool:
+        """No difference without a known reason."""
+        return all(difference.reason is not None for difference in self.differences)
+
+
+def compare(trace: Trace) -> Judgement:
+    """Replay the recording and judge."""
+    replay = Replay(trace)
+    recorded, simulated = trace.dialogue, replay.run()
+    verdicts = [
+        *judge_replies(recorded, simulated),
+        *judge_progress(recorded, simulated),
+        *judge_releases(recorded, simulated, LocalFrame(*trace.home), trace.gripper_servo),
+        *judge_words(recorded, simulated),
+        Verdict("deeds the ground side waits for", 0, tuple(f"missing: {what}" for what in replay.missed)),
+    ]
+    differences = tuple(
+        Difference(verdict.aspect, what, reason_for(trace.scenario, verdict.aspect, what))
+        for verdict in verdicts
+        for what in verdict.differences
+    )
+    return Judgement(trace.scenario, {one.aspect: one.compared for one in verdicts if one.compared}, differences)
+
+
+def reason_for(scenario: str, aspect: str, what: str) -> str | None:
+    """Why a difference is known, or None."""
+    for known in KNOWN:
+        if known.covers(scenario, aspect, what):
+            return known.reason
+    return None

@@ -1,0 +1,82 @@
+"""Where and how fast the vehicle was when its gripper opened."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from app.simulator.compare.heard import Dialogue, Heard
+from app.simulator.compare.judging.verdict import Verdict
+from app.simulator.geo import LocalFrame
+from app.simulator.wire import Cmd
+
+GRAB, RELEASE = 2000, 1000
+DISTANCE_M, SPEED_M_S, SHARE = 2.0, 0.5, 0.15
+
+
+@dataclass(frozen=True, slots=True)
+class Release:
+    """The output went from grab to release. `distance_m` is to the mission's drop point, where there is one."""
+
+    t_s: float
+    north_m: float
+    east_m: float
+    speed_m_s: float
+    distance_m: float | None
+
+
+def judge_releases(recorded: Dialogue, simulated: Dialogue, frame: LocalFrame, servo: str) -> Iterator[Verdict]:
+    """Distance within 2 m or 15 %, ground speed within 0.5 m/s or 15 %."""
+    ours, theirs = (list(releases(side, frame, servo)) for side in (recorded, simulated))
+    if not ours and not theirs:
+        return
+    found: list[str] = []
+    if len(ours) != len(theirs):
+        found.append(f"{len(ours)} releases, simulated {len(theirs)}")
+    for a, b in zip(ours, theirs, strict=False):
+        if a.distance_m is not None and b.distance_m is not None:
+            if abs(a.distance_m - b.distance_m) > max(DISTANCE_M, SHARE * a.distance_m):
+                found.append(f"{a.distance_m:.1f} m from the drop point, simulated {b.distance_m:.1f} m")
+        if abs(a.speed_m_s - b.speed_m_s) > max(SPEED_M_S, SHARE * a.speed_m_s):
+            found.append(f"at {a.speed_m_s:.1f} m/s, simulated {b.speed_m_s:.1f} m/s")
+    yield Verdict("release", len(ours), tuple(found))
+
+
+def releases(side: Dialogue, frame: LocalFrame, servo: str) -> Iterator[Release]:
+    """Every opening of the gripper, in order."""
+    drop = _drop_point(side, frame)
+    positions = side.broadcast("GLOBAL_POSITION_INT")
+    before = None
+    for heard in side.broadcast("SERVO_OUTPUT_RAW"):
+        output = heard.fields[servo]
+        if before == GRAB and output == RELEASE:
+            north_m, east_m, speed_m_s = _at(positions, heard.t_s, frame)
+            distance_m = math.dist(drop, (north_m, east_m)) if drop else None
+            yield Release(heard.t_s, north_m, east_m, speed_m_s, distance_m)
+        before = output
+
+
+def _drop_point(side: Dialogue, frame: LocalFrame) -> tuple[float, float] | None:
+    """The last position item before the mission's gripper item; the first waypoint when there is no gripper item."""
+    waypoint: tuple[float, float] | None = None
+    first: tuple[float, float] | None = None
+    for sent in side.sent:
+        if sent.name != "MISSION_ITEM_INT":
+            continue
+        if sent.fields["command"] == Cmd.DO_GRIPPER:
+            return waypoint
+        if sent.fields["x"] and sent.fields["command"] == Cmd.NAV_WAYPOINT:
+            waypoint = frame.to_local(sent.fields["x"] / 1e7, sent.fields["y"] / 1e7)
+            first = first or waypoint
+    return first
+
+
+def _at(positions: list[Heard], t_s: float, frame: LocalFrame) -> tuple[float, float, float]:
+    """North, east and ground speed at a time, carried on from the newest position before it."""
+    newest = max((one for one in positions if one.t_s <= t_s), key=lambda one: one.t_s, default=positions[0])
+    fields = newest.fields
+    north_m, east_m = frame.to_local(fields["lat"] / 1e7, fields["lon"] / 1e7)
+    v_north_m_s, v_east_m_s = fields["vx"] / 100.0, fields["vy"] / 100.0
+    age_s = max(0.0, t_s - newest.t_s)
+    return north_m + v_north_m_s * age_s, east_m + v_east_m_s * age_s, math.hypot(v_north_m_s, v_east_m_s)

@@ -1,0 +1,90 @@
+"""Answers to the ground side: mission protocol, command acks, parameters; what, to whom, how soon."""
+
+from __future__ import annotations
+
+import bisect
+from collections.abc import Iterator
+
+from app.simulator.compare.heard import Dialogue, Fields, Heard, Sent
+from app.simulator.compare.judging.alignment import align
+from app.simulator.compare.judging.verdict import Verdict, times_agree
+from app.simulator.compare.sides import Stand, stands
+
+REPLY_S = 0.1
+"""The period that replies are held to: some cycles of the vehicle's command and mission loops."""
+KEYS: dict[str, tuple[str, ...]] = {
+    "MISSION_REQUEST_INT": ("seq", "mission_type"),
+    "MISSION_REQUEST": ("seq", "mission_type"),
+    "MISSION_ACK": ("type", "mission_type"),
+    "MISSION_COUNT": ("count", "mission_type"),
+    "MISSION_ITEM_INT": ("seq", "frame", "command", "x", "y", "mission_type"),
+    "MISSION_ITEM": ("seq", "frame", "command", "mission_type"),
+    "COMMAND_ACK": ("command", "result", "progress"),
+    "PARAM_VALUE": ("param_id", "param_type"),
+    "PARAM_ERROR": ("param_id", "error"),
+}
+MISSION = tuple(name for name in KEYS if name.startswith("MISSION"))
+COMMAND = ("COMMAND_ACK",)
+PARAM = ("PARAM_VALUE", "PARAM_ERROR")
+
+
+def judge_replies(recorded: Dialogue, simulated: Dialogue) -> Iterator[Verdict]:
+    """The three protocols, each with its times."""
+    for aspect, names in (("mission protocol", MISSION), ("command acks", COMMAND), ("parameters", PARAM)):
+        ours, theirs = _replies(recorded, names), _replies(simulated, names)
+        if not ours and not theirs:
+            continue
+        alignment = align(ours, theirs, short=0)
+        yield Verdict(aspect, len(ours), alignment.differences)
+        delays = ((_delay_s(recorded, a), _delay_s(simulated, b), a) for a, b in alignment.pairs)
+        late = tuple(
+            f"{stand.value}: {a_s:.2f} s, simulated {b_s:.2f} s"
+            for a_s, b_s, stand in delays
+            if a_s is not None and b_s is not None and not times_agree(a_s, b_s, REPLY_S)
+        )
+        repeats = tuple(
+            f"{a.value}: {a.count} times, simulated {b.count}"
+            for a, b in alignment.pairs
+            if abs(a.count - b.count) > max(1.0, 0.2 * a.count)
+        )
+        yield Verdict(f"{aspect}: times", len(alignment.pairs), late + repeats)
+
+
+def _replies(side: Dialogue, names: tuple[str, ...]) -> list[Stand]:
+    grounds = {sent.source[0] for sent in side.sent}
+    asked = {sent.fields.get("param_id") for sent in side.sent if sent.name.startswith("PARAM")}
+
+    def value(heard: Heard) -> str | None:
+        fields = heard.fields
+        if "param_id" in fields:
+            return _shown(heard) if fields["param_id"] in asked else None
+        return _shown(heard) if fields["target_system"] in grounds else None
+
+    return stands(side.named(*names), value)
+
+
+def _shown(heard: Heard) -> str:
+    fields = heard.fields
+    address = f" to {fields['target_system']}/{fields['target_component']}" if "target_system" in fields else ""
+    link = f" on {heard.link}" if heard.link else ""
+    parts = " ".join(f"{key} {fields[key]}" for key in KEYS[heard.name])
+    return f"{heard.name} {parts}{address}{link}"
+
+
+def _delay_s(side: Dialogue, reply: Stand) -> float | None:
+    """Since the newest message to which it may be the reply; None when there was none."""
+    words = reply.value.split()
+    asking = _asking(side.sent, words)
+    index = bisect.bisect_right(asking, reply.t_s + 1e-6)
+    return reply.t_s - asking[index - 1] if index else None
+
+
+def _asking(sent: tuple[Sent, ...], words: list[str]) -> list[float]:
+    if words[0] == "COMMAND_ACK":
+        return [one.t_s for one in sent if one.name.startswith("COMMAND") and _commands(one.fields, words[2])]
+    prefix = words[0].split("_")[0]
+    return [one.t_s for one in sent if one.name.startswith(prefix)]
+
+
+def _commands(fields: Fields, command: str) -> bool:
+    return str(fields["command"]) == command

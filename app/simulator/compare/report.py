@@ -1,0 +1,32 @@
+"""The comparison as text: a table of scenarios, then the differences."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from app.simulator.compare.judge import Judgement
+
+
+def lines(judgements: Sequence[Judgement], skipped: dict[str, str]) -> Iterator[str]:
+    """Line by line; `skipped` maps scenarios that were not replayed to the reason."""
+    yield f"{'scenario':<26} {'compared':>8} {'known':>6} {'new':>4}"
+    for judgement in judgements:
+        known = sum(difference.reason is not None for difference in judgement.differences)
+        new = len(judgement.differences) - known
+        verdict = "agrees" if not judgement.differences else "differs as known" if not new else "DIFFERS"
+        compared = sum(judgement.aspects.values())
+        yield f"{judgement.scenario:<26} {compared:>8} {known:>6} {new:>4}  {verdict}"
+    for scenario, reason in skipped.items():
+        yield f"{scenario:<26} {'-':>8} {'-':>6} {'-':>4}  not replayed: {reason}"
+    for judgement in judgements:
+        yield from _details(judgement)
+
+
+def _details(judgement: Judgement) -> Iterator[str]:
+    if not judgement.differences:
+        return
+    yield ""
+    yield judgement.scenario
+    for difference in judgement.differences:
+        reason = f" [known: {difference.reason}]" if difference.reason else ""
+        yield f"  {difference.aspect}: {difference.what}{reason}"

@@ -1,0 +1,117 @@
+"""Reads a recording: JSON lines, the first a header, maybe gzipped."""
+
+from __future__ import annotations
+
+import gzip
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from app.simulator.compare.heard import Dialogue, Heard, Sent
+
+POWER_ON, POWER_OFF = "autopilot process is started", "autopilot process is stopped"
+RESTART_DROP_MS = 500
+"""The vehicle's clock goes back by more than this only when it starts again."""
+
+
+class TraceError(Exception):
+    """A file that is no recording; the message says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """One recording. `off_s` and `on_s` are the times when the vehicle's power went off and on again in it."""
+
+    scenario: str
+    model: str
+    speed: float
+    system_id: int
+    home: tuple[float, float, float]
+    """Latitude and longitude in degrees, altitude AMSL in metres."""
+    params: dict[str, int | float]
+    gripper_servo: str
+    dialogue: Dialogue
+    off_s: tuple[float, ...]
+    on_s: tuple[float, ...]
+    end_s: float
+
+
+def trace_files(folder: Path) -> list[Path]:
+    """The recordings of a folder, in the order of their names."""
+    return sorted(path for path in folder.iterdir() if path.name.endswith((".jsonl", ".jsonl.gz")))
+
+
+def read_trace(path: Path) -> Trace:
+    """Raises TraceError for a file that is no recording, OSError for one that cannot be read."""
+    try:
+        lines = [json.loads(line) for line in _lines(path)]
+        header = lines[0]
+        return _trace(header, _Axis(float(header["speed_factor"])), lines[1:])
+    except (ValueError, KeyError, IndexError, TypeError) as error:
+        raise TraceError(f"{path.name} is no recording: {error!r}") from error
+
+
+def _lines(path: Path) -> Iterator[str]:
+    opened = gzip.open(path, "rt", encoding="utf-8") if path.suffix == ".gz" else path.open(encoding="utf-8")
+    with opened as stream:
+        yield from stream
+
+
+def _trace(header: dict[str, Any], axis: _Axis, lines: list[dict[str, Any]]) -> Trace:
+    sent: list[Sent] = []
+    heard: list[Heard] = []
+    off: list[float] = []
+    for line in lines:
+        t_s = axis.place(line)
+        if line["dir"] == "note":
+            if line["text"] == POWER_OFF:
+                off.append(t_s)
+        elif line["dir"] == "tx":
+            sent.append(Sent(t_s, line["name"], line["f"], (line["sys"], line["comp"]), line.get("link")))
+        else:
+            heard.append(Heard(t_s, line["name"], line["f"], line.get("link")))
+    latitude, longitude, altitude = header["home"]
+    return Trace(
+        scenario=header["scenario"],
+        model=header["model"],
+        speed=float(header["speed_factor"]),
+        system_id=header["vehicle_sysid"],
+        home=(latitude, longitude, altitude),
+        params=header["params"],
+        gripper_servo=header["gripper_servo"],
+        dialogue=Dialogue(tuple(sent), tuple(heard)),
+        off_s=tuple(off),
+        on_s=tuple(axis.restarts_s),
+        end_s=axis.now_s,
+    )
+
+
+class _Axis:
+    """Puts lines on the axis of vehicle time; over a restart, and before the first clock, wall time helps out."""
+
+    def __init__(self, speed: float) -> None:
+        self._speed = speed
+        self._base_s = 0.0
+        self._clock_ms: float | None = None
+        self._wall_s = 0.0
+        self.now_s = 0.0
+        self.restarts_s: list[float] = []
+
+    def place(self, line: dict[str, Any]) -> float:
+        """The time of a line, in seconds; lines come in order."""
+        clock_ms = line.get("vt_ms")
+        elapsed_s = max(0.0, line["t"] - self._wall_s) * self._speed
+        self._wall_s = line["t"]
+        if clock_ms is None:
+            return self.now_s
+        if self._clock_ms is not None and clock_ms < self._clock_ms - RESTART_DROP_MS:
+            self._base_s = self.now_s + elapsed_s - clock_ms / 1000.0
+            self.restarts_s.append(self._base_s)
+        elif self._clock_ms == clock_ms and elapsed_s > 0.5:
+            self.now_s += elapsed_s  # the vehicle is off: only the wall clock goes on
+            return self.now_s
+        self._clock_ms = clock_ms
+        self.now_s = max(self.now_s, self._base_s + clock_ms / 1000.0)
+        return self.now_s
