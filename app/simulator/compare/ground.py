@@ -17,6 +17,8 @@ MAX_WAIT_S = 20.0
 """So long the schedule waits for a deed of the vehicle; then it goes on without."""
 ANSWER_S = 0.05
 """A message sent so soon after a request of the mission protocol is its answer."""
+SAME_MOMENT_S = 0.008
+"""The vehicle works between two messages that were sent further apart."""
 HEARTBEAT_S = 1.0
 REQUESTS = ("MISSION_REQUEST_INT", "MISSION_REQUEST", "MISSION_COUNT", "MISSION_ITEM_INT", "MISSION_ITEM")
 
@@ -94,8 +96,12 @@ class Ground:
 
     def due(self) -> Iterator[Sent]:
         """What is to be sent now. Heartbeats go on while the schedule stands still, if they did so at that time."""
+        batch_s: float | None = None
         while self._sent and self._sent[0][0].t_s <= self._now_s:
             sent, answers = self._sent[0]
+            if batch_s is not None and sent.t_s - batch_s > SAME_MOMENT_S:
+                return
+            batch_s = sent.t_s
             if answers is not None and answers not in self._asked and self._now_s - sent.t_s < ANSWER_S * 4:
                 return
             self._asked.discard(answers or "")
@@ -104,10 +110,12 @@ class Ground:
                 self._heartbeat, self._heartbeat_age_s = sent, 0.0
             yield sent
         stands_still = self._waited_s > 0.0
-        if stands_still and self._heartbeat is not None and self._heartbeat_age_s >= HEARTBEAT_S:
-            if self._now_s - self._heartbeat.t_s < 2.0 * HEARTBEAT_S:
-                self._heartbeat_age_s = 0.0
-                yield self._heartbeat
+        heartbeat = self._heartbeat
+        if not stands_still or heartbeat is None or self._heartbeat_age_s < HEARTBEAT_S:
+            return
+        if self._now_s - heartbeat.t_s < 2.0 * HEARTBEAT_S:
+            self._heartbeat_age_s = 0.0
+            yield heartbeat
 
     @property
     def done(self) -> bool:

@@ -38,9 +38,13 @@ class Dialogue:
     heard: tuple[Heard, ...]
 
     def named(self, *names: str) -> list[Heard]:
-        """The heard messages with these names, in order; of the first link only where a message goes to all."""
+        """The heard messages with these names, in order."""
         return [one for one in self.heard if one.name in names]
 
     def broadcast(self, name: str) -> list[Heard]:
         """One link's copy of a message that is sent on every link."""
         return [one for one in self.heard if one.name == name and one.link is None]
+
+    def acts_s(self) -> list[float]:
+        """When the ground did something; heartbeats are no deed."""
+        return [one.t_s for one in self.sent if one.name != "HEARTBEAT"]

@@ -70,7 +70,7 @@ class Replay:
         options = Options(fleet=(), speed=trace.speed, home=trace.home, params=tuple(trace.params.items()))
         entry = VehicleOptions(trace.model, trace.system_id)
         vehicle = build_vehicle(options, 0, entry, lambda: self._now_s / trace.speed)
-        names = {one.link for one in (*trace.dialogue.sent, *trace.dialogue.heard)} | {None}
+        names = {None, *(one.link for one in trace.dialogue.sent), *(one.link for one in trace.dialogue.heard)}
         for name in sorted(names, key=str):
             self._links[name] = ReplayLink(name, self._take)
             vehicle.radio.channels.append(self._links[name])

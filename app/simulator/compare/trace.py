@@ -49,14 +49,13 @@ def read_trace(path: Path) -> Trace:
         lines = [json.loads(line) for line in _lines(path)]
         header = lines[0]
         return _trace(header, _Axis(float(header["speed_factor"])), lines[1:])
-    except (ValueError, KeyError, IndexError, TypeError) as error:
+    except (ValueError, KeyError, IndexError, TypeError, EOFError) as error:
         raise TraceError(f"{path.name} is no recording: {error!r}") from error
 
 
 def _lines(path: Path) -> Iterator[str]:
-    opened = gzip.open(path, "rt", encoding="utf-8") if path.suffix == ".gz" else path.open(encoding="utf-8")
-    with opened as stream:
-        yield from stream
+    data = path.read_bytes()
+    yield from (gzip.decompress(data) if path.suffix == ".gz" else data).decode().splitlines()
 
 
 def _trace(header: dict[str, Any], axis: _Axis, lines: list[dict[str, Any]]) -> Trace:

@@ -6,12 +6,14 @@ short to be seen at all on the other side, so it may be missing there.
 
 from __future__ import annotations
 
+import bisect
 from collections.abc import Sequence
 from dataclasses import dataclass
-from difflib import SequenceMatcher
 
 from app.simulator.compare.judging.verdict import times_agree
 from app.simulator.compare.sides import Stand
+
+LONG_STAND = 1000
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,18 +26,51 @@ class Alignment:
 
 def align(recorded: Sequence[Stand], simulated: Sequence[Stand], short: int = 1) -> Alignment:
     """`short`: a stand of at most so many messages may be missing on the other side; 0 for none."""
-    matcher = SequenceMatcher(None, [one.value for one in recorded], [one.value for one in simulated], autojunk=False)
     pairs: list[tuple[Stand, Stand]] = []
     differences: list[str] = []
-    for tag, i, i_end, j, j_end in matcher.get_opcodes():
-        if tag == "equal":
-            pairs.extend(zip(recorded[i:i_end], simulated[j:j_end], strict=True))
-            continue
-        missing = [one for one in recorded[i:i_end] if one.count > short]
-        extra = [one for one in simulated[j:j_end] if one.count > short]
+    i = j = 0
+    for i_next, j_next in (*_common(recorded, simulated, short), (len(recorded), len(simulated))):
+        missing = [one for one in recorded[i:i_next] if one.count > short]
+        extra = [one for one in simulated[j:j_next] if one.count > short]
         if missing or extra:
             differences.append(_said(missing, extra))
+        if i_next < len(recorded):
+            pairs.append((recorded[i_next], simulated[j_next]))
+        i, j = i_next + 1, j_next + 1
     return Alignment(tuple(pairs), tuple(differences))
+
+
+def _common(recorded: Sequence[Stand], simulated: Sequence[Stand], short: int) -> list[tuple[int, int]]:
+    """Index pairs of equal values that leave the fewest stands over, long ones counting most."""
+    first = 0
+    while first < min(len(recorded), len(simulated)) and recorded[first].value == simulated[first].value:
+        first += 1
+    rows, columns = len(recorded) - first, len(simulated) - first
+    best = [[0] * (columns + 1) for _ in range(rows + 1)]
+    for row in range(rows - 1, -1, -1):
+        for column in range(columns - 1, -1, -1):
+            skipped = max(best[row + 1][column], best[row][column + 1])
+            met = best[row + 1][column + 1] + _worth(recorded[first + row], simulated[first + column], short)
+            best[row][column] = max(skipped, met)
+    found = [(index, index) for index in range(first)]
+    row = column = 0
+    while row < rows and column < columns:
+        worth = _worth(recorded[first + row], simulated[first + column], short)
+        if worth and best[row][column] == best[row + 1][column + 1] + worth:
+            found.append((first + row, first + column))
+            row, column = row + 1, column + 1
+        elif best[row][column] == best[row + 1][column]:
+            row += 1
+        else:
+            column += 1
+    return found
+
+
+def _worth(a: Stand, b: Stand, short: int) -> int:
+    """Of a pair; 0 for different values."""
+    if a.value != b.value:
+        return 0
+    return 1 + LONG_STAND * ((a.count > short) + (b.count > short))
 
 
 def _said(missing: list[Stand], extra: list[Stand]) -> str:
@@ -50,11 +85,20 @@ def _listed(values: list[Stand]) -> str:
     return ", ".join(f"{one.value} at {one.t_s:.1f} s" for one in values)
 
 
-def late(alignment: Alignment, period_s: float) -> list[str]:
-    """Stands that began too early or too late, counted from the stand before; both ends are sampled."""
+def late(alignment: Alignment, period_s: float, acts: tuple[Sequence[float], Sequence[float]]) -> list[str]:
+    """Stands that began too early or too late, counted from the ground's last act (known exactly on both sides) or
+    from the stand before, whichever is later. `acts` are the times of the recorded and the simulated ground's acts.
+    """
     found = []
     for before, pair in zip(alignment.pairs, alignment.pairs[1:], strict=False):
-        recorded_s, simulated_s = pair[0].t_s - before[0].t_s, pair[1].t_s - before[1].t_s
+        recorded_s, simulated_s = (
+            pair[side].t_s - max(before[side].t_s, _last(acts[side], pair[side].t_s)) for side in (0, 1)
+        )
         if not times_agree(recorded_s, simulated_s, period_s):
             found.append(f"{pair[0].value} after {before[0].value}: {recorded_s:.2f} s, simulated {simulated_s:.2f} s")
     return found
+
+
+def _last(times_s: Sequence[float], t_s: float) -> float:
+    index = bisect.bisect_right(times_s, t_s)
+    return times_s[index - 1] if index else 0.0

@@ -44,6 +44,7 @@ ASPECTS = (
 
 def judge_progress(recorded: Dialogue, simulated: Dialogue) -> Iterator[Verdict]:
     """One verdict for each aspect on the order of values, one on their times."""
+    acts = (recorded.acts_s(), simulated.acts_s())
     for aspect in ASPECTS:
         ours = stands(recorded.broadcast(aspect.message), aspect.value)
         theirs = stands(simulated.broadcast(aspect.message), aspect.value)
@@ -51,4 +52,4 @@ def judge_progress(recorded: Dialogue, simulated: Dialogue) -> Iterator[Verdict]
             continue  # nothing ever changed
         alignment = align(ours, theirs)
         yield Verdict(aspect.name, len(ours), alignment.differences)
-        yield Verdict(f"{aspect.name}: times", len(alignment.pairs), tuple(late(alignment, aspect.period_s)))
+        yield Verdict(f"{aspect.name}: times", len(alignment.pairs), tuple(late(alignment, aspect.period_s, acts)))

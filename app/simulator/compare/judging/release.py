@@ -17,13 +17,14 @@ DISTANCE_M, SPEED_M_S, SHARE = 2.0, 0.5, 0.15
 
 @dataclass(frozen=True, slots=True)
 class Release:
-    """The output went from grab to release. `distance_m` is to the mission's drop point, where there is one."""
+    """The output went from grab to release. `distance_m` is to the mission's drop point."""
 
     t_s: float
     north_m: float
     east_m: float
     speed_m_s: float
-    distance_m: float | None
+    distance_m: float
+    """0 without a drop point."""
 
 
 def judge_releases(recorded: Dialogue, simulated: Dialogue, frame: LocalFrame, servo: str) -> Iterator[Verdict]:
@@ -35,9 +36,8 @@ def judge_releases(recorded: Dialogue, simulated: Dialogue, frame: LocalFrame, s
     if len(ours) != len(theirs):
         found.append(f"{len(ours)} releases, simulated {len(theirs)}")
     for a, b in zip(ours, theirs, strict=False):
-        if a.distance_m is not None and b.distance_m is not None:
-            if abs(a.distance_m - b.distance_m) > max(DISTANCE_M, SHARE * a.distance_m):
-                found.append(f"{a.distance_m:.1f} m from the drop point, simulated {b.distance_m:.1f} m")
+        if abs(a.distance_m - b.distance_m) > max(DISTANCE_M, SHARE * a.distance_m):
+            found.append(f"{a.distance_m:.1f} m from the drop point, simulated {b.distance_m:.1f} m")
         if abs(a.speed_m_s - b.speed_m_s) > max(SPEED_M_S, SHARE * a.speed_m_s):
             found.append(f"at {a.speed_m_s:.1f} m/s, simulated {b.speed_m_s:.1f} m/s")
     yield Verdict("release", len(ours), tuple(found))
@@ -52,7 +52,7 @@ def releases(side: Dialogue, frame: LocalFrame, servo: str) -> Iterator[Release]
         output = heard.fields[servo]
         if before == GRAB and output == RELEASE:
             north_m, east_m, speed_m_s = _at(positions, heard.t_s, frame)
-            distance_m = math.dist(drop, (north_m, east_m)) if drop else None
+            distance_m = math.dist(drop, (north_m, east_m)) if drop else 0.0
             yield Release(heard.t_s, north_m, east_m, speed_m_s, distance_m)
         before = output
 
