@@ -50,7 +50,9 @@ AIRFRAMES = {
     for airframe in (
         Airframe("quad", 2, 5, {"SYS_AUTOSTART": 10040}),
         Airframe("hexa", 13, 7, {"SYS_AUTOSTART": 10044}),
-        Airframe("plane", 1, 5, {"SYS_AUTOSTART": 10041, "MIS_TKO_LAND_REQ": 2, **_PLANE_SPEEDS}),
+        Airframe(
+            "plane", 1, 5, {"SYS_AUTOSTART": 10041, "MIS_TKO_LAND_REQ": 2, "MIS_TAKEOFF_ALT": 25.0, **_PLANE_SPEEDS}
+        ),
         Airframe("vtol", 22, 9, {"SYS_AUTOSTART": 10043, "MIS_TKO_LAND_REQ": 2, "FW_AIRSPD_TRIM": 10.5}),
         Airframe("rover", 10, 3, {"SYS_AUTOSTART": 10045, "NAV_ACC_RAD": 0.5}),
         Airframe("airship", 7, 5, {"SYS_AUTOSTART": 2507, "MPC_XY_CRUISE": 3.0, "MPC_Z_V_AUTO_UP": 1.0}),

@@ -28,7 +28,7 @@ class Channel(asyncio.DatagramProtocol):
         self, remote: Address, faults: LinkFaults, rng: random.Random, receive: Receive, wall: Callable[[], float]
     ) -> None:
         self.remote = remote
-        self.gcs_seen = False
+        self.gcs_heard_s: float | None = None
         """A GCS heartbeat has been received here: STATUSTEXT goes out."""
         self._faults = faults
         self._rng = rng

@@ -8,8 +8,12 @@ from app.simulator.setpoint import Setpoint, SetpointKind
 from app.simulator.state import VehicleState
 from app.simulator.wire import LandedState, Mode
 
-TAKEOFF_DETECTED_S = 1.8
-"""A multicopter leaves "landed" this long after a takeoff setpoint, before it lifts off."""
+SPOOL_UP_S = 1.0
+"""COM_SPOOLUP_TIME: no thrust before, counted from arming."""
+TAKEOFF_DETECTED_S = 0.8
+"""A multicopter with its motors turning leaves "landed" this long after a takeoff setpoint, before it lifts off."""
+DISARMED_LANDED_S, PLANE_DISARMED_LANDED_S = 0.3, 2.0
+"""From disarming close above the ground to "landed" [14_infeasible_quad, 14_infeasible_plane]."""
 LAND_DETECTED_S = 2.3
 """From touching the ground to "landed": thrust falls slowly, then three stages of 1/3 s."""
 PLANE_TAKEOFF_M_S = 10.5
@@ -25,10 +29,12 @@ class LandDetector:
         self._airframe = airframe
         self._clock = clock
         self._since_s: float | None = None
+        self._was_armed = False
 
     def boot(self) -> None:
         """On the ground until the contrary is seen."""
         self._since_s = None
+        self._was_armed = False
         self._state.status.landed_state = LandedState.ON_GROUND
 
     def step(self, setpoint: Setpoint) -> None:
@@ -37,7 +43,7 @@ class LandDetector:
         landed = self._landed(setpoint)
         if landed:
             status.landed_state = LandedState.ON_GROUND
-        elif self._airframe.is_rover:
+        elif self._airframe.is_rover or not status.armed:
             status.landed_state = LandedState.IN_AIR
         elif setpoint.kind is SetpointKind.LAND and not self._waits_for_takeoff(setpoint):
             status.landed_state = LandedState.LANDING
@@ -60,9 +66,12 @@ class LandDetector:
 
     def _landed(self, setpoint: Setpoint) -> bool:
         status, body = self._state.status, self._state.body
-        if not status.armed:
+        if status.armed != self._was_armed:
+            self._was_armed = status.armed
             self._since_s = None
-            return body.up_m <= 0.5 or status.landed
+        if not status.armed:
+            delay_s = PLANE_DISARMED_LANDED_S if self._airframe.is_fixed_wing else DISARMED_LANDED_S
+            return status.landed or self._airframe.is_rover or self._held(body.up_m <= 0.5, delay_s)
         if self._airframe.is_rover:
             return self._rover(status.landed, setpoint)
         if self._airframe.is_airship:
@@ -71,7 +80,8 @@ class LandDetector:
             return self._plane(status.landed)
         if status.landed:
             wants_up = setpoint.kind not in (SetpointKind.IDLE, SetpointKind.LAND)
-            left = self._held(wants_up and setpoint.up_m > body.up_m + 0.1, TAKEOFF_DETECTED_S)
+            turning = self._clock.now_s >= status.armed_at_s + SPOOL_UP_S
+            left = self._held(turning and wants_up and setpoint.up_m > body.up_m + 0.1, TAKEOFF_DETECTED_S)
             if left:
                 self._since_s = None
             return not left

@@ -64,6 +64,7 @@ class LinkLossFailsafe:
             self._act_at_s = None
             action = ACTIONS.get(self._params.integer("NAV_DLL_ACT"))
             if action is not None and self._status.armed and self._status.mode is Mode.LOITER:
+                self._text(Severity.CRITICAL, "Failsafe activated")
                 self._commander.force_mode(action)
 
     def _lose(self) -> None:

@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+from collections import deque
 from typing import Protocol
 
+from app.simulator.clock import VehicleClock
 from app.simulator.dialect import Message, mavlink
 from app.simulator.wire import VEHICLE_COMPONENT, Severity
 
 TEXT_CHUNK_BYTES = 50
+CONNECTED_S = 2.5
+"""A link counts as connected so long after a GCS heartbeat (wall time)."""
+STALE_S = 5.0
+"""A text waits so long for a link to be connected [03_upload_bad, 24_link_loss]."""
+TEXTS_KEPT = 8
 
 
 class Sender(Protocol):
     """A channel as the radio sees it."""
 
-    gcs_seen: bool
+    gcs_heard_s: float | None
+    """Vehicle time of the newest GCS heartbeat on it; None before the first."""
 
     def send(self, message: Message, system_id: int, component_id: int) -> None: ...
 
@@ -21,12 +29,22 @@ class Sender(Protocol):
 class Radio:
     """The vehicle's voice. `system_id` is read at every message, because MAV_SYS_ID may change at a reboot."""
 
-    def __init__(self, system_id: int) -> None:
+    def __init__(self, system_id: int, clock: VehicleClock, speed: float) -> None:
         self.system_id = system_id
+        self._clock = clock
+        self._connected_s = CONNECTED_S * speed
         self.channels: list[Sender] = []
         self.silent = False
         """Power is off (a reboot): nothing is sent."""
         self._text_id = 0
+        self._texts: deque[tuple[float, Severity, str]] = deque(maxlen=TEXTS_KEPT)
+
+    def boot(self) -> None:
+        """Power-up: nothing has been said, and no ground station heard."""
+        self.silent = False
+        self._texts.clear()
+        for channel in self.channels:
+            channel.gcs_heard_s = None
 
     def broadcast(self, message: Message, component_id: int = VEHICLE_COMPONENT) -> None:
         """Send on every channel."""
@@ -38,12 +56,32 @@ class Radio:
         if not self.silent:
             channel.send(message, self.system_id, component_id)
 
+    def on_gcs_heartbeat(self, channel: Sender) -> None:
+        """A ground station lives on this channel; if it is new there, it hears what was said a moment ago."""
+        now_s = self._clock.now_s
+        heard_s, connected = channel.gcs_heard_s, self._connected(channel)
+        channel.gcs_heard_s = now_s
+        if connected:
+            return
+        unheard_s = now_s - STALE_S if heard_s is None else max(now_s - STALE_S, heard_s + self._connected_s)
+        for said_s, severity, text in self._texts:
+            if said_s > unheard_s:
+                self._send_text([channel], severity, text)
+
+    def _connected(self, channel: Sender) -> bool:
+        heard_s = channel.gcs_heard_s
+        return heard_s is not None and self._clock.now_s - heard_s <= self._connected_s
+
     def text(self, severity: Severity, text: str) -> None:
-        """STATUSTEXT where a GCS heartbeat was seen; more than 50 bytes come in chunks with one id.
+        """STATUSTEXT where a GCS heartbeat was heard lately; elsewhere it waits a little for one."""
+        self._texts.append((self._clock.now_s, severity, text))
+        self._send_text([channel for channel in self.channels if self._connected(channel)], severity, text)
+
+    def _send_text(self, listeners: list[Sender], severity: Severity, text: str) -> None:
+        """More than 50 bytes come in chunks with one id.
 
         PX4's texts end in a tab, which tells newer ground stations that an EVENT says the same.
         """
-        listeners = [channel for channel in self.channels if channel.gcs_seen]
         if not listeners:
             return
         raw = (text + "\t").encode()

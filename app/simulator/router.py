@@ -77,7 +77,7 @@ class Router:
 
     def _on_heartbeat(self, channel: Sender, message: Message) -> None:
         if message.type == MAV_TYPE_GCS:
-            channel.gcs_seen = True
+            self._radio.on_gcs_heartbeat(channel)
             self._link_loss.on_gcs_heartbeat()
 
     def _on_set_current(self, _channel: Sender, message: Message) -> None:

@@ -18,7 +18,7 @@ class SecondGround:
     """Answers the mission protocol for its own short mission."""
 
     def __init__(self, system_id: int, frame: LocalFrame, receive: Callable[[Sender, Message], None]) -> None:
-        self.gcs_seen = False
+        self.gcs_heard_s: float | None = None
         self._system_id = system_id
         self._frame = frame
         self._receive = receive

@@ -72,9 +72,9 @@ class Vehicle:
         self.faults = VehicleFaults()
         self.state = VehicleState()
         self.store = MissionStore()
-        self.radio = Radio(spec.system_id)
         self.params = spec.params
         self.clock = VehicleClock()
+        self.radio = Radio(spec.system_id, self.clock, spec.speed)
         self._build_flight()
         self._build_wire(wall)
         self.boot()
@@ -97,6 +97,7 @@ class Vehicle:
         )
         self._detector = LandDetector(state, spec.airframe, self.clock)
         self._dynamics = dynamics_for(spec.airframe, self.params, state.status)
+        self._motors_on = False
 
     def _build_wire(self, wall: Callable[[], float]) -> None:
         spec, state = self.spec, self.state
@@ -148,8 +149,8 @@ class Vehicle:
     def boot(self) -> None:
         """Power-up at the start point: missions and parameters are kept, everything else begins again."""
         self._put_back()
-        self.radio.silent = False
         self.clock.restart()
+        self.radio.boot()
         self._events.reset()
         self.commander.boot()
         self._detector.boot()
@@ -214,9 +215,13 @@ class Vehicle:
     def _move(self) -> None:
         body, dt_s = self.state.body, VehicleClock.STEP_S
         if self.state.status.armed:
+            if not self._motors_on:
+                self._motors_on = True
+                self._dynamics.reset(body)
             wind = Wind(self.faults.wind_north_m_s, self.faults.wind_east_m_s)
             self._dynamics.step(body, self.context.setpoint, dt_s, wind)
             return
+        self._motors_on = False
         if body.up_m > 0.0:  # disarmed in the air: it falls
             body.up_m = max(0.0, body.up_m - FALL_M_S * dt_s)
         if body.ground_speed_m_s > 0.0 or body.v_up_m_s != 0.0:

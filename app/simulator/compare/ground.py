@@ -54,7 +54,8 @@ class Ground:
     """Give it the simulated vehicle's messages with `hear`, ask it with `due` what to send."""
 
     def __init__(self, recorded: Dialogue) -> None:
-        self._now_s = 0.0
+        self.now_s = 0.0
+        """The recording's time that the schedule has come to."""
         self._sent = deque(_with_answers(recorded))
         acts = [sent.t_s for sent, _ in self._sent if sent.name != "HEARTBEAT"]
         last_act_s = max(acts, default=0.0)
@@ -76,33 +77,33 @@ class Ground:
             return
         self._last[name] = what
         ahead = next((deed for deed in list(self._deeds)[:2] if deed.what == what), None)
-        if ahead is None or ahead.t_s - self._now_s > MAX_WAIT_S:
+        if ahead is None or ahead.t_s - self.now_s > MAX_WAIT_S:
             return
         while self._deeds and self._deeds.popleft() is not ahead:
             pass
-        self._now_s = max(self._now_s, ahead.t_s)
+        self.now_s = max(self.now_s, ahead.t_s)
         self._waited_s = 0.0
 
     def advance(self, dt_s: float) -> None:
         """Vehicle time passes."""
         self._heartbeat_age_s += dt_s
-        if self._deeds and self._now_s + dt_s > self._deeds[0].t_s:
+        if self._deeds and self.now_s + dt_s > self._deeds[0].t_s:
             self._waited_s += dt_s
             if self._waited_s < MAX_WAIT_S:
                 return
             self.missed.append(self._deeds.popleft().what)
             self._waited_s = 0.0
-        self._now_s += dt_s
+        self.now_s += dt_s
 
     def due(self) -> Iterator[Sent]:
         """What is to be sent now. Heartbeats go on while the schedule stands still, if they did so at that time."""
         batch_s: float | None = None
-        while self._sent and self._sent[0][0].t_s <= self._now_s:
+        while self._sent and self._sent[0][0].t_s <= self.now_s:
             sent, answers = self._sent[0]
             if batch_s is not None and sent.t_s - batch_s > SAME_MOMENT_S:
                 return
             batch_s = sent.t_s
-            if answers is not None and answers not in self._asked and self._now_s - sent.t_s < ANSWER_S * 4:
+            if answers is not None and answers not in self._asked and self.now_s - sent.t_s < ANSWER_S * 4:
                 return
             self._asked.discard(answers or "")
             self._sent.popleft()
@@ -113,7 +114,7 @@ class Ground:
         heartbeat = self._heartbeat
         if not stands_still or heartbeat is None or self._heartbeat_age_s < HEARTBEAT_S:
             return
-        if self._now_s - heartbeat.t_s < 2.0 * HEARTBEAT_S:
+        if self.now_s - heartbeat.t_s < 2.0 * HEARTBEAT_S:
             self._heartbeat_age_s = 0.0
             yield heartbeat
 

@@ -23,7 +23,7 @@ class ReplayLink:
     """A channel as the vehicle's radio sees it; every message is packed and parsed, as on a wire."""
 
     def __init__(self, name: str | None, take: Callable[[str | None, str, Fields], None]) -> None:
-        self.gcs_seen = False
+        self.gcs_heard_s: float | None = None
         self._name = name
         self._take = take
         self._packer: Message = None
@@ -50,6 +50,8 @@ class Replay:
         self._ground = Ground(trace.dialogue)
         self._links: dict[str | None, ReplayLink] = {}
         self._vehicle = self._build()
+        self._closes_s = {one.link: one.t_s for one in trace.dialogue.heard if one.link is not None}
+        """When the recording's further ground stations went away."""
         self._ons = list(trace.on_s)
         self._offs = list(trace.off_s)
         self._powered = True
@@ -87,10 +89,10 @@ class Replay:
             self._vehicle.poll()
 
     def _switch_power(self) -> None:
-        if self._offs and self._now_s >= self._offs[0]:
+        if self._offs and self._ground.now_s >= self._offs[0]:
             self._offs.pop(0)
             self._powered = False
-        if self._ons and self._now_s >= self._ons[0]:
+        if self._ons and self._ground.now_s >= self._ons[0]:
             self._ons.pop(0)
             self._powered = True
             self._vehicle.reboot()
@@ -106,6 +108,8 @@ class Replay:
         self._vehicle.receive(self._links[sent.link], mavlink.MAVLink(None).decode(bytearray(message.pack(packer))))
 
     def _take(self, link: str | None, name: str, fields: Fields) -> None:
+        if self._ground.now_s > self._closes_s.get(link or "", math.inf):
+            return
         self._heard.append(Heard(self._now_s, name, fields, link))
         self._ground.hear(name, fields)
 

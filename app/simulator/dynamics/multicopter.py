@@ -22,8 +22,9 @@ ERROR_MAX_M = 2.0  # MPC_XY_ERR_MAX
 DRAG_PER_S = 1.0  # SIH_KDV over the mass
 VERTICAL_GAIN = 4.0  # MPC_Z_VEL_P_ACC
 YAW_DISTANCE_M = 2.0
-TAKEOFF_DELAY_S = 4.1
-"""From the start of a takeoff to lifting off: spool-up and the thrust ramp (MPC_TKO_RAMP_T)."""
+SPOOL_UP_S = 1.0  # COM_SPOOLUP_TIME, from arming
+TAKEOFF_RAMP_S = 3.1
+"""From the start of a takeoff with turning motors to lifting off: the thrust ramp (MPC_TKO_RAMP_T)."""
 YAW_RATE_RAD_S = math.radians(45.0)  # MPC_YAWRAUTO_MAX
 MAX_TILT_ACCELERATION = 9.81  # MPC_TILTMAX_AIR 45 degrees
 VERTICAL_ACCELERATION = 4.0  # MPC_ACC_UP_MAX
@@ -40,6 +41,7 @@ class Multicopter:
         self._trajectory_speed = 0.0
         self._trajectory_acceleration = 0.0
         self._integral = (0.0, 0.0)
+        self._spooled_s = 0.0
         self._takeoff_s = 0.0
         self._flying = False
 
@@ -50,6 +52,7 @@ class Multicopter:
         self._trajectory_acceleration = 0.0
         self._integral = (0.0, 0.0)
         self._flying = not body.on_ground
+        self._spooled_s = 0.0
         self._takeoff_s = 0.0
 
     def step(self, body: Body, setpoint: Setpoint, dt_s: float, wind: Wind) -> None:
@@ -69,9 +72,10 @@ class Multicopter:
 
     def _spool_up(self, body: Body, setpoint: Setpoint, dt_s: float) -> None:
         wants_up = setpoint.kind not in (SetpointKind.IDLE, SetpointKind.LAND) and setpoint.up_m > body.up_m + 0.1
-        self._takeoff_s = self._takeoff_s + dt_s if wants_up else 0.0
+        self._spooled_s += dt_s
+        self._takeoff_s = self._takeoff_s + dt_s if wants_up and self._spooled_s >= SPOOL_UP_S else 0.0
         body.throttle = 0.5 if wants_up else 0.1
-        if self._takeoff_s >= TAKEOFF_DELAY_S:
+        if self._takeoff_s >= TAKEOFF_RAMP_S:
             self.reset(body)
             self._flying = True
             body.up_m = 0.02

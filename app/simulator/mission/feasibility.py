@@ -63,6 +63,14 @@ def height_above_home_m(item: Item, home: Home, frame: LocalFrame) -> float:
     return item.z if item.is_relative else item.z - (frame.altitude_m + home.up_m)
 
 
+def first_waypoint_m(mission: FeasibilityInput) -> float:
+    """From home to the first item with a position; 0 without one."""
+    first = next((item for item in mission.items if item.has_position), None)
+    if first is None or mission.home is None:
+        return 0.0
+    return math.dist(_point(mission, first), (mission.home.north_m, mission.home.east_m))
+
+
 def _commands(mission: FeasibilityInput) -> Iterator[Problem]:
     for seq, item in enumerate(mission.items):
         if item.command in VTOL_COMMANDS and not mission.airframe.is_vtol:

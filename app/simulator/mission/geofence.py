@@ -23,8 +23,11 @@ class _Area:
     vertices: tuple[Point, ...] = ()
     centre: Point = (0.0, 0.0)
     radius_m: float = 0.0
+    complete: bool = True
 
     def contains(self, point: Point) -> bool:
+        if not self.complete:
+            return False
         if not self.vertices:
             return math.dist(point, self.centre) < self.radius_m
         inside = False
@@ -39,7 +42,7 @@ class _Area:
 
 
 class Geofence:
-    """Built from the stored fence items; a polygon with missing vertices is dropped, as PX4 drops it."""
+    """Built from the stored fence items; a polygon with missing vertices contains nothing [05_fence_rally]."""
 
     def __init__(self, items: tuple[Item, ...], frame: LocalFrame) -> None:
         self._areas: list[_Area] = []
@@ -49,8 +52,8 @@ class Geofence:
             if item.command in (POLYGON_INCLUSION, POLYGON_EXCLUSION):
                 count = int(item.param1)
                 points = [frame.to_local(i.latitude_deg, i.longitude_deg) for i in items[index : index + count]]
-                if len(points) == count:
-                    self._areas.append(_Area(item.command == POLYGON_INCLUSION, tuple(points)))
+                inclusion = item.command == POLYGON_INCLUSION
+                self._areas.append(_Area(inclusion, tuple(points), complete=len(points) == count))
                 index += count
                 continue
             if item.command in (CIRCLE_INCLUSION, CIRCLE_EXCLUSION):

@@ -119,6 +119,9 @@ class MissionTransfer:
             transfer.heard_at_s = self._wall()
             self._request(transfer)  # our first request was lost, PX4 thinks; a different count is ignored
             return
+        if partner != transfer.partner:
+            self._ack(channel, partner, MissionAck.ERROR, transfer.mission_type)  # and no text [03_upload_bad]
+            return
         sending = self._state is _State.SENDING
         self._radio.text(Severity.CRITICAL, "WPM: IGN MISSION_COUNT: Busy" if sending else "WPM: REJ. CMD: Busy")
         self._ack(channel, partner, MissionAck.ERROR, transfer.mission_type)

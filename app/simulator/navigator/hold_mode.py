@@ -7,6 +7,8 @@ import math
 from app.simulator.navigator.context import NavContext
 from app.simulator.setpoint import SetpointKind
 
+TAKEOFF_TOLERANCE_M = 0.8
+
 
 class HoldMode:
     """Hold. `reposition` moves the held point, also before the mode is entered."""
@@ -26,7 +28,13 @@ class HoldMode:
         if context.state.status.landed:
             context.set_point(SetpointKind.IDLE, (body.north_m, body.east_m), body.up_m)
         else:
-            context.set_point(SetpointKind.LOITER, context.stop_point(), body.up_m)
+            context.set_point(SetpointKind.LOITER, context.stop_point(), self._height_m())
+
+    def _height_m(self) -> float:
+        """Where it is; after a finished takeoff, where that was to end."""
+        body, before = self._context.state.body, self._context.setpoint
+        finished = before.kind is SetpointKind.TAKEOFF and body.up_m >= before.up_m - TAKEOFF_TOLERANCE_M
+        return before.up_m if finished else body.up_m
 
     def step(self) -> None:
         context = self._context

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from app.simulator.mission.feasibility import FeasibilityInput, problems
+from app.simulator.mission.feasibility import FeasibilityInput, first_waypoint_m, problems
 from app.simulator.mission.geofence import Geofence
 from app.simulator.mission.store import MissionStore
 from app.simulator.navigator.context import NavContext
@@ -19,6 +19,7 @@ from app.simulator.wire import Mode, Severity
 
 FENCE_CHECK_S = 0.6
 """A changed fence is looked at this late [05_fence_rally]."""
+ROUTE_CACHE_ITEMS = 500
 
 
 class Navigator:
@@ -89,6 +90,8 @@ class Navigator:
         self._mission.active = mode is Mode.MISSION and armed
         if mode in (Mode.TAKEOFF, Mode.LAND):
             self._mission.result.finished = False
+        if self._mission.active and self._context.state.status.landed:
+            self._warn_far_first_waypoint(self._feasibility_input())
         if armed:
             self._modes.get(mode, self._hold).activate()
         else:
@@ -123,6 +126,11 @@ class Navigator:
 
     def _take_mission(self) -> None:
         self._mission.result.valid = self._check_mission()
+        count = len(self._store.mission)
+        if count > ROUTE_CACHE_ITEMS:  # flown all the same [04_upload_1000]
+            text = f"Mission with {count} items exceeds route cache capacity {ROUTE_CACHE_ITEMS}"
+            self._context.text(Severity.WARNING, text)
+            self._context.event("navigator_route_cache_too_large", count, ROUTE_CACHE_ITEMS)
         self._mission.mission_changed()
         if self._mission.active and not self._mission.result.valid:
             self._context.text(Severity.CRITICAL, "No valid mission available, loitering")
@@ -131,7 +139,18 @@ class Navigator:
 
     def _check_mission(self) -> bool:
         context = self._context
-        mission = FeasibilityInput(
+        mission = self._feasibility_input()
+        self._warn_far_first_waypoint(mission)
+        found = list(problems(mission))
+        for problem in found:
+            if problem.text:
+                context.text(Severity.CRITICAL, problem.text)
+            context.event(problem.event, problem.argument)
+        return not found and len(mission.items) > 0
+
+    def _feasibility_input(self) -> FeasibilityInput:
+        context = self._context
+        return FeasibilityInput(
             items=self._store.mission.items,
             airframe=context.airframe,
             params=context.params,
@@ -140,9 +159,9 @@ class Navigator:
             fence=self._fence,
             landed=context.state.status.landed,
         )
-        found = list(problems(mission))
-        for problem in found:
-            if problem.text:
-                context.text(Severity.CRITICAL, problem.text)
-            context.event(problem.event, problem.argument)
-        return not found and len(mission.items) > 0
+
+    def _warn_far_first_waypoint(self, mission: FeasibilityInput) -> None:
+        """Said by an event only; the mission is flown all the same [14b_infeasible_more]."""
+        distance_m = first_waypoint_m(mission)
+        if distance_m > float(self._context.params["MIS_DIST_1WP"]) > 0.0:
+            self._context.event("navigator_mis_first_wp_far", distance_m)

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from enum import Enum, auto
 
 from app.simulator.geo import wrap_pi
-from app.simulator.mission.item import LAND_COMMANDS, Item
+from app.simulator.mission.item import LAND_COMMANDS, TAKEOFF_COMMANDS, Item
 from app.simulator.navigator.arrival import Arrival
 from app.simulator.navigator.context import NavContext
 from app.simulator.navigator.target import Target
@@ -55,7 +55,8 @@ class Preparation:
         context = self._context
         if item.command in LAND_COMMANDS:
             return self._move_to_land(target)
-        if context.hovers and context.state.status.landed:
+        runs_up = context.airframe.is_fixed_wing and item.command not in TAKEOFF_COMMANDS  # [14_infeasible_plane]
+        if context.state.status.landed and (context.hovers or runs_up):
             self._climb(target)
             return True
         return False
@@ -102,7 +103,8 @@ class Preparation:
         context.text(Severity.INFO, f"Climb to {above_home_m:.1f} meters above home")
         context.event("mission_climb_before_start", above_home_m)
         self._stage = _Stage.CLIMB
-        context.set_point(SetpointKind.TAKEOFF, (body.north_m, body.east_m), up_m)
+        here = (body.north_m, body.east_m)
+        context.set_point(SetpointKind.TAKEOFF, target.point if context.flies_like_plane else here, up_m, previous=here)
 
     def _move_to_land(self, target: Target) -> bool:
         context = self._context

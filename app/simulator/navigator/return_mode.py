@@ -11,6 +11,8 @@ from app.simulator.wire import Cmd, Severity, VtolState
 
 CONE_HALF_ANGLE_RAD = math.radians(45.0)  # RTL_CONE_ANG
 ALTITUDE_TOLERANCE_M = 0.8
+ROUNDING_M = 0.01
+"""Heights are said in whole metres, rounded up; this much is no metre more."""
 
 
 class _Stage(Enum):
@@ -44,7 +46,8 @@ class ReturnMode:
         self._return_up_m = max(self._cone_altitude(), body.up_m)
         above_m = self._return_up_m - self._ground_m
         amsl_m = context.frame.altitude_m + self._return_up_m
-        context.text(Severity.INFO, f"RTL: start return at {amsl_m:.0f} m ({above_m:.0f} m above destination)")
+        amsl, above = (math.ceil(height_m - ROUNDING_M) for height_m in (amsl_m, above_m))
+        context.text(Severity.INFO, f"RTL: start return at {amsl} m ({above} m above destination)")
         context.event("vrtl_return_at")
         self._stage = _Stage.CLIMB
         context.set_point(SetpointKind.LOITER, context.stop_point(), self._return_up_m)

@@ -33,7 +33,7 @@ class Wire:
     """A channel as the vehicle's radio sees it; every message is packed and parsed again."""
 
     cockpit: Cockpit
-    gcs_seen: bool = False
+    gcs_heard_s: float | None = None
     _packers: dict[tuple[int, int], Message] = field(default_factory=dict)
 
     def send(self, message: Message, system_id: int, component_id: int) -> None:

@@ -116,7 +116,7 @@ def test_the_wire_timers_stay_wall_time_at_any_speed() -> None:
     asked: list[int] = []
 
     class Ear:
-        gcs_seen = False
+        gcs_heard_s: float | None = None
 
         def send(self, message: object, system_id: int, component_id: int) -> None:
             if getattr(message, "name", getattr(message, "msgname", "")) == "MISSION_REQUEST_INT":

@@ -86,19 +86,18 @@ def _listed(values: list[Stand]) -> str:
 
 
 def late(alignment: Alignment, period_s: float, acts: tuple[Sequence[float], Sequence[float]]) -> list[str]:
-    """Stands that began too early or too late, counted from the ground's last act (known exactly on both sides) or
-    from the stand before, whichever is later. `acts` are the times of the recorded and the simulated ground's acts.
+    """Stands that began too early or too late, counted from the ground's last act or, if that is later, from the
+    stand before. `acts` are the times of the ground's acts, the same acts on both sides.
+
+    A sampled moment is seen up to a period late: one period is allowed for each end that is sampled.
     """
     found = []
     for before, pair in zip(alignment.pairs, alignment.pairs[1:], strict=False):
-        recorded_s, simulated_s = (
-            pair[side].t_s - max(before[side].t_s, _last(acts[side], pair[side].t_s)) for side in (0, 1)
-        )
-        if not times_agree(recorded_s, simulated_s, period_s):
-            found.append(f"{pair[0].value} after {before[0].value}: {recorded_s:.2f} s, simulated {simulated_s:.2f} s")
+        act = bisect.bisect_right(acts[0], pair[0].t_s) - 1
+        from_act = act >= 0 and acts[0][act] > before[0].t_s
+        starts = (acts[0][act], acts[1][act]) if from_act else (before[0].t_s, before[1].t_s)
+        recorded_s, simulated_s = pair[0].t_s - starts[0], pair[1].t_s - starts[1]
+        if not times_agree(recorded_s, simulated_s, period_s if from_act else 2.0 * period_s):
+            since = "the ground's act" if from_act else before[0].value
+            found.append(f"{pair[0].value} after {since}: {recorded_s:.2f} s, simulated {simulated_s:.2f} s")
     return found
-
-
-def _last(times_s: Sequence[float], t_s: float) -> float:
-    index = bisect.bisect_right(times_s, t_s)
-    return times_s[index - 1] if index else 0.0

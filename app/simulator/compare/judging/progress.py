@@ -11,7 +11,7 @@ from app.simulator.compare.judging.verdict import Verdict
 from app.simulator.compare.sides import stands
 
 ARMED = 128
-AUTOPILOT = 1
+AUTOPILOT_PX4 = 12
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +28,8 @@ def _field(field: str) -> Callable[[Heard], str | None]:
 
 def _mode(heard: Heard) -> str | None:
     fields = heard.fields
+    if fields["autopilot"] != AUTOPILOT_PX4:
+        return None  # of another ground station, forwarded
     mode = fields["custom_mode"]
     return f"mode {mode >> 16 & 0xFF}.{mode >> 24}{' armed' if fields['base_mode'] & ARMED else ''}"
 
@@ -48,8 +50,8 @@ def judge_progress(recorded: Dialogue, simulated: Dialogue) -> Iterator[Verdict]
     for aspect in ASPECTS:
         ours = stands(recorded.broadcast(aspect.message), aspect.value)
         theirs = stands(simulated.broadcast(aspect.message), aspect.value)
-        if len(ours) < 2 and [one.value for one in ours] == [one.value for one in theirs]:
-            continue  # nothing ever changed
+        if not ours and not theirs:
+            continue
         alignment = align(ours, theirs)
         yield Verdict(aspect.name, len(ours), alignment.differences)
         yield Verdict(f"{aspect.name}: times", len(alignment.pairs), tuple(late(alignment, aspect.period_s, acts)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import bisect
+import math
 from collections.abc import Iterator
 
 from app.simulator.compare.heard import Dialogue, Fields, Heard, Sent
@@ -52,12 +53,15 @@ def judge_replies(recorded: Dialogue, simulated: Dialogue) -> Iterator[Verdict]:
 
 def _replies(side: Dialogue, names: tuple[str, ...]) -> list[Stand]:
     grounds = {sent.source[0] for sent in side.sent}
-    asked = {sent.fields.get("param_id") for sent in side.sent if sent.name.startswith("PARAM")}
+    asked: dict[str, float] = {}
+    for sent in side.sent:
+        if sent.name.startswith("PARAM"):
+            asked.setdefault(sent.fields["param_id"], sent.t_s)
 
     def value(heard: Heard) -> str | None:
         fields = heard.fields
         if "param_id" in fields:
-            return _shown(heard) if fields["param_id"] in asked else None
+            return _shown(heard) if asked.get(fields["param_id"], math.inf) <= heard.t_s else None
         return _shown(heard) if fields["target_system"] in grounds else None
 
     return stands(side.named(*names), value)
