@@ -18,6 +18,7 @@ def lines(judgements: Sequence[Judgement], skipped: dict[str, str]) -> Iterator[
         yield f"{judgement.scenario:<26} {compared:>8} {known:>6} {new:>4}  {verdict}"
     for scenario, reason in skipped.items():
         yield f"{scenario:<26} {'-':>8} {'-':>6} {'-':>4}  not replayed: {reason}"
+    yield f"agree or differ as known: {sum(one.agrees for one in judgements)} of {len(judgements)}"
     for judgement in judgements:
         yield from _details(judgement)
 

@@ -11,8 +11,8 @@ from app.simulator.compare.judging.alignment import align
 from app.simulator.compare.judging.verdict import Verdict, times_agree
 from app.simulator.compare.sides import Stand, stands
 
-REPLY_S = 0.1
-"""The period that replies are held to: some cycles of the vehicle's command and mission loops."""
+REPLY_S, REPEAT_S = 0.1, 0.26
+"""The periods that replies are held to: some cycles of the vehicle's loops, and that of repeated mission requests."""
 KEYS: dict[str, tuple[str, ...]] = {
     "MISSION_REQUEST_INT": ("seq", "mission_type"),
     "MISSION_REQUEST": ("seq", "mission_type"),
@@ -27,11 +27,16 @@ KEYS: dict[str, tuple[str, ...]] = {
 MISSION = tuple(name for name in KEYS if name.startswith("MISSION"))
 COMMAND = ("COMMAND_ACK",)
 PARAM = ("PARAM_VALUE", "PARAM_ERROR")
+PROTOCOLS = (
+    ("mission protocol", MISSION, REPEAT_S),
+    ("command acks", COMMAND, REPLY_S),
+    ("parameters", PARAM, REPLY_S),
+)
 
 
 def judge_replies(recorded: Dialogue, simulated: Dialogue) -> Iterator[Verdict]:
     """The three protocols, each with its times."""
-    for aspect, names in (("mission protocol", MISSION), ("command acks", COMMAND), ("parameters", PARAM)):
+    for aspect, names, period_s in PROTOCOLS:
         ours, theirs = _replies(recorded, names), _replies(simulated, names)
         if not ours and not theirs:
             continue
@@ -41,7 +46,7 @@ def judge_replies(recorded: Dialogue, simulated: Dialogue) -> Iterator[Verdict]:
         late = tuple(
             f"{stand.value}: {a_s:.2f} s, simulated {b_s:.2f} s"
             for a_s, b_s, stand in delays
-            if a_s is not None and b_s is not None and not times_agree(a_s, b_s, REPLY_S)
+            if a_s is not None and b_s is not None and not times_agree(a_s, b_s, period_s)
         )
         repeats = tuple(
             f"{a.value}: {a.count} times, simulated {b.count}"
