@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+from app.simulator.compare.heard import Dialogue
 from app.simulator.compare.judging.progress import judge_progress
 from app.simulator.compare.judging.release import judge_releases
 from app.simulator.compare.judging.replies import judge_replies
@@ -41,13 +43,18 @@ class Judgement:
 def compare(trace: Trace) -> Judgement:
     """Replay the recording and judge."""
     replay = Replay(trace)
-    recorded, simulated = trace.dialogue, replay.run()
+    return judge(trace, replay.run(), replay.missed)
+
+
+def judge(trace: Trace, simulated: Dialogue, missed: Sequence[str]) -> Judgement:
+    """`missed` are the deeds that the ground side waited for in vain."""
+    recorded = trace.dialogue
     verdicts = [
         *judge_replies(recorded, simulated),
         *judge_progress(recorded, simulated),
         *judge_releases(recorded, simulated, LocalFrame(*trace.home), trace.gripper_servo),
         *judge_words(recorded, simulated),
-        Verdict("deeds the ground side waits for", 0, tuple(f"missing: {what}" for what in replay.missed)),
+        Verdict("deeds the ground side waits for", 0, tuple(f"missing: {what}" for what in missed)),
     ]
     differences = tuple(
         Difference(verdict.aspect, what, reason_for(trace.scenario, verdict.aspect, what))

@@ -28,7 +28,7 @@ class Release:
 
 
 def judge_releases(recorded: Dialogue, simulated: Dialogue, frame: LocalFrame, servo: str) -> Iterator[Verdict]:
-    """Distance within 2 m or 15 %, ground speed within 0.5 m/s or 15 %."""
+    """The places within 2 m, or 15 % of the distance to the drop point; ground speeds within 0.5 m/s or 15 %."""
     ours, theirs = (list(releases(side, frame, servo)) for side in (recorded, simulated))
     if not ours and not theirs:
         return
@@ -36,8 +36,11 @@ def judge_releases(recorded: Dialogue, simulated: Dialogue, frame: LocalFrame, s
     if len(ours) != len(theirs):
         found.append(f"{len(ours)} releases, simulated {len(theirs)}")
     for a, b in zip(ours, theirs, strict=False):
-        if abs(a.distance_m - b.distance_m) > max(DISTANCE_M, SHARE * a.distance_m):
-            found.append(f"{a.distance_m:.1f} m from the drop point, simulated {b.distance_m:.1f} m")
+        apart_m = math.dist((a.north_m, a.east_m), (b.north_m, b.east_m))
+        if apart_m > max(DISTANCE_M, SHARE * a.distance_m):
+            found.append(
+                f"{apart_m:.1f} m apart; from the drop point {a.distance_m:.1f}, simulated {b.distance_m:.1f} m"
+            )
         if abs(a.speed_m_s - b.speed_m_s) > max(SPEED_M_S, SHARE * a.speed_m_s):
             found.append(f"at {a.speed_m_s:.1f} m/s, simulated {b.speed_m_s:.1f} m/s")
     yield Verdict("release", len(ours), tuple(found))

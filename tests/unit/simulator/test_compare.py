@@ -1,0 +1,188 @@
+"""The simulated vehicles agree with recordings of a real PX4, and the comparison would notice if they did not."""
+
+from __future__ import annotations
+
+import gzip
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from app.simulator.compare.__main__ import main
+from app.simulator.compare.heard import Dialogue, Heard
+from app.simulator.compare.judge import Judgement, compare, judge
+from app.simulator.compare.known import KNOWN, NOT_REPLAYED
+from app.simulator.compare.replay import Replay
+from app.simulator.compare.trace import Trace, TraceError, read_trace, trace_files
+
+TRACES = Path(__file__).resolve().parents[2] / "data" / "traces"
+PLANE, QUAD = "10_plane_delivery", "06_quad_delivery_default"
+INFEASIBLE, UPLOAD, ROVER = "14b_infeasible_more", "02_upload_ok", "25_land_detector_rover"
+
+
+@cache
+def trace(scenario: str) -> Trace:
+    return read_trace(TRACES / f"{scenario}.jsonl.gz")
+
+
+@cache
+def flown(scenario: str) -> Dialogue:
+    return Replay(trace(scenario)).run()
+
+
+def judged(scenario: str, change: Callable[[Heard], Heard | None] = lambda heard: heard) -> Judgement:
+    """The recording against a simulated vehicle that speaks as `change` says; None: it keeps silent."""
+    changed = (change(heard) for heard in flown(scenario).heard)
+    simulated = replace(flown(scenario), heard=tuple(heard for heard in changed if heard is not None))
+    return judge(trace(scenario), simulated, [])
+
+
+def other(heard: Heard, **fields: object) -> Heard:
+    return replace(heard, fields={**heard.fields, **fields})
+
+
+@pytest.mark.parametrize("scenario", [UPLOAD, INFEASIBLE, QUAD, PLANE, ROVER])
+def test_a_simulated_vehicle_answers_and_flies_as_the_recorded_one_did(scenario: str) -> None:
+    assert judged(scenario).differences == ()
+
+
+@pytest.mark.parametrize(
+    ("scenario", "aspects"),
+    [
+        (UPLOAD, {"mission protocol", "command acks", "mission_state"}),
+        (INFEASIBLE, {"mission protocol", "command acks", "events", "status texts", "mission_state"}),
+        (QUAD, {"release", "mission items reached", "current mission item", "landed_state", "mode and arming"}),
+        (PLANE, {"release", "mission items reached", "current mission item", "landed_state", "mode and arming"}),
+        (ROVER, {"landed_state", "mode and arming"}),
+    ],
+)
+def test_agreement_is_not_the_silence_of_a_judge(scenario: str, aspects: set[str]) -> None:
+    assert aspects <= judged(scenario).aspects.keys()
+
+
+def slower(heard: Heard) -> Heard:
+    return replace(heard, t_s=heard.t_s + 0.5) if heard.name == "COMMAND_ACK" else heard
+
+
+def refusing(heard: Heard) -> Heard:
+    return other(heard, result=2) if heard.name == "COMMAND_ACK" and heard.fields["command"] == 300 else heard
+
+
+def to_somebody_else(heard: Heard) -> Heard:
+    return other(heard, target_component=1) if heard.name == "MISSION_ACK" else heard
+
+
+def without_item_2(heard: Heard) -> Heard | None:
+    return None if heard.name == "MISSION_ITEM_REACHED" and heard.fields["seq"] == 2 else heard
+
+
+def never_landing(heard: Heard) -> Heard:
+    lands = heard.name == "EXTENDED_SYS_STATE" and heard.fields["landed_state"] == 4
+    return other(heard, landed_state=2) if lands else heard
+
+
+def never_active(heard: Heard) -> Heard:
+    active = heard.name == "MISSION_CURRENT" and heard.fields["mission_state"] == 3
+    return other(heard, mission_state=2) if active else heard
+
+
+def speechless(heard: Heard) -> Heard | None:
+    return None if heard.name in ("STATUSTEXT", "EVENT") else heard
+
+
+def elsewhere(heard: Heard) -> Heard:
+    """10 m further north."""
+    return other(heard, lat=heard.fields["lat"] + 900) if heard.name == "GLOBAL_POSITION_INT" else heard
+
+
+def late_release(heard: Heard) -> Heard:
+    return replace(heard, t_s=heard.t_s + 2.0) if heard.name == "SERVO_OUTPUT_RAW" else heard
+
+
+def later_landing(heard: Heard) -> Heard:
+    return replace(heard, t_s=heard.t_s * 1.4) if heard.name == "EXTENDED_SYS_STATE" else heard
+
+
+@pytest.mark.parametrize(
+    ("change", "aspect"),
+    [
+        (slower, "command acks: times"),
+        (refusing, "command acks"),
+        (to_somebody_else, "mission protocol"),
+        (without_item_2, "mission items reached"),
+        (never_landing, "landed_state"),
+        (never_active, "mission_state"),
+        (speechless, "status texts"),
+        (speechless, "events"),
+        (elsewhere, "release"),
+        (late_release, "release"),
+        (later_landing, "landed_state: times"),
+    ],
+)
+def test_a_vehicle_that_behaves_otherwise_is_caught(change: Callable[[Heard], Heard | None], aspect: str) -> None:
+    judgement = judged(QUAD, change)
+    assert aspect in {difference.aspect for difference in judgement.differences}
+    assert not judgement.agrees
+
+
+def test_an_infeasible_mission_that_is_accepted_is_caught() -> None:
+    def lenient(heard: Heard) -> Heard:
+        return other(heard, mission_state=2) if heard.name == "MISSION_CURRENT" else heard
+
+    assert "mission_state" in {difference.aspect for difference in judged(INFEASIBLE, lenient).differences}
+
+
+def test_the_replay_sends_what_the_recorded_ground_station_sent() -> None:
+    def said(dialogue: Dialogue) -> list[tuple[str, object]]:
+        return [(sent.name, sent.fields.get("seq")) for sent in dialogue.sent if sent.name != "HEARTBEAT"]
+
+    assert said(flown(UPLOAD)) == said(trace(UPLOAD).dialogue)
+
+
+def test_a_known_difference_has_a_reason_that_says_something() -> None:
+    assert all(len(known.reason) > 20 for known in KNOWN)
+    assert all(len(reason) > 20 for reason in NOT_REPLAYED.values())
+
+
+def test_a_known_difference_of_one_scenario_excuses_no_other() -> None:
+    known = next(known for known in KNOWN if known.scenario == "16_pause_resume_jump")
+    assert not known.covers(QUAD, known.aspect, known.what)
+
+
+def test_the_command_prints_a_table_and_ends_with_0_when_all_agree(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([str(TRACES), "--only", "25"]) == 0
+    assert "25_land_detector_rover" in capsys.readouterr().out
+
+
+def test_the_command_ends_with_1_when_something_new_differs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    lines = gzip.decompress((TRACES / f"{ROVER}.jsonl.gz").read_bytes()).decode().splitlines()
+    changed = [line.replace('"landed_state":2', '"landed_state":3') for line in lines]
+    (tmp_path / f"{ROVER}.jsonl").write_text("\n".join(changed))
+    assert main([str(tmp_path)]) == 1
+    assert "DIFFERS" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("folder", ["empty", "missing"])
+def test_the_command_ends_with_2_without_recordings(folder: str, tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    assert main([str(tmp_path / folder)]) == 2
+
+
+@pytest.mark.parametrize("text", ["", "no json", json.dumps({"scenario": "x"}), json.dumps([1])])
+def test_a_file_that_is_no_recording_is_refused_by_name(text: str, tmp_path: Path) -> None:
+    (tmp_path / "x.jsonl").write_text(text)
+    with pytest.raises(TraceError, match=r"x\.jsonl is no recording"):
+        read_trace(tmp_path / "x.jsonl")
+
+
+def test_recordings_are_found_zipped_or_not_and_nothing_else(tmp_path: Path) -> None:
+    for name in ("b.jsonl", "a.jsonl.gz", "README.md"):
+        (tmp_path / name).touch()
+    assert [path.name for path in trace_files(tmp_path)] == ["a.jsonl.gz", "b.jsonl"]
+
+
+def test_the_whole_comparison_is_what_its_parts_say() -> None:
+    assert compare(trace(ROVER)) == judged(ROVER)
