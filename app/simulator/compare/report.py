@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from fnmatch import fnmatch
 
 from app.simulator.compare.judge import Judgement
+from app.simulator.compare.known import KNOWN, Known
 
 
 def lines(judgements: Sequence[Judgement], skipped: dict[str, str]) -> Iterator[str]:
@@ -21,6 +23,19 @@ def lines(judgements: Sequence[Judgement], skipped: dict[str, str]) -> Iterator[
     yield f"agree or differ as known: {sum(one.agrees for one in judgements)} of {len(judgements)}"
     for judgement in judgements:
         yield from _details(judgement)
+    for known in KNOWN:
+        if _is_over(known, judgements):
+            yield f"no longer seen, take it out of the known ones: {known.scenario}: {known.aspect}: {known.what}"
+
+
+def _is_over(known: Known, judgements: Sequence[Judgement]) -> bool:
+    """Whether its scenario was replayed and the known difference did not show."""
+    replayed = [judgement for judgement in judgements if fnmatch(judgement.scenario, known.scenario)]
+    return bool(replayed) and not any(
+        known.covers(judgement.scenario, difference.aspect, difference.what)
+        for judgement in replayed
+        for difference in judgement.differences
+    )
 
 
 def _details(judgement: Judgement) -> Iterator[str]:

@@ -26,6 +26,12 @@ def _field(field: str) -> Callable[[Heard], str | None]:
     return lambda heard: str(heard.fields[field])
 
 
+def _plan(heard: Heard) -> str:
+    fields = heard.fields
+    ids = f"{fields['mission_id']}, fence {fields['fence_id']}, rally {fields['rally_points_id']}"
+    return f"{fields['total']} items, id {ids}"
+
+
 def _mode(heard: Heard) -> str | None:
     fields = heard.fields
     if fields["autopilot"] != AUTOPILOT_PX4:
@@ -38,6 +44,7 @@ ASPECTS = (
     _Aspect("mission items reached", "MISSION_ITEM_REACHED", 1.0, _field("seq")),
     _Aspect("current mission item", "MISSION_CURRENT", 1.0, _field("seq")),
     _Aspect("mission_state", "MISSION_CURRENT", 1.0, _field("mission_state")),
+    _Aspect("stored mission", "MISSION_CURRENT", 1.0, _plan),
     _Aspect("landed_state", "EXTENDED_SYS_STATE", 0.5, _field("landed_state")),
     _Aspect("vtol_state", "EXTENDED_SYS_STATE", 0.5, _field("vtol_state")),
     _Aspect("mode and arming", "HEARTBEAT", 1.0, _mode),

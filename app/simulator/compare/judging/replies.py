@@ -16,8 +16,8 @@ REPLY_S, REPEAT_S = 0.1, 0.26
 KEYS: dict[str, tuple[str, ...]] = {
     "MISSION_REQUEST_INT": ("seq", "mission_type"),
     "MISSION_REQUEST": ("seq", "mission_type"),
-    "MISSION_ACK": ("type", "mission_type"),
-    "MISSION_COUNT": ("count", "mission_type"),
+    "MISSION_ACK": ("type", "mission_type", "opaque_id"),
+    "MISSION_COUNT": ("count", "mission_type", "opaque_id"),
     "MISSION_ITEM_INT": ("seq", "frame", "command", "x", "y", "mission_type"),
     "MISSION_ITEM": ("seq", "frame", "command", "mission_type"),
     "COMMAND_ACK": ("command", "result", "progress"),
