@@ -23,9 +23,9 @@ def lines(judgements: Sequence[Judgement], skipped: dict[str, str]) -> Iterator[
     yield f"agree or differ as known: {sum(one.agrees for one in judgements)} of {len(judgements)}"
     for judgement in judgements:
         yield from _details(judgement)
-    for known in KNOWN:
-        if _is_over(known, judgements):
-            yield f"no longer seen, take it out of the known ones: {known.scenario}: {known.aspect}: {known.what}"
+    for entry in KNOWN:
+        if _is_over(entry, judgements):
+            yield f"no longer seen, take it out of the known ones: {entry.scenario}: {entry.aspect}: {entry.what}"
 
 
 def _is_over(known: Known, judgements: Sequence[Judgement]) -> bool:

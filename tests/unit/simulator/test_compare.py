@@ -16,6 +16,7 @@ from app.simulator.compare.heard import Dialogue, Heard
 from app.simulator.compare.judge import Judgement, compare, judge
 from app.simulator.compare.known import KNOWN, NOT_REPLAYED
 from app.simulator.compare.replay import Replay
+from app.simulator.compare.report import lines
 from app.simulator.compare.trace import Trace, TraceError, read_trace, trace_files
 
 TRACES = Path(__file__).resolve().parents[2] / "data" / "traces"
@@ -152,14 +153,20 @@ def test_a_known_difference_of_one_scenario_excuses_no_other() -> None:
     assert not known.covers(QUAD, known.aspect, known.what)
 
 
+def test_a_known_difference_that_is_over_is_named() -> None:
+    gone = replace(judged(QUAD), scenario="23_reboot_midflight")
+    assert any("no longer seen" in line and "23_reboot_midflight" in line for line in lines([gone], {}))
+    assert not any("no longer seen" in line for line in lines([judged(QUAD)], {}))
+
+
 def test_the_command_prints_a_table_and_ends_with_0_when_all_agree(capsys: pytest.CaptureFixture[str]) -> None:
     assert main([str(TRACES), "--only", "25"]) == 0
     assert "25_land_detector_rover" in capsys.readouterr().out
 
 
 def test_the_command_ends_with_1_when_something_new_differs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    lines = gzip.decompress((TRACES / f"{ROVER}.jsonl.gz").read_bytes()).decode().splitlines()
-    changed = [line.replace('"landed_state":2', '"landed_state":3') for line in lines]
+    recorded = gzip.decompress((TRACES / f"{ROVER}.jsonl.gz").read_bytes()).decode().splitlines()
+    changed = [line.replace('"landed_state":2', '"landed_state":3') for line in recorded]
     (tmp_path / f"{ROVER}.jsonl").write_text("\n".join(changed))
     assert main([str(tmp_path)]) == 1
     assert "DIFFERS" in capsys.readouterr().out
