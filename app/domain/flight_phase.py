@@ -57,7 +57,7 @@ def phase_of(view: FlightView) -> tuple[RunState, str]:
 
 def how_it_ended(*, mission_done: bool, asked: str, reason: str) -> tuple[RunState, str]:
     """The last state of a run whose vehicle has landed and disarmed (or stopped, a rover; or holds, an airship)."""
-    if mission_done and asked in ("", "pause"):
+    if mission_done:  # it counts as done only if nobody had asked for something else before
         return RunState.COMPLETED, reason
     if asked in ("return", "land"):
         return RunState.ABORTED, f"asked to {asked} before the mission was done"

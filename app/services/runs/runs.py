@@ -173,7 +173,7 @@ class Runs:
 
     async def _compile(self, plan: Plan, link: VehicleLink) -> Mission:
         facts = await link.read_facts()
-        findings = check_plan(plan, facts)
+        findings = await asyncio.to_thread(check_plan, plan, facts)
         if any(finding.severity is Severity.ERROR for finding in findings):
             raise PlanRejectedError(
                 "the plan cannot be flown by this vehicle",

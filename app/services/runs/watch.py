@@ -78,7 +78,12 @@ class FlightWatch:
     def now(self) -> Look:
         """The vehicle at this moment."""
         return Look(
-            self._link.state(), self._clock.monotonic(), self._clock.now(), self._rate.rate, self._rate.is_measured
+            self._link.state(),
+            self._clock.monotonic(),
+            self._clock.now(),
+            self._rate.rate,
+            self._rate.is_measured,
+            self._recorder.run.asked,
         )
 
     def look(self) -> tuple[Order, ...]:
@@ -150,6 +155,9 @@ class FlightWatch:
             self._landed_at_s = None
             if phase in NEXT[self._recorder.run.state] or phase is self._recorder.run.state:
                 self._recorder.move(phase, reason)
+            return
+        if phase not in NEXT[self._recorder.run.state] and self._recorder.run.state is not RunState.LANDED:
+            self.end(RunState.FAILED, reason or "the vehicle did not take off")  # taken up during its start
             return
         if self._landed_at_s is None:
             self._landed_at_s = seen.now_s
