@@ -38,7 +38,8 @@ def _told(event: Event) -> Text | None:
             verb = "flies to" if data.get("what") == "current" else "reached"
             return Text(f"{verb} {data.get('item_id')}")
         case EventKind.RUN_COMMAND:
-            return Text(f"sends {data.get('command')}{_again(data)}")
+            what = " to close the gripper" if data.get("action") == "grab" else ""
+            return Text(f"sends {data.get('command')}{what}{_again(data)}")
         case EventKind.RUN_ACK:
             underway = data.get("result") == "IN_PROGRESS" and data.get("progress") is not None
             progress = f" {data['progress']}%" if underway else ""

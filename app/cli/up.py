@@ -56,7 +56,7 @@ def _start_vehicles(simulator: SimulatorProcess, fleet: SimulatedFleet) -> bool:
     if running is not None:
         same = running.arguments == fleet.arguments()
         other = "" if same else f", with other options ({' '.join(running.arguments)}); `waydrop down` ends them"
-        err().print(f"[yellow]found simulated vehicles that still fly[/] (process {running.pid}){escape(other)}")
+        err().print(f"[yellow]found simulated vehicles from before[/] (process {running.pid}){escape(other)}")
         return False
     running = simulator.start(fleet.arguments())
     simulator.wait_ready(len(FLEET), within_s=READY_S)
@@ -86,7 +86,7 @@ class _Session:
         console.print("Try next, in another terminal:")
         for command in (f"validate {plan}", f"vehicles{flag}", f"fly {plan} --vehicle v1{flag}"):
             console.print(f"  [bold]{escape(program)} {escape(command)}[/]")
-        console.print("Ctrl-C ends Waydrop and the vehicles.\n")
+        console.print("Ctrl-C ends Waydrop and the simulated vehicles, those in flight too.\n")
 
 
 def _shortest(path: Path) -> str:

@@ -84,18 +84,18 @@ class RunFlight:
                 raise self._wrong(asked)
             before = self._recorder.run.asked
             self._recorder.change(asked=asked)
-            self._recorder.note(EventKind.RUN_COMMAND, command=asked or "resume")
+            self._recorder.note(EventKind.RUN_COMMAND, command=asked)
             try:
                 with contextlib.suppress(StorageError):  # a person's command does not wait for the disk
                     await self._recorder.flush()
                 await command()
             except WaydropError as error:
                 self._recorder.change(asked=before)
-                self._recorder.note(EventKind.RUN_ACK, command=asked or "resume", result=error.detail)
+                self._recorder.note(EventKind.RUN_ACK, command=asked, result=error.detail)
                 with contextlib.suppress(StorageError):
                     await self._recorder.flush()
                 raise
-            self._recorder.note(EventKind.RUN_ACK, command=asked or "resume", result="accepted")
+            self._recorder.note(EventKind.RUN_ACK, command=asked, result="accepted")
             await self._recorder.flush()
 
     async def pause(self) -> None:
@@ -106,7 +106,7 @@ class RunFlight:
         """Mission mode again, at the item where it was. Raises WrongStateError, LinkError."""
         if self._recorder.run.state is not RunState.PAUSED:
             raise self._wrong("resume")
-        await self.act("", self._link.start_mission)
+        await self.act("resume", self._link.start_mission)
 
     async def return_to_launch(self) -> None:
         """Return. Raises WrongStateError, LinkError."""
@@ -119,7 +119,7 @@ class RunFlight:
     def _wrong(self, action: str) -> WrongStateError:
         state = self._recorder.run.state
         return WrongStateError(
-            f"run {self._recorder.run.id} is {state.value}: it cannot {action or 'resume'} now",
+            f"run {self._recorder.run.id} is {state.value}: it cannot {action} now",
             hint="read the run, and see GET /api/v1/docs for what each state allows",
             state=state.value,
         )

@@ -219,7 +219,9 @@ def _refuse_unfit(vehicle: FleetVehicle, taken_by: str | None) -> None:
     state = vehicle.link.state()
     if taken_by is not None:
         raise VehicleBusyError(
-            f"vehicle {vehicle.id} already flies run {taken_by}", hint="wait for it, or abort it", run_id=taken_by
+            f"vehicle {vehicle.id} already flies run {taken_by}",
+            hint="wait until it is over; on the ground abort it, in the air return it",
+            run_id=taken_by,
         )
     if not state.connected:
         raise ConflictError(f"the link to vehicle {vehicle.id} is lost", hint="wait until it is connected")

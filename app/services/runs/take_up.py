@@ -23,6 +23,7 @@ from app.services.runs.settings import RunSettings
 log = structlog.get_logger(__name__)
 NOT_STARTED = frozenset({RunState.CREATED, RunState.UPLOADING})
 LOOK_AGAIN_S = 0.25
+ANOTHER_MISSION = "the vehicle carries another mission than the run's: it restarted empty, or somebody uploaded to it"
 
 
 class TakeUp:
@@ -45,7 +46,7 @@ class TakeUp:
             return None
         mission = await self._mission(run, plan, link)
         if mission is None or not _is_same_vehicle(run, link):
-            await self._give_up(run, "the vehicle carries another mission than the run's")
+            await self._give_up(run, ANOTHER_MISSION)
             return None
         if run.state is RunState.STARTING and not link.state().armed:
             await self._give_up(run, "Waydrop restarted during the start; the vehicle is disarmed")
