@@ -50,6 +50,9 @@ def _told(event: Event) -> Text | None:
             return Text(f"vehicle says ({data.get('severity')}): {data.get('text')}", style="dim")
         case EventKind.VEHICLE_LINK_LOST | EventKind.VEHICLE_LINK_RESTORED | EventKind.VEHICLE_REBOOTED:
             return Text(event.kind.value.removeprefix("vehicle.").replace("_", " "), style="bold yellow")
+        case EventKind.SIMULATOR_FAULT:
+            problem = f", not set: {data['problem']}" if data.get("problem") else ""
+            return Text(f"simulated fault {data.get('fault')} = {data.get('value')}{problem}", style="bold yellow")
         case _:
             return None
 
