@@ -97,7 +97,7 @@ def test_a_kill_leaves_the_vehicles_and_the_next_up_takes_them_over(data_dir: Pa
         assert left is not None
         second = Up(data_dir, port)
         second.until_ready()
-        assert f"still fly (process {left.pid})" in second.said()
+        assert f"found simulated vehicles from before (process {left.pid})" in second.said()
         assert SimulatorProcess(data_dir).find() == left
         with urlopen(f"http://127.0.0.1:{port}/api/v1/simulator", timeout=10) as answer:
             assert [vehicle["type"] for vehicle in json.load(answer)["vehicles"]] == ["quad", "quad", "plane", "vtol"]
