@@ -25,10 +25,11 @@ from app.services.fleet import Fleet
 from app.services.journal import Journal
 from app.services.plans import Plans
 from app.services.runs import Runs
+from app.services.simulation import Simulation
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
 from app.storage import open_storage, open_tokens
-from app.vehicles import MavsdkLinkSource
+from app.vehicles import MavsdkLinkSource, SimulatorControlSocket
 
 log = structlog.get_logger(__name__)
 
@@ -77,6 +78,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
             telemetry=telemetry,
             runs=runs,
             commands=VehicleCommands(fleet, journal),
+            simulation=Simulation(_simulator_control(settings), fleet, journal),
             answers=storage.answers,
             clock=clock,
         )
@@ -100,6 +102,13 @@ def openapi_document() -> dict[str, Any]:
 def _access(tokens: TokenStore, settings: Settings) -> Access:
     secret = settings.bootstrap_token
     return Access(tokens, SystemClock(), None if secret is None else secret.get_secret_value())
+
+
+def _simulator_control(settings: Settings) -> SimulatorControlSocket | None:
+    if settings.simulator_control is None:
+        return None
+    host, _, port = settings.simulator_control.rpartition(":")
+    return SimulatorControlSocket(host, int(port))
 
 
 def _api_settings(settings: Settings, gateway_id: str) -> ApiSettings:

@@ -21,6 +21,7 @@ MAX_CONNECTIONS: Final = 15
 MIN_TOKEN_CHARS: Final = 16
 
 _PORT_RANGE = re.compile(r"^(?P<head>.*:)(?P<first>\d{1,5})\.\.(?P<last>\d{1,5})$")
+_LOOPBACK_PORT = re.compile(r"127\.0\.0\.1:(?P<port>\d{1,5})")
 _CONNECTION = re.compile(r"^(udpin|udpout|tcpin|tcpout|serial|raw)://\S+$")
 
 
@@ -55,6 +56,7 @@ class Settings(BaseSettings):
     `connections` are mavsdk URLs; a port may be a range (`udpin://0.0.0.0:14540..14543` is four connections).
     `allowed_hosts` are further Host names (without port) under which clients reach the service.
     `allowed_origins` are further web origins (`https://desk.example`) whose pages may send commands.
+    `simulator_control` is the control socket of simulated vehicles on this machine; with it their faults can be set.
     `bootstrap_token` is an admin token for containers: the first real tokens are made with it.
     """
 
@@ -65,6 +67,7 @@ class Settings(BaseSettings):
     connections: Annotated[tuple[str, ...], NoDecode] = Field(default=(DEFAULT_CONNECTIONS,), validate_default=True)
     data_dir: Path = Field(default_factory=default_data_dir)
     page_dir: Path | None = Field(default_factory=default_page_dir)
+    simulator_control: str | None = None
     bootstrap_token: SecretStr | None = None
     allowed_hosts: Annotated[tuple[str, ...], NoDecode] = ()
     allowed_origins: Annotated[tuple[str, ...], NoDecode] = ()
@@ -86,6 +89,14 @@ class Settings(BaseSettings):
         if not value.strip() or "://" in value or "/" in value:
             raise ValueError("give an address or a name to listen on, such as 127.0.0.1 or 0.0.0.0")
         return value.strip()
+
+    @field_validator("simulator_control")
+    @classmethod
+    def _control_here(cls, value: str | None) -> str | None:
+        match = None if value is None else _LOOPBACK_PORT.fullmatch(value)
+        if value is not None and (match is None or not 0 < int(match["port"]) <= 65535):
+            raise ValueError("the simulator's control socket is on this machine: write 127.0.0.1:PORT")
+        return value
 
     @field_validator("bootstrap_token")
     @classmethod

@@ -33,6 +33,7 @@ from app.services.fleet import Fleet
 from app.services.journal import Journal
 from app.services.plans import Plans
 from app.services.runs import Runs
+from app.services.simulation import Simulation
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
 from app.storage import open_storage
@@ -110,6 +111,7 @@ async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
             telemetry=TelemetryFeed(fleet, 3600.0),
             runs=Runs(fleet, storage.plans, storage.runs, journal, clock),
             commands=VehicleCommands(fleet, journal),
+            simulation=Simulation(None, fleet, journal),
             answers=storage.answers,
             clock=clock,
         )

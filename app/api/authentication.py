@@ -7,6 +7,7 @@ from typing import Final
 
 from aiohttp import web
 
+from app.api.guard import is_loopback_host
 from app.api.problems import ApiError
 from app.services.access import Access, Principal, Role
 
@@ -39,8 +40,8 @@ def require_role(principal: Principal, role: Role) -> None:
 
 
 def is_local(request: web.Request) -> bool:
-    """Whether the request comes from this machine and not through a proxy on it."""
-    if any(name in request.headers for name in _PROXY_HEADERS):
+    """Whether the request comes from this machine, to it by a loopback name, and not through a proxy on it."""
+    if any(name in request.headers for name in _PROXY_HEADERS) or not is_loopback_host(request):
         return False
     peer = request.transport.get_extra_info("peername") if request.transport is not None else None
     try:

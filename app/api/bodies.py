@@ -23,14 +23,14 @@ class Empty(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
 
-def json_body(model: type[ModelT]) -> Body[ModelT]:
-    """A body that is one JSON object of this model."""
+def json_body(model: type[ModelT], *, tagged: bool = False) -> Body[ModelT]:
+    """A body that is one JSON object of this model; `tagged` if the model is a union told apart by a field."""
 
     def parse(raw: bytes) -> ModelT:
         try:
             return model.model_validate_json(raw)
         except ValidationError as error:
-            raise _unfit(error) from None
+            raise _unfit(error, skip=int(tagged)) from None
 
     return Body(model=model, parse=parse, codes=("request.malformed", "request.invalid"))
 
@@ -99,8 +99,8 @@ def _names(model: type[BaseModel]) -> list[str]:
     return [field.alias or name for name, field in model.model_fields.items()]
 
 
-def _unfit(error: ValidationError) -> ApiError:
-    findings = _findings(error, "body")
+def _unfit(error: ValidationError, *, skip: int) -> ApiError:
+    findings = _findings(error, "body", skip=skip)
     code = "request.malformed" if error.errors()[0]["type"] == "json_invalid" else "request.invalid"
     return ApiError(
         code,
@@ -109,12 +109,13 @@ def _unfit(error: ValidationError) -> ApiError:
     )
 
 
-def _findings(error: ValidationError, where: str) -> list[Finding]:
+def _findings(error: ValidationError, where: str, *, skip: int = 0) -> list[Finding]:
+    """`skip` parts of each place are pydantic's own: it writes the tag of a union before the field."""
     return [
         Finding(
             code=f"{where}.{details['type']}",
             severity=Severity.ERROR,
-            pointer=json_pointer(*(str(part).encode("utf-8", "replace").decode() for part in details["loc"])),
+            pointer=json_pointer(*(str(part).encode("utf-8", "replace").decode() for part in details["loc"][skip:])),
             message=details["msg"],
         )
         for details in error.errors(include_url=False, include_input=False, include_context=False)[:MAX_FINDINGS]

@@ -79,6 +79,11 @@ def _foreign(who: str) -> ApiError:
     )
 
 
+def is_loopback_host(request: web.Request) -> bool:
+    """Whether the request names this machine by a loopback name: through a proxy it seldom does."""
+    return _without_port(request.headers.get("Host", "").lower()) in LOOPBACK_HOSTS
+
+
 def _without_port(host: str) -> str:
     """`[::1]:8080` -> `[::1]`, `localhost:8080` -> `localhost`; anything odd stays and matches nothing."""
     try:

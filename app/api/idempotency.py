@@ -28,7 +28,7 @@ log = structlog.get_logger(__name__)
 class Idempotency:
     """Keeps the good answers of creating requests. An error is not kept: nothing was created, so it may be tried again.
 
-    Keys belong to one principal and one path. While the first request runs, a second one with its key waits for it.
+    Keys belong to one token and one path. While the first request runs, a second one with its key waits for it.
     """
 
     def __init__(self, store: AnswerStore, clock: Clock) -> None:
@@ -56,7 +56,7 @@ class Idempotency:
             raise ApiError(
                 "idempotency.key_invalid", "the key must be 1 to 200 visible ASCII characters", hint="use a UUID"
             )
-        scope = "\n".join((principal.name, request.method, request.path, given[0]))
+        scope = "\n".join((principal.token_id or principal.name, request.method, request.path, given[0]))
         key = hashlib.sha256(scope.encode()).hexdigest()
         lock = self._running.setdefault(key, asyncio.Lock())
         async with lock:

@@ -49,6 +49,9 @@ _KINDS: Final = (
     ProblemKind("vehicle.link", 502, "The link to the vehicle failed"),
     ProblemKind("mission.upload_failed", 502, "The mission could not be uploaded"),
     ProblemKind("vehicle.timeout", 504, "The vehicle did not answer"),
+    ProblemKind("simulator.not_running", 404, "No simulated vehicles are known here"),
+    ProblemKind("simulator.refused", 409, "The simulator refused"),
+    ProblemKind("simulator.no_answer", 504, "The simulator did not answer"),
     ProblemKind("storage.failed", 503, "The journal cannot be written", retry_after_s=5),
     ProblemKind("internal", 500, "A defect of the service"),
 )

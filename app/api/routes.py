@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from app.api import documents, events, health, plan_checks, plans, runs, schemas, vehicles
+from app.api import documents, events, health, plan_checks, plans, runs, schemas, simulator, vehicles
 from app.api.routing import AnyRoute
 
 ROUTES: Final[tuple[AnyRoute, ...]] = (
@@ -13,6 +13,7 @@ ROUTES: Final[tuple[AnyRoute, ...]] = (
     *plan_checks.ROUTES,
     *runs.ROUTES,
     *events.ROUTES,
+    *simulator.ROUTES,
     *schemas.ROUTES,
     *documents.ROUTES,
     *health.ROUTES,

@@ -15,6 +15,7 @@ from app.services.fleet import Fleet
 from app.services.journal import Journal
 from app.services.plans import Plans
 from app.services.runs import Runs
+from app.services.simulation import Simulation
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
 
@@ -33,6 +34,7 @@ class ApiServices:
     telemetry: TelemetryFeed
     runs: Runs
     commands: VehicleCommands
+    simulation: Simulation
     answers: AnswerStore
     clock: Clock
     readiness: Mapping[str, ReadinessCheck] = field(default_factory=dict)
@@ -45,6 +47,7 @@ FLEET: Final = web.AppKey("fleet", Fleet)
 JOURNAL: Final = web.AppKey("journal", Journal)
 PLANS: Final = web.AppKey("plans", Plans)
 RUNS: Final = web.AppKey("runs", Runs)
+SIMULATION: Final = web.AppKey("simulation", Simulation)
 
 
 def install(app: web.Application, services: ApiServices) -> None:
@@ -56,3 +59,4 @@ def install(app: web.Application, services: ApiServices) -> None:
     app[JOURNAL] = services.journal
     app[PLANS] = services.plans
     app[RUNS] = services.runs
+    app[SIMULATION] = services.simulation

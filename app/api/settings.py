@@ -14,7 +14,8 @@ class ApiSettings:
     (`https://desk.example`) besides the service's own that may send commands and open sockets.
 
     Sockets: at most `max_sockets`; each has room for `socket_queue` events. A client that takes none of them, or for
-    which one write takes longer than `send_timeout_s`, is cut. `socket_buffer_bytes` bounds the kernel's part.
+    which one write takes longer than `send_timeout_s`, is cut. Each `access_again_s` its token is looked at again: a
+    revoked one ends it. `socket_buffer_bytes` bounds the kernel's part.
     """
 
     gateway: str
@@ -29,6 +30,7 @@ class ApiSettings:
     socket_buffer_bytes: int = 256 * 1024
     send_timeout_s: float = 10.0
     heartbeat_s: float = 20.0
+    access_again_s: float = 5.0
     close_grace_s: float = 2.0
     replay_page_events: int = 500
     recent_runs: int = 20

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+from importlib.metadata import version
+from typing import Annotated
 
 import typer
 
@@ -15,12 +17,13 @@ from app.cli.runs import runs_app
 from app.cli.schema import schema
 from app.cli.serve import serve
 from app.cli.sim import sim
-from app.cli.terminal import err, show_error
+from app.cli.terminal import count, err, out, show_error
 from app.cli.token import token_app
 from app.cli.up import up
 from app.cli.validate import validate
 from app.cli.vehicles import vehicles
 from app.domain.errors import WaydropError
+from app.domain.plan import PlanInvalid
 
 app = typer.Typer(
     name="waydrop",
@@ -30,6 +33,21 @@ app = typer.Typer(
     pretty_exceptions_show_locals=False,
     epilog="Exit status: 0 done, 1 not achieved, 2 unusable input, 3 no service, 4 refused by the service.",
 )
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        out().print(f"waydrop {version('waydrop')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    _: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Say the version.")] = False,
+) -> None:
+    """Options of the command itself."""
+
+
 app.command()(up)
 app.command()(down)
 app.command()(serve)
@@ -48,6 +66,10 @@ def main() -> None:
     try:
         app(prog_name="waydrop")
     except WaydropError as error:
-        show_findings(err(), findings_of(error))
-        show_error(error)
+        findings = findings_of(error)
+        show_findings(err(), findings)
+        if isinstance(error, PlanInvalid):
+            err().print(f"[bold red]this is no plan[/]: {count(len(findings), 'error')}")
+        else:
+            show_error(error)
         sys.exit(status_of(error))

@@ -38,7 +38,8 @@ def _told(event: Event) -> Text | None:
             verb = "flies to" if data.get("what") == "current" else "reached"
             return Text(f"{verb} {data.get('item_id')}")
         case EventKind.RUN_COMMAND:
-            return Text(f"sends {data.get('command')}{_again(data)}")
+            what = " to close the gripper" if data.get("action") == "grab" else ""
+            return Text(f"sends {data.get('command')}{what}{_again(data)}")
         case EventKind.RUN_ACK:
             underway = data.get("result") == "IN_PROGRESS" and data.get("progress") is not None
             progress = f" {data['progress']}%" if underway else ""
@@ -49,6 +50,9 @@ def _told(event: Event) -> Text | None:
             return Text(f"vehicle says ({data.get('severity')}): {data.get('text')}", style="dim")
         case EventKind.VEHICLE_LINK_LOST | EventKind.VEHICLE_LINK_RESTORED | EventKind.VEHICLE_REBOOTED:
             return Text(event.kind.value.removeprefix("vehicle.").replace("_", " "), style="bold yellow")
+        case EventKind.SIMULATOR_FAULT:
+            problem = f", not set: {data['problem']}" if data.get("problem") else ""
+            return Text(f"simulated fault {data.get('fault')} = {data.get('value')}{problem}", style="bold yellow")
         case _:
             return None
 

@@ -74,7 +74,7 @@ _acting(RunAction.PAUSE, "Hold where the vehicle is.")
 _acting(RunAction.RESUME, "Fly on after a pause.")
 _acting(RunAction.RETURN, "Return to launch; drops not made stay undone.")
 _acting(RunAction.LAND, "Land where the vehicle is.")
-_acting(RunAction.ABORT, "End the run and free the vehicle.")
+_acting(RunAction.ABORT, "On the ground: end the run at once. In the air: return to launch, which ends it.")
 
 
 async def _get(server: str, token: str | None, path: str, **query: int) -> Any:
@@ -104,7 +104,7 @@ def runs_table(rows: list[Run]) -> Table:
     """One row for each run."""
     table = Table()
     for name in ("run", "state", "vehicle", "item", "drops", "created"):
-        table.add_column(name)
+        table.add_column(name, no_wrap=name == "run", min_width=len(rows[0].id) if name == "run" else None)
     for run in rows:
         table.add_row(
             run.id,

@@ -10,6 +10,7 @@ import contextlib
 import fcntl
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -25,6 +26,8 @@ LOCK_NAME: Final = "simulator.lock"
 LOG_NAME: Final = "simulator.log"
 READY: Final = b"ready: "
 """The simulator writes a line with it for each vehicle."""
+CONTROL: Final = re.compile(r"^control: (127\.0\.0\.1:\d+)$", re.MULTILINE)
+"""It writes this line before, if it was started with a control port."""
 POLL_S: Final = 0.02
 
 
@@ -94,6 +97,11 @@ class SimulatorProcess:
                 what = "ended at once" if ended else f"are not ready after {within_s:.0f} s"
                 raise SimulatorError(f"the simulated vehicles {what}\n{self._last_lines()}", hint=f"see {self.log}")
             time.sleep(POLL_S)
+
+    def control(self) -> str | None:
+        """The address of its control socket, once it is ready; None if it has none."""
+        said = CONTROL.search(self.log.read_text(errors="replace"))
+        return None if said is None else said[1]
 
     def stop(self, *, within_s: float = 1.0) -> bool:
         """End it; False if none runs. One that does not end in time is killed: it has nothing to save."""

@@ -3,22 +3,36 @@
 from __future__ import annotations
 
 import json
-from typing import Any
+import os
+import sys
+from typing import Any, Final, TextIO
 
 from rich.console import Console
 from rich.markup import escape
 
 from app.domain.errors import WaydropError
 
+_WIDE: Final = 200
+
 
 def out() -> Console:
     """Standard output, made anew so that a redirected stdout is honoured."""
-    return Console(highlight=False, soft_wrap=True)
+    return Console(highlight=False, soft_wrap=True, width=_width(sys.stdout))
 
 
 def err() -> Console:
     """Standard error."""
-    return Console(stderr=True, highlight=False, soft_wrap=True)
+    return Console(stderr=True, highlight=False, soft_wrap=True, width=_width(sys.stderr))
+
+
+def count(number: int, thing: str) -> str:
+    """`1 error`, `2 errors`."""
+    return f"{number} {thing}{'' if number == 1 else 's'}"
+
+
+def _width(stream: TextIO) -> int | None:
+    """A file or a pipe has no width: nothing is cut there. COLUMNS counts everywhere."""
+    return None if stream.isatty() or "COLUMNS" in os.environ else _WIDE
 
 
 def write_json(document: Any, *, indent: int | None = 2) -> None:

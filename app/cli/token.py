@@ -28,6 +28,9 @@ def create(
     stored, secret = asyncio.run(_create(load_settings(data_dir=data_dir), name, role))
     err().print(f"token {stored.id} for {name}, role {role.value}; it is not shown again:", markup=False)
     out().out(secret, highlight=False)
+    err().print(
+        "From now on every client needs a token, on this machine too, also after all are revoked.", markup=False
+    )
 
 
 @token_app.command("list")

@@ -37,7 +37,9 @@ def up(
     configure_logs(settings)
     fleet = SimulatedFleet.for_connections(settings.connections, speed=speed, seed=seed)
     simulator = SimulatorProcess(settings.data_dir)
-    session = _Session(settings, owns_vehicles=_start_vehicles(simulator, fleet))
+    owns_vehicles = _start_vehicles(simulator, fleet)
+    settings = settings.model_copy(update={"simulator_control": simulator.control()})
+    session = _Session(settings, owns_vehicles=owns_vehicles)
     try:
         asyncio.run(session.serve())
     except KeyboardInterrupt:
@@ -56,7 +58,8 @@ def _start_vehicles(simulator: SimulatorProcess, fleet: SimulatedFleet) -> bool:
     if running is not None:
         same = running.arguments == fleet.arguments()
         other = "" if same else f", with other options ({' '.join(running.arguments)}); `waydrop down` ends them"
-        err().print(f"[yellow]found simulated vehicles that still fly[/] (process {running.pid}){escape(other)}")
+        err().print(f"[yellow]found simulated vehicles from before[/] (process {running.pid}){escape(other)}")
+        simulator.wait_ready(len(FLEET), within_s=READY_S)  # its starter may have died before it was
         return False
     running = simulator.start(fleet.arguments())
     simulator.wait_ready(len(FLEET), within_s=READY_S)
@@ -86,7 +89,7 @@ class _Session:
         console.print("Try next, in another terminal:")
         for command in (f"validate {plan}", f"vehicles{flag}", f"fly {plan} --vehicle v1{flag}"):
             console.print(f"  [bold]{escape(program)} {escape(command)}[/]")
-        console.print("Ctrl-C ends Waydrop and the vehicles.\n")
+        console.print("Ctrl-C ends Waydrop and the simulated vehicles, those in flight too.\n")
 
 
 def _shortest(path: Path) -> str:

@@ -12,7 +12,7 @@ from app.cli.exit_status import ExitStatus
 from app.cli.plan_file import read_plan
 from app.cli.plan_report import show_findings, show_timeline
 from app.cli.service_client import ServerOption, TokenOption, service_client
-from app.cli.terminal import err, out, write_json
+from app.cli.terminal import count, err, out, write_json
 from app.domain.finding import Finding, Severity
 from app.domain.plan import Plan, PlanInvalid
 from app.domain.prediction import Timeline, predict
@@ -73,7 +73,7 @@ def _show(plan: Plan, findings: list[Finding], timeline: Timeline | None) -> Non
     errors = sum(finding.severity is Severity.ERROR for finding in findings)
     warnings = len(findings) - errors
     err().print(
-        f"[bold red]{errors} errors[/], {warnings} warnings: it would be refused"
+        f"[bold red]{count(errors, 'error')}[/], {count(warnings, 'warning')}: it would be refused"
         if errors
-        else f"[bold green]it can be flown[/], {warnings} warnings"
+        else f"[bold green]it can be flown[/], {count(warnings, 'warning')}"
     )

@@ -93,3 +93,21 @@ class StorageError(WaydropError):
     """The journal cannot be written: nothing may be reported as done."""
 
     code = "storage.failed"
+
+
+class SimulatorNotRunningError(NotFoundError):
+    """No simulated vehicles are known to this service."""
+
+    code = "simulator.not_running"
+
+
+class SimulatorRefusedError(ConflictError):
+    """The simulator does not take the fault; the detail is its reason."""
+
+    code = "simulator.refused"
+
+
+class SimulatorSilentError(WaydropError):
+    """The simulator did not answer, or not in its own protocol."""
+
+    code = "simulator.no_answer"

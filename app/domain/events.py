@@ -47,6 +47,9 @@ class EventKind(StrEnum):
     """data: command, result (MAV_RESULT word), result_code, progress."""
     RUN_DROP = "run.drop"
     """data: the drop record."""
+    SIMULATOR_FAULT = "simulator.fault"
+    """data: fault, value, by, problem. Stored before the simulated vehicle gets the fault, with problem null; once more
+    with the reason when it did not."""
 
 
 class NewEvent(BaseModel):

@@ -12,7 +12,7 @@ STOPPED_M_S = 0.3
 
 @dataclass(frozen=True, slots=True)
 class FlightView:
-    """`asked` is what a user asked for in flight: "pause", "return", "land" or "" for nothing; "contingency"
+    """`asked` is what a user asked for in flight: "pause", "resume", "return", "land" or "" for nothing; "contingency"
     says that the plan itself asked to return after a failed drop. `was_armed` is False while a HEARTBEAT that says
     armed may still be on its way (they come at 1 Hz).
     """
@@ -43,6 +43,8 @@ def phase_of(view: FlightView) -> tuple[RunState, str]:
         return RunState.RETURNING, _why_returning(view)
     if state.mode is FlightMode.LAND:
         return RunState.RETURNING, "landing, as asked" if view.asked == "land" else "the vehicle lands"
+    if state.mode is FlightMode.HOLD and view.asked == "resume":
+        return RunState.PAUSED, "resuming, as asked"
     if state.mode is FlightMode.HOLD and view.asked == "pause":
         return RunState.PAUSED, "paused, as asked"
     is_ending = view.mission_done or view.asked in ("return", "land", "contingency")
@@ -57,7 +59,7 @@ def phase_of(view: FlightView) -> tuple[RunState, str]:
 
 def how_it_ended(*, mission_done: bool, asked: str, reason: str) -> tuple[RunState, str]:
     """The last state of a run whose vehicle has landed and disarmed (or stopped, a rover; or holds, an airship)."""
-    if mission_done and asked in ("", "pause"):
+    if mission_done:  # it counts as done only if nobody had asked for something else before
         return RunState.COMPLETED, reason
     if asked in ("return", "land"):
         return RunState.ABORTED, f"asked to {asked} before the mission was done"

@@ -57,7 +57,8 @@ class Run(BaseModel):
 
     `item_id` is the plan item that the vehicle flies to or does. `flown_item_ids` are the items passed, in order.
     `mission_id` is PX4's CRC32 of the uploaded items (MISSION_ACK.opaque_id), None where the firmware gives none.
-    `asked` is what a user last asked for in flight: "pause", "return", "land", or "" for the mission itself;
+    `asked` is what a user last asked for in flight: "pause", "return", "land", "resume" until the vehicle is in Mission
+    mode again, or "" for the mission itself;
     "contingency" when a drop failed and the plan says to return.
     `reached_seq` is the highest mission item known to be done: after a reboot of the vehicle nothing before it is
     flown again.

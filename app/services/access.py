@@ -41,10 +41,11 @@ class Role(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Principal:
-    """Who asks."""
+    """Who asks. Names are for people and may repeat; `token_id` tells tokens apart."""
 
     name: str
     role: Role
+    token_id: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +130,7 @@ class Access:
         if found is None or not hmac.compare_digest(found.token_hash, digest):
             return None
         try:
-            principal = Principal(found.name, Role(found.role))
+            principal = Principal(found.name, Role(found.role), found.id)
         except ValueError:  # a role of another version: what it may do here is not known, so nothing
             return None
         if revocations == self._revocations:  # else it may have been revoked after it was read

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Awaitable, Callable
 from typing import Final
 
-from app.domain.errors import ConflictError, LinkError
+from app.domain.errors import ConflictError, StorageError, WaydropError
 from app.domain.events import EventKind
 from app.domain.ports import VehicleLink
 from app.services.fleet import Fleet
@@ -46,11 +47,13 @@ class VehicleCommands:
             )
         if not link.state().armed:
             raise ConflictError(f"vehicle {vehicle_id} is not armed: there is nothing to {action}")
-        await self._record(vehicle_id, action, by, "sent")
+        with contextlib.suppress(StorageError):  # logged by the journal; bringing a vehicle home waits for no disk
+            await self._record(vehicle_id, action, by, "sent")
         try:
             await _ACTIONS[action](link)
-        except LinkError as error:
-            await self._record(vehicle_id, action, by, error.detail)
+        except WaydropError as error:
+            with contextlib.suppress(StorageError):
+                await self._record(vehicle_id, action, by, error.detail)
             raise
         await self._record(vehicle_id, action, by, "done")
 

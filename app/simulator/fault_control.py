@@ -6,6 +6,7 @@ import math
 from collections.abc import Awaitable, Callable
 from typing import TYPE_CHECKING, Any
 
+from app.simulator.lasting_faults import lasting_faults
 from app.simulator.second_ground import DEEDS, SecondGround
 from app.simulator.vehicle import Vehicle
 from app.simulator.wire import MissionAck, Mode
@@ -47,6 +48,11 @@ class FaultControl:
             "duplicate_sysid": self._duplicate,
         }
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All faults."""
+        return tuple(self._setters)
+
     async def handle(self, request: object) -> Answer:
         """One request; {"ok": true, ...} or {"ok": false, "error": "..."}."""
         try:
@@ -54,7 +60,7 @@ class FaultControl:
                 raise RefusedError("a request is a JSON object")
             vehicles = self._chosen(request.get("vehicle"))
             if "query" in request:
-                return _query(request["query"], vehicles)
+                return self._query(request["query"], vehicles)
             name = request.get("fault")
             if not isinstance(name, str) or name not in self._setters:
                 raise RefusedError(f"unknown fault {name!r}; known: {', '.join(sorted(self._setters))}")
@@ -80,12 +86,14 @@ class FaultControl:
         else:
             self._fleet.remove_duplicates(vehicle)
 
+    def _query(self, what: object, vehicles: list[Vehicle]) -> Answer:
+        """The truth about the vehicles, to be compared with what was measured."""
+        if what != "state":
+            raise RefusedError(f"unknown query {what!r}; known: state")
+        return {"ok": True, "vehicles": [{**_state(vehicle), "faults": self._faults(vehicle)} for vehicle in vehicles]}
 
-def _query(what: object, vehicles: list[Vehicle]) -> Answer:
-    """The truth about the vehicles, for tests that compare it with what was measured."""
-    if what != "state":
-        raise RefusedError(f"unknown query {what!r}; known: state")
-    return {"ok": True, "vehicles": [_state(vehicle) for vehicle in vehicles]}
+    def _faults(self, vehicle: Vehicle) -> dict[str, Any]:
+        return lasting_faults(vehicle, has_duplicate=bool(self._fleet.duplicates_of(vehicle.system_id)))
 
 
 def _state(vehicle: Vehicle) -> Answer:

@@ -2,5 +2,6 @@
 
 from app.vehicles.link_source import MavsdkLinkSource
 from app.vehicles.settings import LinkSettings
+from app.vehicles.simulator_control import SimulatorControlSocket
 
-__all__ = ["LinkSettings", "MavsdkLinkSource"]
+__all__ = ["LinkSettings", "MavsdkLinkSource", "SimulatorControlSocket"]

@@ -13,7 +13,7 @@ from contextlib import aclosing
 from typing import Final
 
 from app.domain.commands import CommandAck, CommandRequest, MavResult, PendingCommand
-from app.domain.errors import ConflictError, LinkError, LinkTimeoutError, VehicleRefusedError
+from app.domain.errors import CommandExpiredError, ConflictError, LinkError, LinkTimeoutError, VehicleRefusedError
 from app.domain.mission import NAN, MavCmd
 from app.vehicles.decoders import CommandAckReport
 from app.vehicles.encoders import CommandLong, Outgoing
@@ -41,6 +41,7 @@ class CommandSender:
 
         Raises:
             ConflictError: the same command is under way. It is not queued: a release must not be sent later.
+            CommandExpiredError: `send_before_s` is over; nothing was sent.
             LinkTimeoutError: no final ack before the deadline.
         """
         turn = self._turns[request.command]
@@ -87,6 +88,8 @@ class CommandSender:
     async def _acks(self, request: CommandRequest) -> AsyncGenerator[CommandAck, None]:
         if self._closed:
             raise LinkError("the link is closed")
+        if request.send_before_s is not None and time.monotonic() >= request.send_before_s:
+            raise CommandExpiredError(f"{_name(request.command)} was not sent: its time was over")
         queue: asyncio.Queue[CommandAck | None] = asyncio.Queue(_ACKS_WAITING)
         self._waiting[request.command] = queue  # before sending: the ack may come within 0.1 ms
         try:

@@ -11,7 +11,7 @@ from app.domain.default_facts import default_facts
 from app.domain.errors import LinkTimeoutError
 from app.domain.vehicle import VehicleFacts, VehicleType
 from app.vehicles.decoders import AutopilotVersion, Heartbeat, HomePosition
-from app.vehicles.gripper_output import function_parameters
+from app.vehicles.gripper_output import function_parameters, limit_parameters
 from app.vehicles.identity import Identity
 from app.vehicles.inbox import Inbox
 from app.vehicles.mav_type import vehicle_type
@@ -56,7 +56,7 @@ class FactReader:
                 values = await self._parameters.read(names)
                 if not values:
                     raise LinkTimeoutError("the vehicle answers no parameter request")
-                self._values = values
+                self._values = values | await self._parameters.read(limit_parameters(values))
         return VehicleFacts(
             vehicle_type=kind,
             firmware=self._identity.firmware,

@@ -19,6 +19,7 @@ from app.services.fleet import Fleet
 from app.services.journal import Journal
 from app.services.plans import Plans
 from app.services.runs import Runs
+from app.services.simulation import Simulation
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
 from app.storage.storage import Storage, open_storage
@@ -89,6 +90,7 @@ async def run_service(
                 telemetry=telemetry,
                 runs=Runs(fleet, storage.plans, storage.runs, journal, clock),
                 commands=VehicleCommands(fleet, journal),
+                simulation=Simulation(None, fleet, journal),
                 answers=storage.answers,
                 clock=clock,
             )

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import AsyncIterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from app.api.routes import ROUTES
 from app.services.access import Role
-from tests.api.service import Service, run_service
+from tests.api.listener import listen
+from tests.api.service import SETTINGS, Service, run_service
 from tests.api.test_guard import path_of
 
 BOOTSTRAP = "bootstrap-token-of-a-test"
@@ -77,6 +79,23 @@ async def test_a_revoked_token_opens_nothing(guarded: Service) -> None:
     assert (await guarded.call("GET", "/api/v1/vehicles", headers=headers))[0] == 200
     await guarded.access.revoke(token.id)
     assert (await guarded.call("GET", "/api/v1/vehicles", headers=headers))[0] == 401
+
+
+async def test_a_socket_whose_token_is_revoked_is_closed_with_4401(tmp_path: Path) -> None:
+    settings = replace(SETTINGS, access_again_s=0.05)
+    async with run_service(tmp_path, settings=settings) as service:
+        token, secret = await service.access.create_token("lost", Role.VIEWER)
+        async with listen(service, headers={"Authorization": f"Bearer {secret}"}) as listener:
+            await listener.frame("snapshot")
+            await service.access.revoke(token.id)
+            assert await listener.close_code() == 4401
+
+
+async def test_a_name_that_is_not_this_machines_needs_a_token_though_it_comes_from_here(tmp_path: Path) -> None:
+    settings = replace(SETTINGS, allowed_hosts=("waydrop.example",))
+    async with run_service(tmp_path, settings=settings) as service:
+        status, _, problem = await service.call("GET", "/api/v1/vehicles", headers={"Host": "waydrop.example"})
+        assert (status, problem["code"]) == (401, "auth.required")
 
 
 async def test_loopback_needs_no_token_until_one_exists(service: Service) -> None:

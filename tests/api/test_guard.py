@@ -11,6 +11,7 @@ import pytest
 
 from app.api.routes import ROUTES
 from app.api.routing import PROBED, AnyRoute
+from app.services.access import Role
 from tests.api.service import SETTINGS, Service, run_service
 
 STATE_CHANGING = [route for route in ROUTES if route.method != "GET"]
@@ -68,8 +69,9 @@ async def test_loopback_names_and_configured_names_are_answered(tmp_path: Path) 
             "drones.example",
             "DRONES.example:443",
         )
+        token = await service.token(Role.VIEWER)
         for host in hosts:
-            status, _, _ = await service.call("GET", "/api/v1/vehicles", headers={"Host": host})
+            status, _, _ = await service.call("GET", "/api/v1/vehicles", headers={**token, "Host": host})
             assert status == 200, host
 
 

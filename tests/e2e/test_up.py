@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shlex
 import signal
@@ -10,6 +11,7 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from urllib.request import urlopen
 
 import pytest
 
@@ -95,8 +97,10 @@ def test_a_kill_leaves_the_vehicles_and_the_next_up_takes_them_over(data_dir: Pa
         assert left is not None
         second = Up(data_dir, port)
         second.until_ready()
-        assert f"still fly (process {left.pid})" in second.said()
+        assert f"found simulated vehicles from before (process {left.pid})" in second.said()
         assert SimulatorProcess(data_dir).find() == left
+        with urlopen(f"http://127.0.0.1:{port}/api/v1/simulator", timeout=10) as answer:
+            assert [vehicle["type"] for vehicle in json.load(answer)["vehicles"]] == ["quad", "quad", "plane", "vtol"]
         assert second.ctrl_c() < CLEAN_END_S
         assert second.process.returncode == 0, second.said()
     finally:

@@ -11,7 +11,7 @@ from app.config import SettingsError, default_data_dir, expand_connection, load_
 
 @pytest.fixture(autouse=True)
 def _no_settings_of_this_machine(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("HOST", "PORT", "CONNECTIONS", "DATA_DIR", "BOOTSTRAP_TOKEN", "ALLOWED_HOSTS"):
+    for name in ("HOST", "PORT", "CONNECTIONS", "DATA_DIR", "BOOTSTRAP_TOKEN", "ALLOWED_HOSTS", "SIMULATOR_CONTROL"):
         monkeypatch.delenv(f"WAYDROP_{name}", raising=False)
 
 
@@ -49,6 +49,13 @@ def test_every_wrong_setting_is_named_with_its_variable(monkeypatch: pytest.Monk
         "WAYDROP_BOOTSTRAP_TOKEN",
     ]
     assert "at least 16 characters" in lines[2]
+
+
+@pytest.mark.parametrize("address", ["14600", "localhost:14600", "10.0.0.1:14600", "127.0.0.1:0", "127.0.0.1:70000"])
+def test_a_simulator_is_controlled_on_this_machine_only(address: str) -> None:
+    with pytest.raises(SettingsError, match=r"WAYDROP_SIMULATOR_CONTROL: .*127\.0\.0\.1:PORT"):
+        load_settings(simulator_control=address)
+    assert load_settings(simulator_control="127.0.0.1:14600").simulator_control == "127.0.0.1:14600"
 
 
 def test_a_secret_is_not_shown() -> None:

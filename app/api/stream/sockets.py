@@ -97,10 +97,25 @@ class StreamEndpoint:
         _bound_kernel_buffer(transport, self._settings.socket_buffer_bytes)
         session = Session(socket, transport, self._sources, self._settings)
         self._sessions.add(session)
+        guard = asyncio.create_task(self._look_again(request, session), name="socket access")
         try:
             return await session.run(after)
         finally:
             self._sessions.discard(session)
+            guard.cancel()
+            await asyncio.gather(guard, return_exceptions=True)
+
+    async def _look_again(self, request: web.Request, session: Session) -> None:
+        """A token that is revoked while its socket is open ends the socket."""
+        while True:
+            await asyncio.sleep(self._settings.access_again_s)
+            try:
+                await authenticate_socket(request, self._access)
+            except ApiError:
+                session.outbox.end(CloseCode.UNAUTHORIZED)
+                return
+            except StorageError:
+                log.warning("a socket's token cannot be looked at now")
 
     async def _end(self, request: web.Request, socket: web.WebSocketResponse, code: int | None) -> None:
         """Close with a code, and let go of the connection even if the client reads nothing."""

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
+from functools import cache
 from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
+from pydantic_core import ErrorDetails
 
 from app.domain.errors import InvalidInputError
 from app.domain.finding import Finding, Severity, json_pointer
@@ -94,12 +97,51 @@ def _findings(error: ValidationError, value: Any) -> list[Finding]:
             code=_CODES.get(details["type"], _OTHER_CODE),
             severity=Severity.ERROR,
             pointer=details.get("ctx", {}).get("pointer") or _pointer(details["loc"]),
-            message=details["msg"],
+            message=_message(details),
             item_id=_item_id(details["loc"], value),
+            hint=_hint(details),
         )
         for details in errors
         if not (details["type"] == "too_short" and _has_inner(details["loc"], places))
     ][:MAX_FINDINGS]
+
+
+def _message(details: ErrorDetails) -> str:
+    """pydantic's sentence, or ours where a person who writes JSON would not understand it."""
+    last = details["loc"][-1] if details["loc"] else ""
+    match details["type"]:
+        case "extra_forbidden":
+            return f"there is no field {str(last)!r}"
+        case "missing":
+            return f"the field {str(last)!r} is missing"
+        case "union_tag_invalid":
+            return f"there is no item type {details['ctx']['tag']!r}"
+        case _:
+            return details["msg"]
+
+
+def _hint(details: ErrorDetails) -> str:
+    match details["type"]:
+        case "extra_forbidden":
+            near = get_close_matches(str(details["loc"][-1]), _field_names(), n=1)
+        case "union_tag_invalid":
+            near = get_close_matches(str(details["ctx"]["tag"]), _item_types(), n=1)
+            return f"did you mean {near[0]!r}?" if near else f"known: {', '.join(_item_types())}"
+        case _:
+            return ""
+    return f"did you mean {near[0]!r}?" if near else "take it away, or see `waydrop schema`"
+
+
+@cache
+def _field_names() -> tuple[str, ...]:
+    schema = plan_json_schema()
+    parts = (schema, *schema["$defs"].values())
+    return tuple(sorted({name for part in parts for name in part.get("properties", {})}))
+
+
+@cache
+def _item_types() -> tuple[str, ...]:
+    return tuple(plan_json_schema()["properties"]["items"]["items"]["discriminator"]["mapping"])
 
 
 def _has_inner(location: tuple[int | str, ...], places: set[tuple[int | str, ...]]) -> bool:

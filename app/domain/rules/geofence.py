@@ -39,10 +39,14 @@ def _legs_inside(context: RuleContext) -> Iterator[Violation]:
             continue
         broken.add(step.index)
         inside = _allows(context, area, step.end) and not isinstance(step.item, Loiter)
-        message = "the way to this item leaves the fence" if inside else "this item lies outside of the fence"
+        message = "the way to this item leaves the fence" if inside else "this item lies where the fence forbids it"
         if isinstance(step.item, Jump):
             message = "the way back to the jump's target leaves the fence"
-        yield at_item(step, message, "add a waypoint that goes round, or change the fence")
+        yield at_item(
+            step,
+            message,
+            "stay in the inclusions and out of the exclusions: add a waypoint that goes round, or change the fence",
+        )
 
 
 def _rally_inside(context: RuleContext) -> Iterator[Violation]:

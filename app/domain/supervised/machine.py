@@ -33,9 +33,9 @@ class DropMachine:
     """The state of one supervised drop.
 
     `in_flight` is the attempt whose final ack is awaited. `unsure` says that some attempt had no final answer, so the
-    parcel may be gone. `approached` is set once the mission was seen before or at the hold, so that a stale index
-    from an earlier flight does not count as passed. `accepted_at_s` is set while the gripper's output is watched after
-    an ACCEPTED.
+    parcel may be gone. `withheld` counts attempts that were never sent. `approached` is set once the mission was seen
+    before or at the hold, so that a stale index from an earlier flight does not count as passed. `accepted_at_s` is
+    set while the gripper's output is watched after an ACCEPTED.
 
     Laws (tests/unit/domain/supervised/test_supervised_laws.py): no release is sent unless every check holds at that
     moment; none after an ACCEPTED; one at a time; one Finish; `kept` never while unsure; `released` never without
@@ -49,6 +49,7 @@ class DropMachine:
     was_away: bool = False
     approached: bool = False
     attempts: int = 0
+    withheld: int = 0
     in_flight: int | None = None
     unsure: bool = False
     accepted_at_s: float | None = None
@@ -97,7 +98,9 @@ def step(drop: DropMachine, heard: DropInput) -> tuple[DropMachine, Effects]:
                 return drop, ()
             return replace(drop, in_flight=None, unsure=True, retry_at_s=heard.now_s), ()
         case ReleaseWithheld():
-            return (replace(drop, in_flight=None) if heard.attempt == drop.in_flight else drop), ()
+            if heard.attempt != drop.in_flight:
+                return drop, ()
+            return replace(drop, in_flight=None, withheld=drop.withheld + 1), ()
         case RunEnding():
             return _ended(drop, heard)
 
@@ -218,7 +221,7 @@ def _conclude(drop: DropMachine, seen: Observation | None, reason: str) -> tuple
     elif drop.unsure:
         outcome, certainty = DropOutcome.UNKNOWN, Certainty.NONE
     else:
-        outcome, certainty = DropOutcome.KEPT, Certainty.ACKNOWLEDGED
+        outcome, certainty = DropOutcome.KEPT, _certainty_kept(drop)
     return _finish_and_resume(drop, seen, outcome, certainty, reason)
 
 
@@ -231,7 +234,12 @@ def _ended(drop: DropMachine, heard: RunEnding) -> tuple[DropMachine, Effects]:
         return _finish(drop, DropOutcome.RELEASED, Certainty.INFERRED, heard.reason)
     if drop.in_flight is not None or drop.unsure:
         return _finish(drop, DropOutcome.UNKNOWN, Certainty.NONE, heard.reason)
-    return _finish(drop, DropOutcome.KEPT, Certainty.ACKNOWLEDGED, heard.reason)
+    return _finish(drop, DropOutcome.KEPT, _certainty_kept(drop), heard.reason)
+
+
+def _certainty_kept(drop: DropMachine) -> Certainty:
+    """A refusal is an acknowledgement; a release that was never sent has none."""
+    return Certainty.INFERRED if drop.withheld == drop.attempts else Certainty.ACKNOWLEDGED
 
 
 def _finish(

@@ -8,14 +8,16 @@ from app.domain.drop import DropPhase, DropRecord
 from app.domain.geo import distance_m
 from app.domain.mission import CompiledDrop
 from app.domain.supervised import Finish
-from app.domain.vehicle import VehicleState
+from app.domain.vehicle import FlightMode, VehicleState
+
+_ASKED = {"pause": FlightMode.HOLD, "return": FlightMode.RETURN, "land": FlightMode.LAND}
 
 
 @dataclass(frozen=True, slots=True)
 class Look:
     """One look at the vehicle: the state, our two clocks, and how fast the vehicle's own clock runs.
 
-    `clock_rate` is 1 until it is measured, about a second after the first position.
+    `clock_rate` is 1 until it is measured, about a second after the first position. `asked`: see FlightView.
     """
 
     state: VehicleState
@@ -23,6 +25,12 @@ class Look:
     time_s: float
     clock_rate: float
     rate_is_measured: bool = True
+    asked: str = ""
+
+    @property
+    def mode_for_drops(self) -> FlightMode | None:
+        """The mode that a user asked for counts from the asking: nothing is released while the vehicle still obeys."""
+        return _ASKED.get(self.asked, self.state.mode) if self.state.mode is FlightMode.MISSION else self.state.mode
 
 
 def offset_m(state: VehicleState, compiled: CompiledDrop) -> float | None:

@@ -9,7 +9,7 @@ from typing import Final
 
 import structlog
 
-from app.domain.errors import LinkError, StorageError, WaydropError, WrongStateError
+from app.domain.errors import StorageError, WaydropError, WrongStateError
 from app.domain.events import EventKind
 from app.domain.ports import LinkFact, VehicleLink
 from app.domain.run import IN_FLIGHT, Run, RunState
@@ -46,8 +46,8 @@ class RunFlight:
         self._start_asked = asyncio.Event()
         self._abort_asked = asyncio.Event()
         self._acting = asyncio.Lock()
-        if recorder.run.start_requested:
-            self._start_asked.set()
+        if recorder.run.start_requested and recorder.run.state is RunState.CREATED:
+            self._start_asked.set()  # after a restart of ours nothing starts by itself
 
     @property
     def run(self) -> Run:
@@ -84,16 +84,18 @@ class RunFlight:
                 raise self._wrong(asked)
             before = self._recorder.run.asked
             self._recorder.change(asked=asked)
-            self._recorder.note(EventKind.RUN_COMMAND, command=asked or "resume")
-            await self._recorder.flush()
+            self._recorder.note(EventKind.RUN_COMMAND, command=asked)
             try:
+                with contextlib.suppress(StorageError):  # a person's command does not wait for the disk
+                    await self._recorder.flush()
                 await command()
-            except LinkError as error:
+            except WaydropError as error:
                 self._recorder.change(asked=before)
-                self._recorder.note(EventKind.RUN_ACK, command=asked or "resume", result=error.detail)
-                await self._recorder.flush()
+                self._recorder.note(EventKind.RUN_ACK, command=asked, result=error.detail)
+                with contextlib.suppress(StorageError):
+                    await self._recorder.flush()
                 raise
-            self._recorder.note(EventKind.RUN_ACK, command=asked or "resume", result="accepted")
+            self._recorder.note(EventKind.RUN_ACK, command=asked, result="accepted")
             await self._recorder.flush()
 
     async def pause(self) -> None:
@@ -104,7 +106,7 @@ class RunFlight:
         """Mission mode again, at the item where it was. Raises WrongStateError, LinkError."""
         if self._recorder.run.state is not RunState.PAUSED:
             raise self._wrong("resume")
-        await self.act("", self._link.start_mission)
+        await self.act("resume", self._link.start_mission)
 
     async def return_to_launch(self) -> None:
         """Return. Raises WrongStateError, LinkError."""
@@ -117,7 +119,7 @@ class RunFlight:
     def _wrong(self, action: str) -> WrongStateError:
         state = self._recorder.run.state
         return WrongStateError(
-            f"run {self._recorder.run.id} is {state.value}: it cannot {action or 'resume'} now",
+            f"run {self._recorder.run.id} is {state.value}: it cannot {action} now",
             hint="read the run, and see GET /api/v1/docs for what each state allows",
             state=state.value,
         )
@@ -130,16 +132,21 @@ class RunFlight:
             if not await self._wait_for_start():
                 await self._close(RunState.ABORTED, "aborted before take-off")
                 return False
-            by_creation = self._recorder.run.start_requested
+            self._forget_facts()  # what happened while it stood there, such as a battery swap, is no part of the flight
+            by_creation = self._recorder.run.start_requested and not uploaded
             self._start_asked.clear()
             if await self._step(self._preparation.start, RunState.FAILED if by_creation else RunState.UPLOADED):
-                self._recorder.move(RunState.FLYING)
+                if self._recorder.run.state is RunState.STARTING:
+                    self._recorder.move(RunState.FLYING)
                 return True
             if self._recorder.run.is_over:
                 return False
 
     async def _step(self, step: Callable[[], Awaitable[None]], on_failure: RunState) -> bool:
-        """One step before the flight, which an abort ends. A failure is the run's next state, with its reason."""
+        """One step before the flight, which an abort ends. A failure is the run's next state, with its reason.
+
+        Whether it was done, or cannot be undone: a vehicle that may fly is followed.
+        """
         task = asyncio.ensure_future(step())
         abort = asyncio.ensure_future(self._abort_asked.wait())
         try:
@@ -147,6 +154,9 @@ class RunFlight:
             if not task.done():
                 task.cancel()
             await asyncio.gather(task, return_exceptions=True)
+            if self._preparation.may_fly and (task.cancelled() or task.exception() is not None):
+                await self._follow_all_the_same(aborted=task.cancelled())
+                return True
             if task.cancelled():
                 await self._close(RunState.ABORTED, "aborted before take-off")
                 return False
@@ -161,6 +171,15 @@ class RunFlight:
             for pending in (task, abort):
                 pending.cancel()
             await asyncio.gather(task, abort, return_exceptions=True)
+
+    async def _follow_all_the_same(self, *, aborted: bool) -> None:
+        """Its start was armed and could not be undone, so it may be in the air: no end of the run is claimed."""
+        self._recorder.move(RunState.FLYING, "its start failed or was aborted, and the vehicle did not disarm")
+        with contextlib.suppress(StorageError):
+            await self._recorder.flush()
+        if aborted:
+            with contextlib.suppress(WaydropError):  # told as an event; a person can ask again
+                await self.return_to_launch()
 
     async def _wait_for_start(self) -> bool:
         waits = [asyncio.ensure_future(e.wait()) for e in (self._start_asked, self._abort_asked)]
@@ -205,6 +224,10 @@ class RunFlight:
             except StorageError as error:
                 log.error("a run's end waits for the journal", run_id=self._recorder.run.id, error=error.detail)
                 await asyncio.sleep(1.0)
+
+    def _forget_facts(self) -> None:
+        while not self._facts.empty():
+            self._facts.get_nowait()
 
     def _take(self, fact: LinkFact) -> None:
         try:

@@ -68,9 +68,10 @@ class ReleaseOrder:
 
 @dataclass(frozen=True, slots=True)
 class ResumeOrder:
-    """What must be sent now: the mission moves on to `seq`."""
+    """What must be sent now: the mission moves on to `seq`, if it still waits at one of `waiting_at`."""
 
     seq: int
+    waiting_at: tuple[int, ...]
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,10 +3,18 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 from typing import Final
 
 from app.domain.commands import CommandRequest, MavResult
-from app.domain.errors import LinkError, LinkTimeoutError, VehicleRefusedError
+from app.domain.errors import (
+    ConflictError,
+    LinkError,
+    LinkTimeoutError,
+    StorageError,
+    VehicleRefusedError,
+    WaydropError,
+)
 from app.domain.events import EventKind
 from app.domain.mission import NAN, MavCmd, Mission
 from app.domain.ports import UploadProgress, VehicleLink
@@ -42,6 +50,8 @@ class Preparation:
         self._settings = settings
         self._clock = clock
         self._closes_gripper = closes_gripper
+        self.may_fly = False
+        """A start armed the vehicle, or may have, and no disarming was accepted since."""
 
     async def upload(self) -> None:
         """Upload and verify. Raises LinkError, StorageError."""
@@ -65,8 +75,10 @@ class Preparation:
         """Ready, secure the parcel, arm, start. If anything fails on the ground the vehicle is disarmed.
 
         Raises:
-            LinkError: with the vehicle's reason; StorageError.
+            ConflictError: somebody else has armed it; LinkError: with the vehicle's reason; StorageError.
         """
+        if self._link.state().armed:
+            raise ConflictError("the vehicle is armed, and not by Waydrop", hint="land and disarm it, then start again")
         self._recorder.move(RunState.STARTING)
         await self._recorder.flush()
         await self._link.wait_mission_ready(
@@ -79,8 +91,9 @@ class Preparation:
             await self._arm()
             await self._say("start_mission")
             await self._link.start_mission()
-        except (LinkError, asyncio.CancelledError):
-            await self._disarm()
+        except (WaydropError, asyncio.CancelledError):
+            if self.may_fly:
+                await self._disarm()
             raise
         await self._said("start_mission", "accepted")
 
@@ -132,6 +145,7 @@ class Preparation:
         deadline_s = self._clock.monotonic() + self._settings.armable_s
         while True:
             await self._say("arm")
+            self.may_fly = True
             try:
                 await self._link.arm()
             except (VehicleRefusedError, LinkTimeoutError) as error:
@@ -144,16 +158,18 @@ class Preparation:
             return
 
     async def _disarm(self) -> None:
-        """PX4 refuses to disarm in flight, so this can only ever act on the ground."""
-        if not self._link.state().armed:
-            return
-        await self._say("disarm")
+        """PX4 refuses to disarm in flight, so this can only ever act on the ground. Asked of a disarmed one too: the
+        HEARTBEAT that says armed may still be on its way.
+        """
+        with contextlib.suppress(StorageError):
+            await self._say("disarm")
         try:
             await self._link.disarm()
-        except LinkError as error:
-            await self._said("disarm", error.detail)
-        else:
-            await self._said("disarm", "accepted")
+            self.may_fly, result = False, "accepted"
+        except WaydropError as error:
+            result = error.detail
+        with contextlib.suppress(StorageError):
+            await self._said("disarm", result)
 
     async def _say(self, command: str, **data: object) -> None:
         self._recorder.note(EventKind.RUN_COMMAND, command=command, **data)

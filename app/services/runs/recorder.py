@@ -66,6 +66,17 @@ class RunRecorder:
 
     async def flush(self) -> Run:
         """Store what waits. Raises StorageError; then everything waits on."""
+        storing = asyncio.ensure_future(self._store())
+        try:
+            return await asyncio.shield(storing)
+        except asyncio.CancelledError:
+            # what is being stored will be stored: it must be known before anybody goes on, or it is stored again
+            await asyncio.wait({storing})
+            if not storing.cancelled():
+                storing.exception()
+            raise
+
+    async def _store(self) -> Run:
         async with self._storing:  # two tasks that flush at once must not store the same events twice
             if self._waiting:
                 events, run = tuple(self._waiting), self.run

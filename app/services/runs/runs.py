@@ -173,7 +173,7 @@ class Runs:
 
     async def _compile(self, plan: Plan, link: VehicleLink) -> Mission:
         facts = await link.read_facts()
-        findings = check_plan(plan, facts)
+        findings = await asyncio.to_thread(check_plan, plan, facts)
         if any(finding.severity is Severity.ERROR for finding in findings):
             raise PlanRejectedError(
                 "the plan cannot be flown by this vehicle",
@@ -219,7 +219,9 @@ def _refuse_unfit(vehicle: FleetVehicle, taken_by: str | None) -> None:
     state = vehicle.link.state()
     if taken_by is not None:
         raise VehicleBusyError(
-            f"vehicle {vehicle.id} already flies run {taken_by}", hint="wait for it, or abort it", run_id=taken_by
+            f"vehicle {vehicle.id} already flies run {taken_by}",
+            hint="wait until it is over; on the ground abort it, in the air return it",
+            run_id=taken_by,
         )
     if not state.connected:
         raise ConflictError(f"the link to vehicle {vehicle.id} is lost", hint="wait until it is connected")

@@ -8,10 +8,11 @@ import math
 from collections.abc import Coroutine, Sequence
 
 from app.domain.commands import CommandAck, CommandRequest
-from app.domain.errors import CommandExpiredError, LinkError, StorageError
+from app.domain.errors import CommandExpiredError, ConflictError, LinkError, StorageError, WaydropError
 from app.domain.events import EventKind
 from app.domain.mission import NAN
 from app.domain.ports import VehicleLink
+from app.domain.vehicle import FlightMode
 from app.services.runs.orders import FailureOrder, Order, ReleaseOrder, ResumeOrder
 from app.services.runs.recorder import RunRecorder
 from app.services.runs.settings import RunSettings
@@ -35,7 +36,7 @@ class OrderSender:
                 case ReleaseOrder():
                     self._spawn(self._release(order), f"release {order.drop.record.plan_item_id} #{order.attempt}")
                 case ResumeOrder():
-                    self._spawn(self._resume_at(order.seq), f"resume at {order.seq}")
+                    self._spawn(self._resume_at(order.seq, order.waiting_at), f"resume at {order.seq}")
                 case FailureOrder():
                     self._spawn(self._on_failure(order), f"{order.action} after {order.plan_item_id}")
 
@@ -58,7 +59,7 @@ class OrderSender:
         try:
             await (self._link.return_to_launch() if returns else self._link.hold())
             result = "accepted"
-        except LinkError as error:
+        except WaydropError as error:
             result = error.detail
             self._recorder.change(asked="")
         self._recorder.note(EventKind.RUN_ACK, command=order.action, result=result)
@@ -97,7 +98,7 @@ class OrderSender:
         try:
             async for ack in self._link.command(request):
                 self._answered(order, ack)
-        except CommandExpiredError:
+        except (CommandExpiredError, ConflictError):  # nothing was sent
             self._withhold(order)
         except LinkError as error:
             self._note_ack(order, error.detail)
@@ -119,12 +120,15 @@ class OrderSender:
         self._watch.record(order.drop)
         self.carry_out(following)
 
-    async def _resume_at(self, seq: int) -> None:
+    async def _resume_at(self, seq: int, waiting_at: tuple[int, ...]) -> None:
         """Move the mission on after a drop. If it fails the bounded hold ends by itself."""
+        seen = self._watch.now()
+        if seen.mode_for_drops is not FlightMode.MISSION or seen.state.mission_seq not in waiting_at:
+            return  # a person has it, or it moved on by itself: a late command would move it back
         self._recorder.note(EventKind.RUN_COMMAND, command="set_current", params=[seq])
         try:
             await self._link.set_current(seq)
             result = "accepted"
-        except LinkError as error:
+        except WaydropError as error:
             result = error.detail
         self._recorder.note(EventKind.RUN_ACK, command="set_current", result=result)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from app.domain.commands import CommandAck
 from app.domain.drop import DropPhase, DropRecord
 from app.domain.mission import CompiledDrop, MavCmd
@@ -67,6 +69,8 @@ class SupervisedRelease:
             if not seen.rate_is_measured or seen.state.boot_time_s is None:
                 return ()
             waited_s = (seen.time_s - self._waited_at_s) * seen.clock_rate
+            if waited_s < 0.0:
+                waited_s = math.inf  # our clock was set back: how long it waited is not known, so nothing is released
             self.machine = self.machine.waiting_since(seen.state.boot_time_s - waited_s)
             self._waited_at_s = None
         return self._hear(self.observe(seen), seen)
@@ -77,7 +81,7 @@ class SupervisedRelease:
         return Observation(
             now_s=seen.now_s,
             connected=state.connected,
-            mode=state.mode,
+            mode=seen.mode_for_drops,
             armed=state.armed,
             in_failsafe=state.in_failsafe,
             landed=state.landed,
@@ -104,6 +108,8 @@ class SupervisedRelease:
 
     def withheld(self, attempt: int, seen: Look) -> tuple[Order, ...]:
         """The release was not sent after all."""
+        if self.machine.withheld + 1 == self.machine.attempts:  # none was: the record must not say commanded
+            self.record = self.record.model_copy(update={"attempts": 0, "commanded_at": None})
         return self._hear(ReleaseWithheld(seen.now_s, attempt), seen)
 
     def end(self, reason: str, now_s: float) -> None:
@@ -128,7 +134,7 @@ class SupervisedRelease:
         if failure := failure_order(self.record, self._on_failure, seen.state):
             return (failure,)  # instead of moving on
         sends = [ReleaseOrder(self, e.attempt) for e in effects if isinstance(e, SendRelease)]
-        return (*sends, *(ResumeOrder(e.seq) for e in effects if isinstance(e, Resume)))
+        return (*sends, *(ResumeOrder(e.seq, self.compiled.hold_seqs) for e in effects if isinstance(e, Resume)))
 
     def _take(self, effects: tuple[object, ...]) -> None:
         for effect in effects:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from dataclasses import replace
 
 import structlog
 
@@ -22,6 +23,7 @@ from app.services.runs.settings import RunSettings
 log = structlog.get_logger(__name__)
 NOT_STARTED = frozenset({RunState.CREATED, RunState.UPLOADING})
 LOOK_AGAIN_S = 0.25
+ANOTHER_MISSION = "the vehicle carries another mission than the run's: it restarted empty, or somebody uploaded to it"
 
 
 class TakeUp:
@@ -42,11 +44,16 @@ class TakeUp:
         if plan is None or link is None:
             await self._give_up(run)
             return None
-        mission = await self._mission(plan, link)
+        mission = await self._mission(run, plan, link)
         if mission is None or not _is_same_vehicle(run, link):
-            await self._give_up(run, "the vehicle carries another mission than the run's")
+            await self._give_up(run, ANOTHER_MISSION)
+            return None
+        if run.state is RunState.STARTING and not link.state().armed:
+            await self._give_up(run, "Waydrop restarted during the start; the vehicle is disarmed")
             return None
         made = assemble(run, plan, mission, link, self._journal, self._settings, self._clock)
+        if run.state is RunState.STARTING:
+            made.recorder.move(RunState.FLYING, "Waydrop restarted during the start; the vehicle is armed")
         if run.state is not RunState.UPLOADED:
             made.watch.take_up(run.flown_item_ids, link.state().mission_seq)
         return made
@@ -64,8 +71,8 @@ class TakeUp:
             await asyncio.sleep(LOOK_AGAIN_S)
         return None
 
-    async def _mission(self, plan: Plan, link: VehicleLink) -> Mission | None:
-        """The run's mission if the vehicle still carries it, item by item; None if it carries another."""
+    async def _mission(self, run: Run, plan: Plan, link: VehicleLink) -> Mission | None:
+        """The run's mission if the vehicle still carries it, by its id or item by item; None if it carries another."""
         deadline_s = self._clock.monotonic() + self._settings.lost_after_s
         while True:
             try:
@@ -77,9 +84,11 @@ class TakeUp:
                 log.warning("the vehicle's mission cannot be read yet", error=error.detail)
                 await asyncio.sleep(1.0)
                 continue
-            same = len(on_board) == len(mission.items) and all(
-                a.same_as(b) for a, b in zip(mission.items, on_board, strict=True)
-            )
+            if [item.command for item in on_board] != [item.command for item in mission.items]:
+                return None
+            if run.mission_id is not None and link.state().mission_id == run.mission_id:
+                return replace(mission, items=on_board)  # as uploaded, though a parameter or home changed since
+            same = all(a.same_as(b) for a, b in zip(mission.items, on_board, strict=True))
             return mission if same else None
 
     async def _give_up(self, run: Run, reason: str = "") -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Final
 
 from app.domain.events import EventKind
 from app.domain.flight_phase import FlightView, how_it_ended, is_airborne, phase_of, says_complete
@@ -18,6 +19,9 @@ from app.services.runs.orders import Order, Release
 from app.services.runs.recorder import RunRecorder
 from app.services.runs.settings import LAST_REPORTS_S, SLOWEST_HEARTBEAT_S, UNFINISHED_DROPS_S, RunSettings
 from app.services.runs.supervised_release import SupervisedRelease
+
+UNASKED: Final = frozenset({"", "pause", "resume"})
+"""What a user may have asked for with the mission still being flown to its end."""
 
 
 class FlightWatch:
@@ -78,7 +82,12 @@ class FlightWatch:
     def now(self) -> Look:
         """The vehicle at this moment."""
         return Look(
-            self._link.state(), self._clock.monotonic(), self._clock.now(), self._rate.rate, self._rate.is_measured
+            self._link.state(),
+            self._clock.monotonic(),
+            self._clock.now(),
+            self._rate.rate,
+            self._rate.is_measured,
+            self._recorder.run.asked,
         )
 
     def look(self) -> tuple[Order, ...]:
@@ -111,7 +120,9 @@ class FlightWatch:
                 self._recorder.note(EventKind.RUN_ITEM, seq=state.mission_seq, what="current", item_id=item_id)
                 self._recorder.change(item_id=item_id)
         near_end = self._progress.current == self._progress.last_seq or self._progress.is_complete
-        unasked = self._recorder.run.asked in ("", "pause")
+        if self._recorder.run.asked == "resume" and state.mode is FlightMode.MISSION:
+            self._recorder.change(asked="")
+        unasked = self._recorder.run.asked in UNASKED
         if near_end and unasked and says_complete(state, last_seq=self._progress.last_seq):
             self._advance(self._progress.completed())
         if self._progress.is_complete and unasked:
@@ -151,6 +162,9 @@ class FlightWatch:
             if phase in NEXT[self._recorder.run.state] or phase is self._recorder.run.state:
                 self._recorder.move(phase, reason)
             return
+        if phase not in NEXT[self._recorder.run.state] and self._recorder.run.state is not RunState.LANDED:
+            self.end(RunState.FAILED, reason or "the vehicle did not take off")  # taken up during its start
+            return
         if self._landed_at_s is None:
             self._landed_at_s = seen.now_s
             self._recorder.move(RunState.LANDED, reason)
@@ -160,7 +174,7 @@ class FlightWatch:
 
     def _waits_for_reports(self, landed_s: float) -> bool:
         """The heartbeat that says disarmed may overtake the report that the last item was reached."""
-        if not self._mission_done and self._recorder.run.asked in ("", "pause") and landed_s < LAST_REPORTS_S:
+        if not self._mission_done and self._recorder.run.asked in UNASKED and landed_s < LAST_REPORTS_S:
             return True
         open_answers = any(isinstance(r, SupervisedRelease) and r.awaits_answer for r in self._releases)
         return open_answers and landed_s < UNFINISHED_DROPS_S

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -48,6 +50,23 @@ def test_it_starts_once_is_found_and_ends(simulator: SimulatorProcess, tmp_path:
     assert time.monotonic() - began < 1.5
     assert simulator.find() is None
     assert not simulator.stop()
+
+
+def test_its_control_socket_is_found_by_whoever_finds_it(simulator: SimulatorProcess, tmp_path: Path) -> None:
+    simulator.start(ARGUMENTS)
+    simulator.wait_ready(len(FLEET), within_s=30)
+    address = SimulatorProcess(tmp_path).control()
+    assert address is not None
+    host, _, port = address.partition(":")
+    with socket.create_connection((host, int(port)), timeout=5) as control, control.makefile("rb") as answers:
+        control.sendall(b'{"query": "state"}\n')
+        assert len(json.loads(answers.readline())["vehicles"]) == len(FLEET)
+
+
+def test_one_without_a_control_socket_has_none(simulator: SimulatorProcess) -> None:
+    simulator.start(["--fleet", "quad", "--port", "25900", "--local-port", "0"])
+    simulator.wait_ready(1, within_s=30)
+    assert simulator.control() is None
 
 
 def test_it_outlives_a_kill_of_its_starter_and_another_can_end_it(simulator: SimulatorProcess, tmp_path: Path) -> None:

@@ -372,6 +372,46 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/simulator": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * The simulated vehicles as they truly are, and the faults they can have
+         * @description Role: viewer or higher.
+         */
+        get: operations["get_simulator"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/simulator/faults": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Set or clear a fault of a simulated vehicle
+         * @description Role: pilot or higher.
+         */
+        post: operations["set_simulator_fault"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/schemas/plan": {
         parameters: {
             query?: never;
@@ -548,6 +588,24 @@ export interface components {
             radius_m: number;
         };
         /**
+         * BatteryFault
+         * @description Drains the battery at once.
+         */
+        BatteryFault: {
+            /** Vehicle */
+            vehicle: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            fault: "battery_percent";
+            /**
+             * Value
+             * @description percent that remain
+             */
+            value: number;
+        };
+        /**
          * Certainty
          * @description Why the outcome is believed, strongest first. PX4's ACCEPTED is a timer: never more than acknowledged.
          * @enum {string}
@@ -615,6 +673,24 @@ export interface components {
             type: "delay";
             /** Duration S */
             duration_s: number;
+        };
+        /**
+         * DelayFault
+         * @description Makes datagrams late.
+         */
+        DelayFault: {
+            /** Vehicle */
+            vehicle: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            fault: "delay_s" | "jitter_s";
+            /**
+             * Value
+             * @description seconds
+             */
+            value: number;
         };
         /**
          * DropOutcome
@@ -748,7 +824,7 @@ export interface components {
          * @description What an event says. The data of each kind is documented here; it is what the stream carries.
          * @enum {string}
          */
-        EventKind: "service.started" | "service.stopped" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.command" | "plan.created" | "run.created" | "run.changed" | "run.upload_progress" | "run.item" | "run.command" | "run.ack" | "run.drop";
+        EventKind: "service.started" | "service.stopped" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.command" | "plan.created" | "run.created" | "run.changed" | "run.upload_progress" | "run.item" | "run.command" | "run.ack" | "run.drop" | "simulator.fault";
         /**
          * EventsView
          * @description A page of events in order. `last_seq` is the newest there is; ask again after the last one of the page.
@@ -758,6 +834,37 @@ export interface components {
             events: components["schemas"]["Event"][];
             /** Last Seq */
             last_seq: number;
+        };
+        /**
+         * FaultKind
+         * @description A fault that the simulator knows. `value_schema` is the JSON Schema of its value.
+         */
+        FaultKind: {
+            /** Fault */
+            fault: string;
+            /** Effect */
+            effect: string;
+            /** Value Schema */
+            value_schema: {
+                [key: string]: unknown;
+            };
+        };
+        /**
+         * FaultOrder
+         * @description One fault for one simulated vehicle, or for all of them.
+         */
+        FaultOrder: components["schemas"]["ShareFault"] | components["schemas"]["DelayFault"] | components["schemas"]["SwitchFault"] | components["schemas"]["RebootFault"] | components["schemas"]["RefuseUploadFault"] | components["schemas"]["LostAckFault"] | components["schemas"]["SlowGripperFault"] | components["schemas"]["BatteryFault"] | components["schemas"]["WindFault"] | components["schemas"]["ModeFault"] | components["schemas"]["SecondGroundFault"];
+        /**
+         * FaultSet
+         * @description The fault that was set, and of which vehicles.
+         */
+        FaultSet: {
+            /** Fault */
+            fault: string;
+            /** Value */
+            value: unknown;
+            /** Vehicle Ids */
+            vehicle_ids: string[];
         };
         /**
          * FenceCircle
@@ -1083,11 +1190,48 @@ export interface components {
             yaw_deg: number | null;
         };
         /**
+         * LostAckFault
+         * @description Keeps acks back.
+         */
+        LostAckFault: {
+            /** Vehicle */
+            vehicle: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            fault: "lost_ack";
+            /**
+             * Value
+             * @description so many acks
+             */
+            value: number;
+        };
+        /**
          * MissionState
          * @description MISSION_CURRENT.mission_state. PX4 says `no_mission` for an infeasible mission too.
          * @enum {string}
          */
         MissionState: "unknown" | "no_mission" | "not_started" | "active" | "paused" | "complete";
+        /**
+         * ModeFault
+         * @description A pilot at the sticks.
+         */
+        ModeFault: {
+            /** Vehicle */
+            vehicle: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            fault: "mode";
+            /**
+             * Value
+             * @description PX4's mode
+             * @enum {string}
+             */
+            value: "MANUAL" | "ALTCTL" | "POSCTL" | "ORBIT" | "ACRO" | "OFFBOARD" | "STABILIZED" | "TERMINATION" | "TAKEOFF" | "LOITER" | "MISSION" | "RTL" | "LAND";
+        };
         /**
          * Order
          * @description What the delivery is for: a reference of the dispatch system. Waydrop only carries it.
@@ -1369,6 +1513,43 @@ export interface components {
             };
         };
         /**
+         * RebootFault
+         * @description Restarts the autopilot once.
+         */
+        RebootFault: {
+            /** Vehicle */
+            vehicle: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            fault: "reboot";
+            /**
+             * Value
+             * @description true: now
+             * @constant
+             */
+            value: true;
+        };
+        /**
+         * RefuseUploadFault
+         * @description Refuses missions.
+         */
+        RefuseUploadFault: {
+            /** Vehicle */
+            vehicle: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            fault: "refuse_upload";
+            /**
+             * Value
+             * @description MAV_MISSION_RESULT of the refusal; 0 refuses no more
+             */
+            value: number;
+        };
+        /**
          * ReturnToLaunch
          * @description Fly home and land there, by the vehicle's own RTL settings. Ends the plan.
          */
@@ -1391,7 +1572,8 @@ export interface components {
          *
          *     `item_id` is the plan item that the vehicle flies to or does. `flown_item_ids` are the items passed, in order.
          *     `mission_id` is PX4's CRC32 of the uploaded items (MISSION_ACK.opaque_id), None where the firmware gives none.
-         *     `asked` is what a user last asked for in flight: "pause", "return", "land", or "" for the mission itself;
+         *     `asked` is what a user last asked for in flight: "pause", "return", "land", "resume" until the vehicle is in Mission
+         *     mode again, or "" for the mission itself;
          *     "contingency" when a drop failed and the plan says to return.
          *     `reached_seq` is the highest mission item known to be done: after a reboot of the vehicle nothing before it is
          *     flown again.
@@ -1507,11 +1689,119 @@ export interface components {
             runs: components["schemas"]["Run"][];
         };
         /**
+         * SecondGroundFault
+         * @description Another ground station.
+         */
+        SecondGroundFault: {
+            /** Vehicle */
+            vehicle: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            fault: "second_gcs";
+            /**
+             * Value
+             * @description replaces the mission, empties it, or begins an upload and falls silent
+             * @enum {string}
+             */
+            value: "upload" | "clear" | "open_transfer";
+        };
+        /**
          * Severity
          * @description An error stops the plan; a warning is shown and stays with the run.
          * @enum {string}
          */
         Severity: "error" | "warning";
+        /**
+         * ShareFault
+         * @description Happens to a share of the datagrams.
+         */
+        ShareFault: {
+            /** Vehicle */
+            vehicle: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            fault: "duplicate" | "loss" | "reorder";
+            /**
+             * Value
+             * @description share of all datagrams, 0 to 1
+             */
+            value: number;
+        };
+        /**
+         * SimulatedVehicleView
+         * @description A simulated vehicle as it truly is. `vehicle_id` is what it is called here, null before it was seen.
+         */
+        SimulatedVehicleView: {
+            /** System Id */
+            system_id: number;
+            /** Type */
+            type: string;
+            /** Latitude Deg */
+            latitude_deg: number;
+            /** Longitude Deg */
+            longitude_deg: number;
+            /** Height M */
+            height_m: number;
+            /** Ground Speed M S */
+            ground_speed_m_s: number;
+            /** Armed */
+            armed: boolean;
+            /** Mode */
+            mode: string;
+            /** Landed State */
+            landed_state: string;
+            /** Mission Seq */
+            mission_seq: number;
+            /** Gripper Open */
+            gripper_open: boolean;
+            /** Time S */
+            time_s: number;
+            /**
+             * Faults
+             * @default {}
+             */
+            faults: {
+                [key: string]: unknown;
+            };
+            /** Vehicle Id */
+            vehicle_id: string | null;
+        };
+        /**
+         * SimulatorView
+         * @description `available`: faults can be set now; else `reason` says why not. `faults` are all that the simulator knows.
+         */
+        SimulatorView: {
+            /** Available */
+            available: boolean;
+            /** Reason */
+            reason: string | null;
+            /** Vehicles */
+            vehicles: components["schemas"]["SimulatedVehicleView"][];
+            /** Faults */
+            faults: components["schemas"]["FaultKind"][];
+        };
+        /**
+         * SlowGripperFault
+         * @description Slows the gripper.
+         */
+        SlowGripperFault: {
+            /** Vehicle */
+            vehicle: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            fault: "slow_gripper";
+            /**
+             * Value
+             * @description seconds longer
+             */
+            value: number;
+        };
         /**
          * StateView
          * @description The newest measurements of a vehicle, with their ages in seconds; null is "never received".
@@ -1559,6 +1849,24 @@ export interface components {
             vtol_state: string | null;
             /** Gripper Output Us */
             gripper_output_us: number | null;
+        };
+        /**
+         * SwitchFault
+         * @description Is there or not.
+         */
+        SwitchFault: {
+            /** Vehicle */
+            vehicle: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            fault: "duplicate_sysid" | "gps_loss" | "link_cut" | "stuck_gripper" | "stuck_winch";
+            /**
+             * Value
+             * @description true sets it, false clears it
+             */
+            value: boolean;
         };
         /**
          * Takeoff
@@ -1844,6 +2152,27 @@ export interface components {
              * @default null
              */
             rate_m_s: number | null;
+        };
+        /**
+         * WindFault
+         * @description Moves the air.
+         */
+        WindFault: {
+            /** Vehicle */
+            vehicle: string | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            fault: "wind";
+            /**
+             * Value
+             * @description [north, east] in m/s: where the air moves to
+             */
+            value: [
+                number,
+                number
+            ];
         };
     };
     responses: never;
@@ -4368,6 +4697,221 @@ export interface operations {
             };
             /** @description `storage.failed`: The journal cannot be written */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_simulator: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The simulator, or that there is none */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SimulatorView"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    set_simulator_fault: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["FaultOrder"];
+            };
+        };
+        responses: {
+            /** @description The fault is set */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["FaultSet"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist; `simulator.not_running`: No simulated vehicles are known here */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `simulator.refused`: The simulator refused */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be application/json */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.invalid`: The body does not fit this request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `simulator.no_answer`: The simulator did not answer */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };

@@ -59,8 +59,14 @@ describe("sentences", () => {
     });
   });
 
+  it("tell a simulated fault, and why it was not set", () => {
+    const data = { fault: "wind", value: [3, 0], by: "desk", problem: null };
+    expect(say("simulator.fault", data)).toEqual({ text: "Simulated fault wind = [3,0] for v1 by desk.", tone: "warn" });
+    expect(say("simulator.fault", { ...data, problem: "no winch" }).text).toBe("Simulated fault wind = [3,0] for v1 by desk was not set: no winch.");
+  });
+
   it("are made for every kind, even with no data and for kinds to come", () => {
-    const kinds = ["service.started", "vehicle.seen", "vehicle.status_text", "vehicle.command", "plan.created", "run.item", "run.changed", "run.drop", "later.kind"];
+    const kinds = ["service.started", "vehicle.seen", "vehicle.status_text", "vehicle.command", "plan.created", "run.item", "run.changed", "run.drop", "simulator.fault", "later.kind"];
     for (const kind of kinds) expect(say(kind as EventKind, {}, { run_id: null, vehicle_id: null }).text).toMatch(/\w.*[.”]$/);
   });
 });

@@ -31,6 +31,7 @@ const SAY: Readonly<Record<EventKind, Say>> = {
   "run.command": (e, v) => ({ text: `Sent ${command(e.data["command"])} to ${v}${again(e.data["attempt"])}.`, tone: "drop" }),
   "run.ack": (e, v) => ({ text: `${v} answered ${command(e.data["command"])}: ${lower(e.data["result"])}${e.data["progress"] ? ` (${percent(Number(e.data["progress"]))})` : ""}.`, tone: ackTone(str(e.data["result"])) }),
   "run.drop": sayDrop,
+  "simulator.fault": sayFault,
   "page.missing": (e) => ({ text: `Events ${str(e.data["first"])} to ${str(e.data["last"])} are no longer kept by the service.`, tone: "warn" }),
 };
 
@@ -79,6 +80,13 @@ function sayDrop(event: StreamEvent, vehicle: string): Sentence {
     default:
       return { text: `Drop “${item}”: ${lower(drop.phase)}.`, tone: "drop" };
   }
+}
+
+function sayFault(event: StreamEvent, vehicle: string): Sentence {
+  const { fault, value, by, problem } = event.data;
+  const what = `Simulated fault ${str(fault)} = ${JSON.stringify(value ?? null)} for ${vehicle}${after(" by ", by)}`;
+  const why = str(problem);
+  return why === "" ? { text: `${what}.`, tone: "warn" } : { text: `${what} was not set: ${ended(why)}`, tone: "danger" };
 }
 
 function severityTone(severity: string): Tone {

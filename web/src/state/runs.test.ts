@@ -7,8 +7,12 @@ it("a run that is over offers nothing", () => {
   for (const state of ["completed", "aborted", "failed", "lost"] as const) expect(allowedActions(sampleRun({ state }))).toEqual([]);
 });
 
+it("while it starts a run can be aborted, which disarms the vehicle or brings it back", () => {
+  expect(allowedActions(sampleRun({ state: "starting" }))).toEqual(["abort"]);
+});
+
 it("in every state of flight the vehicle can be told to land", () => {
-  const flight: RunState[] = ["starting", "flying", "at_drop", "paused", "returning"];
+  const flight: RunState[] = ["flying", "at_drop", "paused", "returning"];
   for (const state of flight) expect(allowedActions(sampleRun({ state }))).toContain("land");
 });
 

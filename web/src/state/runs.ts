@@ -11,7 +11,7 @@ const ALLOWED: Readonly<Record<RunState, readonly RunAction[]>> = {
   created: ["abort"],
   uploading: ["abort"],
   uploaded: ["start", "abort"],
-  starting: ["return", "land"],
+  starting: ["abort"],
   flying: ["pause", "return", "land"],
   at_drop: ["pause", "return", "land"],
   paused: ["resume", "return", "land"],

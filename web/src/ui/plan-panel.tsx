@@ -1,4 +1,4 @@
-import { useEffect } from "preact/hooks";
+import { useEffect, useRef } from "preact/hooks";
 import { asSentence, vehicleTypeName } from "../format/words";
 import { itemOfFinding, type PlanItemView } from "../plan/document";
 import { totalText } from "../plan/timeline";
@@ -78,11 +78,15 @@ function SendForm() {
   const suits = (id: string) => vehicles.value[id]?.quarantined === null && (plan?.vehicleType ?? null) === vehicles.value[id]?.vehicle_type;
   const chosen = vehicleId.value !== null && vehicleId.value in vehicles.value ? vehicleId.value : null;
   const first = vehicleIds.value.find(suits) ?? null;
+  const suggested = useRef<string | null>(null); // ours, not the user's: another type of plan gets another one
   useEffect(() => {
     const meanwhile = vehicleId.peek(); // a choice made since this was drawn is never overruled
-    const isChosen = meanwhile !== null && meanwhile in vehicles.peek();
-    if (plan !== null && !isChosen && first !== null) selectVehicle(first);
-  }, [plan, chosen, first]);
+    const isChosen = meanwhile !== null && meanwhile in vehicles.peek() && (meanwhile !== suggested.current || suits(meanwhile));
+    if (plan !== null && !isChosen && first !== null) {
+      suggested.current = first;
+      selectVehicle(first);
+    }
+  }, [plan?.vehicleType, chosen, first]);
   if (plan === null) return null;
   return (
     <form

@@ -24,7 +24,7 @@ export function RunPanel() {
       <RunHead run={run} />
       <RunSteps run={run} />
       {run.state === "uploading" && <Upload value={run.upload_percent} />}
-      <RunActions run={run} />
+      <RunActions key={run.id} run={run} />
       {run.drops.length > 0 && (
         <section aria-label="Drops" class="drops">
           {run.drops.map((drop) => (

@@ -20,14 +20,20 @@ const DONE: Readonly<Record<RunState, number>> = {
   lost: 0,
 };
 
+/** A run that ended early keeps what it had done: one that took off and was closed with a known end has landed. */
+function reachedEarly(run: Run): number {
+  if (run.started_at !== null) return run.state === "aborted" ? 4 : 3;
+  return run.upload_percent === 100 ? 1 : 0;
+}
+
 /** The run as a row of steps: done, under way, to come. */
 export function RunSteps({ run }: { run: Run }) {
   const early = run.state === "aborted" || run.state === "failed" || run.state === "lost";
-  const done = early ? (run.started_at !== null ? 2 : run.upload_percent === 100 ? 1 : 0) : DONE[run.state];
+  const done = early ? reachedEarly(run) : DONE[run.state];
   return (
     <ol class={`steps${early ? " early" : ""}`}>
       {STEPS.map((step, index) => (
-        <li key={step} class={index < done ? "done" : index === done && !early ? "current" : ""} aria-current={index === done && !early ? "step" : undefined}>
+        <li key={step} class={index < done ? "done" : index === done && !early && run.state !== "uploaded" ? "current" : ""} aria-current={index === done && !early ? "step" : undefined}>
           {step}
         </li>
       ))}

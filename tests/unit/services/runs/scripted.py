@@ -61,6 +61,11 @@ class ScriptedVehicle:
         self.upload_closed = False
         self.arm_refusals = 0
         self.start_error: LinkError | None = None
+        self.disarm_error: LinkError | None = None
+        self.says_armed = True
+        self.start_gate, self.hold_gate = asyncio.Event(), asyncio.Event()
+        self.start_gate.set()
+        self.hold_gate.set()
 
     def put(self, *facts: LinkFact, **changes: object) -> None:
         """Change what is true, and tell."""
@@ -106,20 +111,24 @@ class ScriptedVehicle:
         if self.arm_refusals:
             self.arm_refusals -= 1
             raise VehicleRefusedError("arming denied", texts=["Preflight Fail: no GNSS"])
-        self.put(armed=True)
+        self.put(armed=self.says_armed)
 
     async def disarm(self) -> None:
         self.sent.append("disarm")
+        if self.disarm_error is not None:
+            raise self.disarm_error
         self.put(armed=False)
 
     async def start_mission(self) -> None:
         self.sent.append("start")
+        await self.start_gate.wait()
         if self.start_error is not None:
             raise self.start_error
         self.put(mode=FlightMode.MISSION, mission_state=MissionState.ACTIVE)
 
     async def hold(self) -> None:
         self.sent.append("hold")
+        await self.hold_gate.wait()
         self.put(mode=FlightMode.HOLD)
 
     async def return_to_launch(self) -> None:

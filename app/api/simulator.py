@@ -1,0 +1,50 @@
+"""/simulator: the simulated vehicles as they truly are, and their faults."""
+
+from __future__ import annotations
+
+from aiohttp import web
+
+from app.api.answers import json_answer
+from app.api.bodies import NO_BODY, Empty, json_body
+from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
+from app.api.services import SIMULATION
+from app.domain.simulated_faults import FaultOrder
+from app.services.access import Role
+from app.services.simulation import FaultSet, SimulatorView
+
+
+async def get_simulator(call: Call[NoQuery, Empty]) -> web.Response:
+    """GET /simulator."""
+    return json_answer(await call.request.app[SIMULATION].view())
+
+
+async def set_simulator_fault(call: Call[NoQuery, FaultOrder]) -> web.Response:
+    """POST /simulator/faults."""
+    return json_answer(await call.request.app[SIMULATION].set_fault(call.body.root, by=call.principal.name))
+
+
+ROUTES: tuple[AnyRoute, ...] = (
+    Route(
+        method="GET",
+        path=f"{API}/simulator",
+        handler=get_simulator,
+        summary="The simulated vehicles as they truly are, and the faults they can have",
+        tag="simulator",
+        role=Role.VIEWER,
+        query=NoQuery,
+        body=NO_BODY,
+        answers=(Answer(200, "The simulator, or that there is none", SimulatorView),),
+    ),
+    Route(
+        method="POST",
+        path=f"{API}/simulator/faults",
+        handler=set_simulator_fault,
+        summary="Set or clear a fault of a simulated vehicle",
+        tag="simulator",
+        role=Role.PILOT,
+        query=NoQuery,
+        body=json_body(FaultOrder, tagged=True),
+        answers=(Answer(200, "The fault is set", FaultSet),),
+        errors=("not_found", "simulator.not_running", "simulator.refused", "simulator.no_answer", "storage.failed"),
+    ),
+)

@@ -1,0 +1,182 @@
+"""What can be made wrong with a simulated vehicle: each fault with the type and range of its value.
+
+The simulator has the same table (docs/simulator.md) and imports nothing of ours; a test holds the two together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, Any, Final, Literal, get_args
+
+from pydantic import BaseModel, ConfigDict, Field, RootModel
+
+ModeName = Literal[
+    "MANUAL",
+    "ALTCTL",
+    "POSCTL",
+    "ORBIT",
+    "ACRO",
+    "OFFBOARD",
+    "STABILIZED",
+    "TERMINATION",
+    "TAKEOFF",
+    "LOITER",
+    "MISSION",
+    "RTL",
+    "LAND",
+]
+"""PX4's modes as the simulator names them (custom_mode of HEARTBEAT)."""
+
+AirSpeed = Annotated[float, Field(ge=-30.0, le=30.0, allow_inf_nan=False)]
+
+
+class _Fault(BaseModel):
+    """`vehicle` is the id that Waydrop gave it, null for all; it must be said. Unknown fields are errors."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    vehicle: Annotated[str, Field(min_length=1, max_length=100)] | None
+
+
+class ShareFault(_Fault):
+    """Happens to a share of the datagrams."""
+
+    fault: Literal["loss", "duplicate", "reorder"]
+    value: float = Field(ge=0.0, le=1.0, allow_inf_nan=False, description="share of all datagrams, 0 to 1")
+
+
+class DelayFault(_Fault):
+    """Makes datagrams late."""
+
+    fault: Literal["delay_s", "jitter_s"]
+    value: float = Field(ge=0.0, le=60.0, allow_inf_nan=False, description="seconds")
+
+
+class SwitchFault(_Fault):
+    """Is there or not."""
+
+    fault: Literal["link_cut", "stuck_gripper", "stuck_winch", "gps_loss", "duplicate_sysid"]
+    value: bool = Field(description="true sets it, false clears it")
+
+
+class RebootFault(_Fault):
+    """Restarts the autopilot once."""
+
+    fault: Literal["reboot"]
+    value: Literal[True] = Field(description="true: now")
+
+
+class RefuseUploadFault(_Fault):
+    """Refuses missions."""
+
+    fault: Literal["refuse_upload"]
+    value: int = Field(ge=0, le=15, description="MAV_MISSION_RESULT of the refusal; 0 refuses no more")
+
+
+class LostAckFault(_Fault):
+    """Keeps acks back."""
+
+    fault: Literal["lost_ack"]
+    value: int = Field(ge=0, le=1000, description="so many acks")
+
+
+class SlowGripperFault(_Fault):
+    """Slows the gripper."""
+
+    fault: Literal["slow_gripper"]
+    value: float = Field(ge=0.0, le=600.0, allow_inf_nan=False, description="seconds longer")
+
+
+class BatteryFault(_Fault):
+    """Drains the battery at once."""
+
+    fault: Literal["battery_percent"]
+    value: float = Field(ge=0.0, le=100.0, allow_inf_nan=False, description="percent that remain")
+
+
+class WindFault(_Fault):
+    """Moves the air."""
+
+    fault: Literal["wind"]
+    value: tuple[AirSpeed, AirSpeed] = Field(description="[north, east] in m/s: where the air moves to")
+
+
+class ModeFault(_Fault):
+    """A pilot at the sticks."""
+
+    fault: Literal["mode"]
+    value: ModeName = Field(description="PX4's mode")
+
+
+class SecondGroundFault(_Fault):
+    """Another ground station."""
+
+    fault: Literal["second_gcs"]
+    value: Literal["upload", "clear", "open_transfer"] = Field(
+        description="replaces the mission, empties it, or begins an upload and falls silent"
+    )
+
+
+Fault = (
+    ShareFault
+    | DelayFault
+    | SwitchFault
+    | RebootFault
+    | RefuseUploadFault
+    | LostAckFault
+    | SlowGripperFault
+    | BatteryFault
+    | WindFault
+    | ModeFault
+    | SecondGroundFault
+)
+
+
+class FaultOrder(RootModel[Annotated[Fault, Field(discriminator="fault")]]):
+    """One fault for one simulated vehicle, or for all of them."""
+
+    model_config = ConfigDict(frozen=True)
+
+
+class FaultKind(BaseModel):
+    """A fault that the simulator knows. `value_schema` is the JSON Schema of its value."""
+
+    model_config = ConfigDict(frozen=True)
+
+    fault: str
+    effect: str
+    value_schema: dict[str, Any]
+
+
+_EFFECTS: Final[dict[str, str]] = {
+    "loss": "datagrams are lost, both ways",
+    "duplicate": "datagrams come twice",
+    "reorder": "datagrams are overtaken by the next ones",
+    "delay_s": "datagrams come late",
+    "jitter_s": "datagrams come up to this much later, each by itself",
+    "link_cut": "nothing passes; the vehicle's own link-loss failsafe acts as NAV_DLL_ACT says",
+    "stuck_gripper": "the gripper acknowledges and does not move: nothing on the link shows it",
+    "stuck_winch": "the winch does not pay out",
+    "gps_loss": "no position",
+    "duplicate_sysid": "a second vehicle with the same system id appears",
+    "reboot": "the autopilot restarts; missions and parameters are kept, the item index is 0 again",
+    "refuse_upload": "the next uploads are refused",
+    "lost_ack": "acks of commands and missions are not sent",
+    "slow_gripper": "longer from IN_PROGRESS to ACCEPTED",
+    "battery_percent": "the battery is at this charge, then draining goes on",
+    "wind": "constant wind",
+    "mode": "a pilot at the sticks changes the mode",
+    "second_gcs": "another ground station meddles with the mission",
+}
+
+
+def _kinds() -> Iterator[FaultKind]:
+    for model in get_args(Fault):
+        schema = model.model_json_schema()["properties"]["value"]
+        value_schema = {key: part for key, part in schema.items() if key != "title"}
+        for name in get_args(model.model_fields["fault"].annotation):
+            yield FaultKind(fault=name, effect=_EFFECTS[name], value_schema=value_schema)
+
+
+FAULT_KINDS: Final[tuple[FaultKind, ...]] = tuple(_kinds())
+"""All faults there are."""

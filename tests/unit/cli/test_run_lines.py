@@ -1,0 +1,22 @@
+"""The line that a person reads for an event of a run."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.cli.run_lines import run_line
+from app.domain.events import EventKind
+from tests.unit.cli.scripted_service import event
+
+
+@pytest.mark.parametrize(
+    ("problem", "line"),
+    [
+        (None, "simulated fault wind = [3.0, 0.0]"),
+        ("vehicle 1 has no winch", "simulated fault wind = [3.0, 0.0], not set: vehicle 1 has no winch"),
+    ],
+)
+def test_a_simulated_fault_is_told_with_its_value_and_why_it_was_not_set(problem: str | None, line: str) -> None:
+    told = run_line(event(1, EventKind.SIMULATOR_FAULT, fault="wind", value=[3.0, 0.0], by="desk", problem=problem))
+    assert told is not None
+    assert told.plain.endswith(f" {line}")

@@ -1,0 +1,108 @@
+"""Around the start: what stood before it is no part of the flight, and no end is claimed of a vehicle that may fly."""
+
+from __future__ import annotations
+
+import asyncio
+
+from app.domain.drop import DropOutcome
+from app.domain.errors import LinkTimeoutError, VehicleRefusedError
+from app.domain.ports import Rebooted
+from app.domain.run import RunState
+from app.domain.vehicle import FlightMode, LandedState
+from tests.unit.services.runs.desk import FAST, Desk, desk, restarted
+
+
+async def _uploaded(at: Desk) -> None:
+    await at.create(start=False)
+    await at.until_state(RunState.UPLOADED)
+
+
+async def test_a_reboot_before_the_start_does_not_fail_the_flight() -> None:
+    async with desk() as at:
+        await _uploaded(at)
+        at.vehicle.put(Rebooted())
+        await at.runs.start(at.run_id, "test")
+        await at.until_state(RunState.FLYING)
+        await asyncio.sleep(FAST.look_every_s * 3)
+        assert at.run.state is RunState.FLYING
+
+
+async def test_an_uploaded_run_is_not_started_while_somebody_else_flies_the_vehicle() -> None:
+    async with desk() as at:
+        await _uploaded(at)
+        at.vehicle.put(armed=True, landed=LandedState.IN_AIR)
+        sent = list(at.vehicle.sent)
+        await at.runs.start(at.run_id, "test")
+        await at.until(lambda: "not by Waydrop" in at.run.reason, "the reason must be told")
+        assert at.run.state is RunState.UPLOADED
+        assert at.vehicle.sent == sent
+
+
+async def test_a_start_that_cannot_be_undone_is_followed_and_not_called_failed() -> None:
+    async with desk() as at:
+        at.vehicle.start_error = LinkTimeoutError("no ack of the start")
+        at.vehicle.disarm_error = VehicleRefusedError("it flies")
+        await at.create()
+        await at.until(lambda: "disarm" in at.vehicle.sent, "it must try to disarm")
+        at.vehicle.put(mode=FlightMode.MISSION, landed=LandedState.IN_AIR)
+        await at.until_state(RunState.FLYING)
+
+
+async def test_a_start_that_fails_is_disarmed_although_no_heartbeat_said_armed_yet() -> None:
+    async with desk() as at:
+        at.vehicle.says_armed = False
+        at.vehicle.start_error = LinkTimeoutError("no ack of the start")
+        await at.create()
+        await at.until_state(RunState.FAILED)
+        assert at.vehicle.sent[-1] == "disarm"
+
+
+async def test_an_abort_too_late_to_disarm_brings_the_vehicle_back() -> None:
+    async with desk() as at:
+        at.vehicle.start_gate.clear()
+        at.vehicle.disarm_error = VehicleRefusedError("it flies")
+        await at.create()
+        await at.until(lambda: "start" in at.vehicle.sent, "the start must be sent")
+        await at.runs.abort(at.run_id, "test")
+        await at.until_state(RunState.RETURNING)
+        assert at.vehicle.sent[-2:] == ["disarm", "return"]
+
+
+async def test_nothing_is_released_while_the_vehicle_still_obeys_a_pause() -> None:
+    async with desk() as at:
+        await at.create()
+        await at.until_state(RunState.FLYING)
+        at.vehicle.hold_gate.clear()
+        pausing = asyncio.create_task(at.runs.pause(at.run_id, "test"))
+        await at.until(lambda: "hold" in at.vehicle.sent, "the pause must be sent")
+        await at.fly_to_drop()
+        await asyncio.sleep(FAST.look_every_s * 10)
+        assert at.vehicle.releases == []
+        at.vehicle.hold_gate.set()
+        await pausing
+        assert at.drop.outcome is not DropOutcome.RELEASED
+
+
+async def test_after_a_restart_during_the_start_a_disarmed_vehicle_is_free_again() -> None:
+    async with desk() as at:
+        at.vehicle.start_gate.clear()
+        await at.create()
+        await at.until(lambda: "start" in at.vehicle.sent, "the start must be sent")
+        at.vehicle.disarm_error = LinkTimeoutError("killed")
+        await restarted(at, meanwhile=lambda: at.vehicle.put(armed=False))
+        await at.until_state(RunState.FAILED)
+        at.vehicle.start_gate.set()
+        at.vehicle.disarm_error = None
+        await at.until(lambda: at.fleet.view("v1").run_id is None, "the vehicle must be free")
+
+
+async def test_after_a_restart_an_uploaded_run_waits_to_be_started_again() -> None:
+    async with desk() as at:
+        await _uploaded(at)
+        at.events.runs[at.run_id] = at.run.model_copy(update={"start_requested": True})
+        sent = list(at.vehicle.sent)
+        await restarted(at)
+        await at.until(lambda: bool(at.runs.open_runs()), "the run must be taken up")
+        await asyncio.sleep(FAST.look_every_s * 10)
+        assert at.vehicle.sent == sent
+        assert at.run.state is RunState.UPLOADED
