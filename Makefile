@@ -14,7 +14,7 @@ PAGE := web/dist/.built
 PAGE_SOURCES := $(shell find web -path web/node_modules -prune -o -path web/dist -prune -o -type f -print 2>/dev/null)
 LOCK_TOOL := uv==0.13.9
 
-.PHONY: all run test test-python test-web lint format types check lock image clean help
+.PHONY: all run test test-python test-web lint format types screenshots check lock image clean help
 
 all: $(RUNTIME) $(PAGE)  ## build .venv and the page
 
@@ -42,6 +42,10 @@ format: $(DEV)  ## put the code into shape
 types: $(RUNTIME) $(NODE)  ## the page's types from the API's schema
 	$(VENV)/bin/waydrop openapi > web/openapi.json
 	cd web && npm run --silent types
+
+screenshots: $(DEV) $(PAGE)  ## pictures of the page in all its looks, into test-results/screenshots
+	scripts/need-chromium.sh
+	$(PY) -m tests.browser.screenshots test-results/screenshots
 
 check:  ## what CI runs
 	.ci/run
