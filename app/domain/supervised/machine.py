@@ -251,9 +251,12 @@ def _finish(
 def _finish_and_resume(
     drop: DropMachine, seen: Observation | None, outcome: DropOutcome, certainty: Certainty, reason: str
 ) -> tuple[DropMachine, Effects]:
-    """Finish, and move on only if the mission still waits at this drop: somebody else's choice is never undone."""
+    """Finish, and move on only if the mission surely waits at this drop for as long as that may take: somebody else's
+    choice is never undone, and an item that the mission has gone on to by itself is never flown to again.
+    """
     drop, finished = _finish(drop, outcome, certainty, reason)
     waits = seen is not None and seen.connected and is_holding(seen, drop.terms)
+    waits = waits and seen is not None and drop.hold.left_s(seen, drop.terms) > drop.terms.resume_s
     return drop, (*finished, Resume(drop.terms.resume_seq)) if waits else finished
 
 

@@ -12,7 +12,7 @@ class DropTerms:
     """Fixed for the whole drop. Seconds are real time except `hold_s`, which is the vehicle's.
 
     `release_latency_s` is the longest time a sent release may take to act: loop, link and servo together. A release
-    is sent only if that much of the hold is left.
+    is sent only if that much of the hold is left. `resume_s` is the longest time the order to move on may take.
     """
 
     hold_seqs: tuple[int, ...]
@@ -24,6 +24,7 @@ class DropTerms:
     max_ground_speed_m_s: float = 0.5
     max_attempts: int = 3
     release_latency_s: float = 1.0
+    resume_s: float = 3.5
     retry_pause_s: float = 0.3
     max_position_age_s: float = 1.0
     output_wait_s: float = 1.0

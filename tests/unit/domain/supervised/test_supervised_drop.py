@@ -192,6 +192,15 @@ def test_a_hold_whose_start_was_not_seen_is_never_used() -> None:
     assert ended(flight)[0] is DropOutcome.KEPT
 
 
+def test_near_the_end_of_its_hold_the_mission_is_left_to_go_on_by_itself() -> None:
+    flight = Flight()
+    flight.until_sent()
+    flight.tick(TERMS.hold_s - 3.0)
+    flight.ack(MavResult.ACCEPTED)
+    assert ended(flight)[0] is DropOutcome.RELEASED
+    assert not flight.resumed, "a late set_current would fly it back"
+
+
 def test_an_open_gripper_before_the_command_is_unknown() -> None:
     flight = Flight(knows_output=True, gripper_open=True)
     flight.tick(20.0)
