@@ -6,9 +6,11 @@ import asyncio
 from pathlib import Path
 from typing import Any
 
+import aiohttp
 import pytest
 
 from app.api.stream import broadcast
+from app.api.stream.frames import CLOSE_REASONS, CloseCode
 from tests.api.listener import listen, record
 from tests.api.service import Service, run_service
 
@@ -53,6 +55,14 @@ async def test_a_bad_after_closes_with_4400(service: Service) -> None:
     for bad in ("x", "-1", "1.5", "", "1&after=2", "9" * 40, "%C2%B2"):
         async with listen(service, f"?after={bad}") as client:
             assert await client.close_code() == 4400, bad
+
+
+async def test_a_close_says_why_in_words_too(service: Service) -> None:
+    async with service.http.ws_connect(f"{service.url}/api/v1/stream?after=x") as socket:
+        message = await socket.receive()
+        assert (message.type, message.data) == (aiohttp.WSMsgType.CLOSE, 4400)
+        assert "whole number" in message.extra
+    assert set(CLOSE_REASONS) == set(CloseCode)
 
 
 async def test_an_after_of_another_journal_closes_with_4409(service: Service) -> None:

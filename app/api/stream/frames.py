@@ -74,6 +74,19 @@ class CloseCode(IntEnum):
     """`after` is higher than the newest event: it belongs to another journal. Start without it."""
 
 
+CLOSE_REASONS: Final[dict[int, str]] = {
+    CloseCode.GOING_AWAY: "the service stops",
+    CloseCode.POLICY: "this socket only tells; send nothing",
+    CloseCode.DEFECT: "a defect of the service",
+    CloseCode.TRY_AGAIN: "the journal cannot be read now",
+    CloseCode.BAD_AFTER: "after= must be a whole number of 0 or more",
+    CloseCode.UNAUTHORIZED: "a valid token is needed",
+    CloseCode.TOO_SLOW: "too slow: connect again with after= the last event seen",
+    CloseCode.AFTER_AHEAD: "after= is ahead of the newest event: it is of another journal; connect without it",
+}
+"""Told with the code, for people; at most 123 bytes (RFC 6455)."""
+
+
 def event_frame(event: Event) -> bytes:
     """The frame of an event, made once for all sockets."""
     return text_frame(b'{"type":"event","event":' + event.model_dump_json().encode() + b"}")

@@ -17,7 +17,7 @@ from app.api.metrics import Metrics
 from app.api.problems import ApiError
 from app.api.request_log import note_principal
 from app.api.settings import ApiSettings
-from app.api.stream.frames import CloseCode
+from app.api.stream.frames import CLOSE_REASONS, CloseCode
 from app.api.stream.session import Session, Sources
 from app.domain.errors import StorageError
 from app.services.access import Access
@@ -125,7 +125,8 @@ class StreamEndpoint:
             log.info("socket closed", code=int(code), client=request.remote)
         try:
             async with asyncio.timeout(self._settings.close_grace_s):
-                await socket.close(code=code or WSCloseCode.OK, drain=False)
+                reason = CLOSE_REASONS.get(code or 0, "").encode()
+                await socket.close(code=code or WSCloseCode.OK, message=reason, drain=False)
         except (TimeoutError, ConnectionError):
             pass  # it does not read: the close frame waits behind what it did not take
         finally:
