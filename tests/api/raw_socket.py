@@ -6,6 +6,8 @@ import asyncio
 import socket
 import struct
 
+from app.api.stream.frames import CLOSE_REASONS
+
 HANDSHAKE = (
     "GET {path} HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
     "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: MDEyMzQ1Njc4OWFiY2RlZg==\r\n\r\n"
@@ -65,5 +67,6 @@ class DeafClient:
 
 
 def close_frame(code: int) -> bytes:
-    """The bytes with which a server's close frame begins, up to its code."""
-    return b"\x88\x02" + struct.pack("!H", code)
+    """The bytes of a server's close frame, with the words that go with its code."""
+    payload = struct.pack("!H", code) + CLOSE_REASONS[code].encode()
+    return bytes((0x88, len(payload))) + payload
