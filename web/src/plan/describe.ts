@@ -28,13 +28,14 @@ export function itemTitle(item: PlanItemView): string {
 /** Altitude, hold, speed and what else the item says: "30 m above home · hold 5 s". */
 export function itemSummary(item: PlanItemView): string {
   const f = item.fields;
+  const dropsMoving = f["release_motion"] === "moving"; // then there is no hold, whatever the field's default says
   const parts: (string | null)[] = [
     num(f["relative_altitude_m"], (m) => `${metres(m)} above home`),
     num(f["absolute_altitude_m"], (m) => `${metres(m)} above sea level`),
     item.type === "loiter" ? words(f["kind"]) : null,
     num(f["turns"], (n) => `${n} turns`),
     num(f["radius_m"], (m) => `radius ${metres(Math.abs(m))}${m < 0 ? " counter-clockwise" : ""}`),
-    num(f["hold_s"], (s) => (s > 0 ? `hold ${item.type === "waypoint" ? "" : "up to "}${seconds(s)}` : null)),
+    num(f["hold_s"], (s) => (s > 0 && !dropsMoving ? `hold ${item.type === "waypoint" ? "" : "up to "}${seconds(s)}` : null)),
     num(f["duration_s"], seconds),
     num(f["speed_m_s"], speed),
     num(f["acceptance_radius_m"], (m) => `within ${metres(m)}`),

@@ -24,6 +24,13 @@ describe("a plan that is half written", () => {
   });
 });
 
+describe("a drop", () => {
+  it("that is made while moving shows no hold", () => {
+    const [item] = viewPlan({ items: [{ type: "gripper", action: "release", release_motion: "moving", hold_s: 30 }] }).items;
+    expect(itemSummary(item!)).toBe("while moving");
+  });
+});
+
 describe("the example plan", () => {
   it("is read whole", () => {
     expect([clinic.name, clinic.vehicleType, clinic.items.length, clinic.fences.length, clinic.rallyPoints.length]).toEqual(["Clinic run", "multicopter", 5, 2, 1]);
