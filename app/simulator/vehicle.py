@@ -23,7 +23,7 @@ from app.simulator.faults import VehicleFaults
 from app.simulator.firmware import FirmwareProfile
 from app.simulator.geo import LocalFrame
 from app.simulator.identity import Identity
-from app.simulator.land_detector import LandDetector
+from app.simulator.land_detector.factory import land_detector_for
 from app.simulator.link_loss import LinkLossFailsafe
 from app.simulator.mission.reporter import MissionReporter
 from app.simulator.mission.store import MissionStore
@@ -46,6 +46,8 @@ from app.simulator.wire import Cmd, Result, VtolState
 
 REBOOT_SILENCE_S = 0.2
 FALL_M_S = 8.0
+"""Drag does not let it fall faster."""
+GRAVITY_M_S2 = 9.81
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +97,7 @@ class Vehicle:
         self._navigator = Navigator(
             self.context, self.store, self.mission, self._hold, self._takeoff, self.commander.change_mode
         )
-        self._detector = LandDetector(state, spec.airframe, self.clock)
+        self._detector = land_detector_for(spec.airframe, state, self.params, self.clock, self.faults)
         self._dynamics = dynamics_for(spec.airframe, self.params, state.status)
 
     def _build_wire(self, wall: Callable[[], float]) -> None:
@@ -217,11 +219,12 @@ class Vehicle:
             wind = Wind(self.faults.wind_north_m_s, self.faults.wind_east_m_s)
             self._dynamics.step(body, self.context.setpoint, dt_s, wind)
             return
-        if body.up_m > 0.0:  # disarmed in the air: it falls
-            body.up_m = max(0.0, body.up_m - FALL_M_S * dt_s)
-        if body.ground_speed_m_s > 0.0 or body.v_up_m_s != 0.0:
-            body.v_north_m_s = body.v_east_m_s = body.v_up_m_s = 0.0
-            self._dynamics.reset(body)
+        body.v_north_m_s = body.v_east_m_s = body.throttle = body.climb_command_m_s = 0.0
+        body.v_up_m_s = max(-FALL_M_S, body.v_up_m_s - GRAVITY_M_S2 * dt_s)  # disarmed in the air: it falls
+        body.up_m = max(0.0, body.up_m + body.v_up_m_s * dt_s)
+        if body.on_ground:
+            body.v_up_m_s = 0.0
+        self._dynamics.reset(body)
 
     # commands that need more than one component -------------------------------------------------------------
 
