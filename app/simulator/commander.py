@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 from app.simulator.clock import VehicleClock
 from app.simulator.navigator.mission_mode import MissionResult
+from app.simulator.offboard.stream import OffboardStream
 from app.simulator.params import Params
 from app.simulator.state import Home, VehicleState
 from app.simulator.wire import LandedState, Mode, Result, Severity, SystemStatus
@@ -14,6 +15,8 @@ from app.simulator.wire import LandedState, Mode, Result, Severity, SystemStatus
 HOME_KNOWN_S = 2.3
 CHECKS_GOOD_S = 4.6
 FORCE_MAGIC = 21196.0
+FAILSAFE_REASON = 11
+"""arm_disarm_reason_t."""
 MODES_LEFT_ON_DISARM = frozenset({Mode.RTL, Mode.LAND, Mode.TAKEOFF})
 
 Event = Callable[..., None]
@@ -24,12 +27,20 @@ class Commander:
     """Owns `status.mode` and `status.armed`. `intended` is the user's mode; a failsafe may fly another."""
 
     def __init__(
-        self, state: VehicleState, params: Params, clock: VehicleClock, mission: MissionResult, text: Text, event: Event
+        self,
+        state: VehicleState,
+        params: Params,
+        clock: VehicleClock,
+        mission: MissionResult,
+        offboard: OffboardStream,
+        text: Text,
+        event: Event,
     ) -> None:
         self._state = state
         self._params = params
         self._clock = clock
         self._mission = mission
+        self._offboard = offboard
         self._text = text
         self._event = event
         self.intended = Mode.LOITER
@@ -95,7 +106,7 @@ class Commander:
             return self._mission.valid
         if mode.main in (Mode.MANUAL.main, Mode.ACRO.main, Mode.STABILIZED.main):
             return False  # no manual control
-        return mode is not Mode.OFFBOARD  # no setpoint stream; see docs/simulator.md
+        return mode is not Mode.OFFBOARD or self._offboard.lives
 
     def mission_start(self) -> Result:
         """MISSION_START: mission mode, and arm."""
@@ -148,6 +159,10 @@ class Commander:
             return Result.TEMPORARILY_REJECTED
         self._disarm("external command", 4)
         return Result.ACCEPTED
+
+    def disarm_by_failsafe(self) -> None:
+        """In the air too."""
+        self._disarm("failsafe", FAILSAFE_REASON)
 
     def _disarm(self, by: str, reason: int) -> None:
         status = self._state.status

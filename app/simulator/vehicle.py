@@ -33,6 +33,10 @@ from app.simulator.navigator.hold_mode import HoldMode
 from app.simulator.navigator.mission_mode import MissionMode, MissionResult
 from app.simulator.navigator.navigator import Navigator
 from app.simulator.navigator.takeoff_mode import TakeoffMode
+from app.simulator.offboard.failsafe import OffboardLossFailsafe
+from app.simulator.offboard.mode import OffboardMode
+from app.simulator.offboard.receiver import OffboardReceiver
+from app.simulator.offboard.stream import OffboardStream
 from app.simulator.param_link import ParamLink
 from app.simulator.params import Params
 from app.simulator.payload import PayloadDeliverer
@@ -78,6 +82,7 @@ class Vehicle:
         self.params = spec.params
         self.clock = VehicleClock()
         self._build_flight()
+        self._build_failsafes()
         self._build_wire(wall)
         self.boot()
 
@@ -86,19 +91,33 @@ class Vehicle:
         self._events = EventLog(self.radio, self.clock)
         result = MissionResult()
         self.payload = PayloadDeliverer(state.gripper, self.params, self.faults, self.clock)
-        self.commander = Commander(state, self.params, self.clock, result, self.radio.text, self._events.emit)
+        self._offboard = OffboardStream(self.params, self.clock)
+        self.commander = Commander(
+            state, self.params, self.clock, result, self._offboard, self.radio.text, self._events.emit
+        )
         self.context = NavContext(
-            state, self.params, spec.airframe, spec.profile, spec.frame, self.clock,
+            state, self.params, spec.system_id, spec.airframe, spec.profile, spec.frame, self.clock,
             self.radio.text, self._events.emit, lambda command: self._internal.issue(command),
         )  # fmt: skip
         self.mission = MissionMode(self.context, self.store, result, self.payload)
         self._hold = HoldMode(self.context)
         self._takeoff = TakeoffMode(self.context)
+        offboard = OffboardMode(self.context, self._offboard)
         self._navigator = Navigator(
-            self.context, self.store, self.mission, self._hold, self._takeoff, self.commander.change_mode
+            self.context, self.store, self.mission, self._hold, self._takeoff, offboard, self.commander.change_mode
         )
         self._detector = land_detector_for(spec.airframe, state, self.params, self.clock, self.faults)
         self._dynamics = dynamics_for(spec.airframe, self.params, state.status)
+
+    def _build_failsafes(self) -> None:
+        spec, state = self.spec, self.state
+        self.battery = Battery(state.status, self.params, self.commander, self.radio.text)
+        self._link_loss = LinkLossFailsafe(
+            state.status, self.params, self.clock, self.commander, self.radio.text, self._events.emit, spec.speed
+        )
+        self._offboard_loss = OffboardLossFailsafe(
+            state.status, self.params, self.commander, self._offboard, self.radio.text, self._events.emit
+        )
 
     def _build_wire(self, wall: Callable[[], float]) -> None:
         spec, state = self.spec, self.state
@@ -130,18 +149,21 @@ class Vehicle:
             others=frozenset({int(Cmd.DO_WINCH)}) if spec.winch else frozenset(),
         )
         payload_commands.connect(self._commands)
-        self.battery = Battery(state.status, self.params, self.commander, self.radio.text)
         self.winch = Winch(self.radio, self.clock) if spec.winch else None
-        self._link_loss = LinkLossFailsafe(
-            state.status, self.params, self.clock, self.commander, self.radio.text, self._events.emit, spec.speed
-        )
         self._transfer = MissionTransfer(self.store, self.radio, spec.profile, self.faults, wall)
         self._param_link = ParamLink(self.params, self.radio)
         self._reporter = MissionReporter(
             self.mission.result, self.store, state.status, self.radio, self.clock, spec.profile
         )
         self._router = Router(
-            self.radio, self._transfer, self.mission, self._param_link, self._commands, self._link_loss, self.clock
+            self.radio,
+            self._transfer,
+            self.mission,
+            self._param_link,
+            self._commands,
+            self._link_loss,
+            self.clock,
+            OffboardReceiver(self.context, self._offboard),
         )
         self._reboot_wanted = False
 
@@ -158,6 +180,8 @@ class Vehicle:
         self.payload.boot()
         self._navigator.boot()
         self._link_loss.boot()
+        self._offboard.boot()
+        self._offboard_loss.boot()
         self._internal.boot()
         self._streams.boot()
         self._reporter.boot()
@@ -202,6 +226,7 @@ class Vehicle:
         self._detector.step(self.context.setpoint)
         self.commander.step()
         self._link_loss.step()
+        self._offboard_loss.step()
         self.battery.step()
         if self.winch is not None:
             self.winch.step()

@@ -31,6 +31,7 @@ class Navigator:
         mission: MissionMode,
         hold: HoldMode,
         takeoff: TakeoffMode,
+        offboard: FlightMode,
         change_mode: Callable[[Mode], None],
     ) -> None:
         self._context = context
@@ -46,6 +47,7 @@ class Navigator:
             Mode.RTL: self._return,
             Mode.LAND: self._land,
             Mode.TAKEOFF: takeoff,
+            Mode.OFFBOARD: offboard,
         }
         self._hold = hold
         self._active: tuple[Mode, bool, float] | None = None
