@@ -15,8 +15,8 @@ from app.simulator.wire import LandedState, Mode, Result, Severity, SystemStatus
 HOME_KNOWN_S = 2.3
 CHECKS_GOOD_S = 4.6
 FORCE_MAGIC = 21196.0
-FAILSAFE_REASON = 11
-"""arm_disarm_reason_t."""
+BY_COMMAND, BY_LANDING, BY_PREFLIGHT, BY_FAILSAFE = 4, 6, 7, 14
+"""ARM_DISARM_REASON, the argument of the events."""
 MODES_LEFT_ON_DISARM = frozenset({Mode.RTL, Mode.LAND, Mode.TAKEOFF})
 
 Event = Callable[..., None]
@@ -147,7 +147,7 @@ class Commander:
         self._was_landed = status.landed
         self._set_home()
         self._text(Severity.INFO, "Armed by external command")
-        self._event("commander_armed_by", 4)
+        self._event("commander_armed_by", BY_COMMAND)
         return Result.ACCEPTED
 
     def disarm(self, force: bool) -> Result:
@@ -157,12 +157,12 @@ class Commander:
         if not force and not self._state.status.landed and self._state.status.landed_state != LandedState.UNDEFINED:
             self._text(Severity.CRITICAL, "Disarming denied: not landed")
             return Result.TEMPORARILY_REJECTED
-        self._disarm("external command", 4)
+        self._disarm("external command", BY_COMMAND)
         return Result.ACCEPTED
 
     def disarm_by_failsafe(self) -> None:
         """In the air too."""
-        self._disarm("failsafe", FAILSAFE_REASON)
+        self._disarm("failsafe", BY_FAILSAFE)
 
     def _disarm(self, by: str, reason: int) -> None:
         status = self._state.status
@@ -222,7 +222,7 @@ class Commander:
         if not self._flown:
             limit_s = float(self._params["COM_DISARM_PRFLT"])
             if 0.0 < limit_s <= self._clock.now_s - status.armed_at_s:
-                self._disarm("auto preflight disarming", 9)
+                self._disarm("auto preflight disarming", BY_PREFLIGHT)
             return
         in_mission = status.mode is Mode.MISSION
         if in_mission and not self._mission.finished:
@@ -230,7 +230,7 @@ class Commander:
         limit_s = float(self._params["COM_DISARM_LAND"])
         wait_s = 0.0 if in_mission else limit_s
         if limit_s > 0.0 and self._clock.now_s - self._landed_at_s >= wait_s:
-            self._disarm("landing", 7)
+            self._disarm("landing", BY_LANDING)
 
 
 def _mode_name(mode: Mode) -> str:

@@ -56,6 +56,8 @@ def test_at_rest_needs_a_second_without_rotation_and_without_turning_motors() ->
     assert not bench.land.at_rest
     assert bench.seconds_until("at_rest", True, DISARMED) == pytest.approx(1.0, abs=0.05)
     assert not bench.feed(replace(DISARMED, rate_rad_s=0.1), 0.02).at_rest
+    bench.feed(DISARMED, 2.0)
+    assert not bench.feed(replace(DISARMED, v_xy_m_s=0.2), 0.02).at_rest
 
 
 def test_at_rest_needs_landed() -> None:

@@ -12,7 +12,7 @@ from tests.unit.simulator.landing_cockpit import Recording, recording
 
 PERIOD_S = 0.2
 """EXTENDED_SYS_STATE comes at 5 Hz."""
-LANDING_DETECTED, TAKEOFF_DETECTED, ARMED_BY = 26622124, 21054825, 26266355
+LANDING_DETECTED, TAKEOFF_DETECTED, ARMED_BY, DISARMED_BY = 26622124, 21054825, 26266355, 32794487
 """EVENT ids."""
 
 
@@ -175,10 +175,16 @@ def test_a_quad_disarmed_in_the_air_falls_freely_and_has_landed() -> None:
     assert status.landed_state == LandedState.ON_GROUND
 
 
+def test_the_reason_of_a_disarming_is_the_recorded_one(quad: Flight) -> None:
+    """ARM_DISARM_REASON: 6 landing, twice."""
+    reasons = [m.arguments[0] for m in quad.cockpit.messages("EVENT") if m.id == DISARMED_BY]
+    assert reasons == [6, 6]
+
+
 def test_the_total_flight_time_can_be_read_as_parameters(quad: Flight) -> None:
     params = quad.cockpit.vehicle.params
     took_off = [quad.event_s(TAKEOFF_DETECTED, number) for number in (0, 1)]
-    disarmed = [h.t_s for h in quad.cockpit.heard if h.name == "EVENT" and h.message.id == 32794487]
+    disarmed = [h.t_s for h in quad.cockpit.heard if h.name == "EVENT" and h.message.id == DISARMED_BY]
     flown_s = sum(end - start for start, end in zip(took_off, disarmed, strict=True))
     assert params.integer("LND_FLIGHT_T_LO") / 1e6 == pytest.approx(flown_s, abs=0.1)
     assert params.integer("LND_FLIGHT_T_HI") == 0
