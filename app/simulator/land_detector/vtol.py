@@ -7,13 +7,10 @@ from app.simulator.land_detector.sample import LandSample
 
 
 class VtolLandDetector(MulticopterLandDetector):
-    """Hovering and in transition the multicopter's rules hold."""
+    """Hovering and in transition the multicopter's rules hold. Landed follows from maybe landed there, so here too."""
 
     def _is_freefall(self, sample: LandSample) -> bool:
         return not sample.fixed_wing and super()._is_freefall(sample)
 
     def _is_maybe_landed(self, sample: LandSample) -> bool:
         return not sample.armed if sample.fixed_wing else super()._is_maybe_landed(sample)
-
-    def _is_landed(self, sample: LandSample) -> bool:
-        return not sample.armed if sample.fixed_wing else super()._is_landed(sample)

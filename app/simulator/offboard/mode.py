@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+from app.simulator.clock import VehicleClock
+from app.simulator.geo import wrap_pi
 from app.simulator.navigator.context import NavContext
 from app.simulator.offboard.stream import OffboardStream
 from app.simulator.offboard.target import OffboardTarget, Vector
@@ -79,9 +81,12 @@ class OffboardMode:
     def _fly_wing(self, target: OffboardTarget) -> None:
         """Position with velocity is a path point and its tangent. Position alone: due north, at its height.
 
-        Velocity of zero with a position keeps the course; so does all else [20_offboard_plane, 20b].
+        Velocity of zero with a position keeps the course; so does all else [20_offboard_plane, 20b]. Attitude: the
+        bank turns the course, the pitch climbs; thrust and rates are not modelled.
         """
         position, velocity = target.position, target.velocity
+        if target.is_attitude:
+            self._bank(*target.tilt_rad)
         up_m = self._held_up_m if position is None or math.isnan(position[2]) else position[2]
         moving = velocity is not None and math.hypot(velocity[0], velocity[1]) > STANDSTILL_M_S
         if position is not None and velocity is not None and moving:
@@ -90,6 +95,12 @@ class OffboardMode:
         due_north = position is not None and velocity is None
         body = self._context.state.body
         self._follow_line((body.north_m, body.east_m), 0.0 if due_north else self._held_course_rad, up_m)
+
+    def _bank(self, roll_rad: float, pitch_rad: float) -> None:
+        speed = max(self._context.state.body.ground_speed_m_s, 1.0)
+        turned = GRAVITY_M_S2 * math.tan(roll_rad) / speed * VehicleClock.STEP_S
+        self._held_course_rad = wrap_pi(self._held_course_rad + turned)
+        self._held_up_m += speed * math.sin(pitch_rad) * VehicleClock.STEP_S
 
     # setpoints ----------------------------------------------------------------------------------------------
 

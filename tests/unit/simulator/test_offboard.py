@@ -77,11 +77,15 @@ def world(cockpit: Cockpit, north_m: float, east_m: float, alt: float, frame: in
     )
 
 
-def attitude(thrust: float, pitch_deg: float = 0.0, mask: int = 7) -> mavlink.MAVLink_message:
-    half = math.radians(pitch_deg) / 2.0
-    return mavlink.MAVLink_set_attitude_target_message(
-        0, 1, 1, mask, [math.cos(half), 0, math.sin(half), 0], 0, 0, 0, thrust
-    )
+def attitude(thrust: float, pitch_deg: float = 0.0, mask: int = 7, roll_deg: float = 0.0) -> mavlink.MAVLink_message:
+    roll, pitch = math.radians(roll_deg) / 2.0, math.radians(pitch_deg) / 2.0
+    q = [
+        math.cos(roll) * math.cos(pitch),
+        math.sin(roll) * math.cos(pitch),
+        math.cos(roll) * math.sin(pitch),
+        -math.sin(roll) * math.sin(pitch),
+    ]
+    return mavlink.MAVLink_set_attitude_target_message(0, 1, 1, mask, q, 0, 0, 0, thrust)
 
 
 # what is followed -------------------------------------------------------------------------------------------
@@ -152,6 +156,18 @@ def test_a_plane_keeps_its_course_with_all_else(message: mavlink.MAVLink_message
     sender.stream(10.0)
     assert math.atan2(body.v_east_m_s, body.v_north_m_s) == pytest.approx(course, abs=0.1)
     assert sender.mode is Mode.OFFBOARD
+
+
+def test_a_plane_follows_bank_and_pitch() -> None:
+    """Recorded: 20 and 3 degrees turn at a third of a rad/s and climb 4.5 m in 6 s."""
+    sender = Sender("plane")
+    sender.message = attitude(0.8, pitch_deg=3.0, roll_deg=20.0)
+    body = sender.airborne().stream(6.0).cockpit.vehicle.state.body
+    yaw, up_m = body.yaw_rad, body.up_m
+    sender.stream(6.0)
+    turned = (body.yaw_rad - yaw) % (2.0 * math.pi)
+    assert turned == pytest.approx(6.0 * 0.31, rel=0.2)
+    assert body.up_m - up_m == pytest.approx(4.5, abs=1.5)
 
 
 def test_a_rover_drives_to_a_position_follows_a_velocity_and_ignores_attitude() -> None:
