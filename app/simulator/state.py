@@ -61,11 +61,9 @@ class LandDetected:
     at_rest: bool = False
     published_at_s: float = -math.inf
 
-    def same_states(self, other: LandDetected) -> bool:
-        """Equal but for the time."""
-        return self._states() == other._states()
-
-    def _states(self) -> tuple[bool, ...]:
+    @property
+    def states(self) -> tuple[bool, bool, bool, bool, bool, bool]:
+        """All but the time, in the order above."""
         return (
             self.freefall,
             self.ground_contact,

@@ -100,18 +100,18 @@ class LandDetector(ABC):
         self._was_landed = True
 
     def _publish(self, at_rest: bool, now_s: float) -> None:
-        seen = LandDetected(
-            freefall=self._freefall.state,
-            ground_contact=self._ground_contact.state,
-            maybe_landed=self._maybe_landed.state,
-            landed=self._landed.state,
-            in_ground_effect=self._ground_effect.state,
-            at_rest=at_rest,
-            published_at_s=now_s,
-        )
-        if self._was_landed and not seen.landed:
+        landed = self._landed.state
+        if self._was_landed and not landed:
             self._flight_time.take_off(now_s)
-        self._was_landed = seen.landed
+        self._was_landed = landed
+        states = (
+            self._freefall.state,
+            self._ground_contact.state,
+            self._maybe_landed.state,
+            landed,
+            self._ground_effect.state,
+            at_rest,
+        )
         land = self._status.land
-        if now_s - land.published_at_s >= PUBLISH_S or not seen.same_states(land):
-            self._status.land = seen
+        if states != land.states or now_s - land.published_at_s >= PUBLISH_S:
+            self._status.land = LandDetected(*states, published_at_s=now_s)

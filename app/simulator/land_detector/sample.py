@@ -7,6 +7,8 @@ from enum import Enum, auto
 
 from app.simulator.wire import Mode
 
+PLAINLY_MANUAL = frozenset({Mode.MANUAL, Mode.ACRO, Mode.STABILIZED})
+
 
 class TakeoffState(Enum):
     """takeoff_status_s.takeoff_state, of multicopters."""
@@ -17,7 +19,7 @@ class TakeoffState(Enum):
     FLIGHT = auto()
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class LandSample:
     """Metres, m/s, m/s2, rad/s; throttle 0..1. Speeds are sizes, without a sign."""
 
@@ -51,4 +53,4 @@ class LandSample:
     @property
     def climb_rate_controlled(self) -> bool:
         """flag_control_climb_rate_enabled: in all modes but the plainly manual ones."""
-        return self.mode.main not in (Mode.MANUAL.main, Mode.ACRO.main, Mode.STABILIZED.main)
+        return self.mode not in PLAINLY_MANUAL
