@@ -68,7 +68,7 @@ class MulticopterLandDetector(LandDetector):
 
     def _is_in_ground_effect(self, sample: LandSample) -> bool:
         limit_m = float(self._params["LNDMC_ALT_GND"])
-        below = sample.dist_bottom_m is not None and limit_m > 0.0 and sample.dist_bottom_m < limit_m
+        below = sample.dist_bottom_m is not None and sample.dist_bottom_m < limit_m
         flies_low = below and sample.takeoff_state is TakeoffState.FLIGHT
         descends = self._in_descend(sample) and not self._moves_horizontally(sample)
         return descends or flies_low or sample.takeoff_state is TakeoffState.RAMPUP
