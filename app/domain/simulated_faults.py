@@ -55,7 +55,7 @@ class DelayFault(_Fault):
 class SwitchFault(_Fault):
     """Is there or not."""
 
-    fault: Literal["link_cut", "stuck_gripper", "stuck_winch", "gps_loss", "duplicate_sysid"]
+    fault: Literal["link_cut", "stuck_gripper", "stuck_winch", "gps_loss", "range_loss", "duplicate_sysid"]
     value: bool = Field(description="true sets it, false clears it")
 
 
@@ -158,6 +158,7 @@ _EFFECTS: Final[dict[str, str]] = {
     "stuck_gripper": "the gripper acknowledges and does not move: nothing on the link shows it",
     "stuck_winch": "the winch does not pay out",
     "gps_loss": "no position",
+    "range_loss": "the range sensor sees nothing: a hovering vehicle's landing takes three times longer to detect",
     "duplicate_sysid": "a second vehicle with the same system id appears",
     "reboot": "the autopilot restarts; missions and parameters are kept, the item index is 0 again",
     "refuse_upload": "the next uploads are refused",

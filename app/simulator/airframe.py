@@ -16,6 +16,8 @@ class Airframe:
     """Output with the gripper, 1-based: servoN_raw of SERVO_OUTPUT_RAW."""
     params: dict[str, int | float] = field(default_factory=dict)
     """Parameters that differ from the common defaults."""
+    hover_throttle: float = 0.5
+    """What keeps a hovering vehicle in the air; a VTOL's lift motors are strong [25_land_detector_vtol]."""
 
     @property
     def is_fixed_wing(self) -> bool:
@@ -38,23 +40,32 @@ class Airframe:
         return self.name == "airship"
 
     @property
+    def has_range_sensor(self) -> bool:
+        """SITL's hovering vehicles look down."""
+        return self.is_multicopter or self.is_vtol
+
+    @property
+    def has_airspeed_sensor(self) -> bool:
+        """Has a wing."""
+        return self.is_fixed_wing or self.is_vtol
+
+    @property
     def is_multicopter(self) -> bool:
         """Always in rotary-wing state."""
         return self.name in ("quad", "hexa")
 
 
 _PLANE_SPEEDS = {"FW_AIRSPD_TRIM": 12.0, "FW_AIRSPD_MAX": 14.0, "FW_AIRSPD_MIN": 10.0}
+_PLANE_HEIGHTS = {"MIS_TAKEOFF_ALT": 25.0, "RTL_RETURN_ALT": 100.0}  # [14_infeasible_plane, 20_offboard_plane]
 
 AIRFRAMES = {
     airframe.name: airframe
     for airframe in (
         Airframe("quad", 2, 5, {"SYS_AUTOSTART": 10040}),
         Airframe("hexa", 13, 7, {"SYS_AUTOSTART": 10044}),
-        Airframe(
-            "plane", 1, 5, {"SYS_AUTOSTART": 10041, "MIS_TKO_LAND_REQ": 2, "MIS_TAKEOFF_ALT": 25.0, **_PLANE_SPEEDS}
-        ),
-        Airframe("vtol", 22, 9, {"SYS_AUTOSTART": 10043, "MIS_TKO_LAND_REQ": 2, "FW_AIRSPD_TRIM": 10.5}),
-        Airframe("rover", 10, 3, {"SYS_AUTOSTART": 10045, "NAV_ACC_RAD": 0.5}),
+        Airframe("plane", 1, 5, {"SYS_AUTOSTART": 10041, "MIS_TKO_LAND_REQ": 2, **_PLANE_HEIGHTS, **_PLANE_SPEEDS}),
+        Airframe("vtol", 22, 9, {"SYS_AUTOSTART": 10043, "MIS_TKO_LAND_REQ": 2, "FW_AIRSPD_TRIM": 10.5}, 0.3),
+        Airframe("rover", 10, 3, {"SYS_AUTOSTART": 10045, "NAV_ACC_RAD": 0.5, "RTL_RETURN_ALT": 60.0}),
         Airframe("airship", 7, 5, {"SYS_AUTOSTART": 2507, "MPC_XY_CRUISE": 3.0, "MPC_Z_V_AUTO_UP": 1.0}),
     )
 }

@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 from app.simulator.clock import VehicleClock
 from app.simulator.navigator.mission_mode import MissionResult
+from app.simulator.offboard.stream import OffboardStream
 from app.simulator.params import Params
 from app.simulator.state import Home, VehicleState
 from app.simulator.wire import LandedState, Mode, Result, Severity, SystemStatus
@@ -14,7 +15,10 @@ from app.simulator.wire import LandedState, Mode, Result, Severity, SystemStatus
 HOME_KNOWN_S = 2.3
 CHECKS_GOOD_S = 4.6
 FORCE_MAGIC = 21196.0
-MODES_LEFT_ON_DISARM = frozenset({Mode.RTL, Mode.LAND, Mode.TAKEOFF})
+BY_COMMAND, BY_LANDING, BY_PREFLIGHT, BY_FAILSAFE = 4, 6, 7, 14
+"""ARM_DISARM_REASON, the argument of the events."""
+MODES_TO_COME_DOWN = frozenset({Mode.RTL, Mode.LAND})
+"""One cannot arm in them: disarming leaves them for the mode that was wanted before."""
 
 Event = Callable[..., None]
 Text = Callable[[Severity, str], None]
@@ -24,15 +28,23 @@ class Commander:
     """Owns `status.mode` and `status.armed`. `intended` is the user's mode; a failsafe may fly another."""
 
     def __init__(
-        self, state: VehicleState, params: Params, clock: VehicleClock, mission: MissionResult, text: Text, event: Event
+        self,
+        state: VehicleState,
+        params: Params,
+        clock: VehicleClock,
+        mission: MissionResult,
+        offboard: OffboardStream,
+        text: Text,
+        event: Event,
     ) -> None:
         self._state = state
         self._params = params
         self._clock = clock
         self._mission = mission
+        self._offboard = offboard
         self._text = text
         self._event = event
-        self.intended = Mode.LOITER
+        self.intended = self._mode_after_disarming = Mode.LOITER
         self._flown = False
         """Taken off since arming."""
         self._landed_at_s = 0.0
@@ -45,7 +57,7 @@ class Commander:
         status.failsafe = False
         status.home = None
         status.system_status = SystemStatus.UNINIT
-        status.mode = self.intended = Mode.LOITER
+        status.mode = self.intended = self._mode_after_disarming = Mode.LOITER
         self._was_landed = True
 
     # modes --------------------------------------------------------------------------------------------------
@@ -62,6 +74,8 @@ class Commander:
     def change_mode(self, mode: Mode) -> None:
         """Change without a question: the user's intention, a command already checked, or the end of a mode."""
         self.intended = mode
+        if mode not in MODES_TO_COME_DOWN:
+            self._mode_after_disarming = mode
         self._state.status.mode = mode
         self._state.status.failsafe = False
 
@@ -95,7 +109,7 @@ class Commander:
             return self._mission.valid
         if mode.main in (Mode.MANUAL.main, Mode.ACRO.main, Mode.STABILIZED.main):
             return False  # no manual control
-        return mode is not Mode.OFFBOARD  # no setpoint stream; see docs/simulator.md
+        return mode is not Mode.OFFBOARD or self._offboard.lives
 
     def mission_start(self) -> Result:
         """MISSION_START: mission mode, and arm."""
@@ -136,7 +150,7 @@ class Commander:
         self._was_landed = status.landed
         self._set_home()
         self._text(Severity.INFO, "Armed by external command")
-        self._event("commander_armed_by", 4)
+        self._event("commander_armed_by", BY_COMMAND)
         return Result.ACCEPTED
 
     def disarm(self, force: bool) -> Result:
@@ -146,8 +160,12 @@ class Commander:
         if not force and not self._state.status.landed and self._state.status.landed_state != LandedState.UNDEFINED:
             self._text(Severity.CRITICAL, "Disarming denied: not landed")
             return Result.TEMPORARILY_REJECTED
-        self._disarm("external command", 4)
+        self._disarm("external command", BY_COMMAND)
         return Result.ACCEPTED
+
+    def disarm_by_failsafe(self) -> None:
+        """In the air too."""
+        self._disarm("failsafe", BY_FAILSAFE)
 
     def _disarm(self, by: str, reason: int) -> None:
         status = self._state.status
@@ -155,9 +173,7 @@ class Commander:
         status.failsafe = False
         self._text(Severity.INFO, f"Disarmed by {by}")
         self._event("commander_disarmed_by", reason)
-        if self.intended in MODES_LEFT_ON_DISARM:
-            self.intended = Mode.LOITER
-        status.mode = self.intended
+        status.mode = self.intended = self._mode_after_disarming
         self._set_home()
 
     # every cycle --------------------------------------------------------------------------------------------
@@ -207,7 +223,7 @@ class Commander:
         if not self._flown:
             limit_s = float(self._params["COM_DISARM_PRFLT"])
             if 0.0 < limit_s <= self._clock.now_s - status.armed_at_s:
-                self._disarm("auto preflight disarming", 9)
+                self._disarm("auto preflight disarming", BY_PREFLIGHT)
             return
         in_mission = status.mode is Mode.MISSION
         if in_mission and not self._mission.finished:
@@ -215,7 +231,7 @@ class Commander:
         limit_s = float(self._params["COM_DISARM_LAND"])
         wait_s = 0.0 if in_mission else limit_s
         if limit_s > 0.0 and self._clock.now_s - self._landed_at_s >= wait_s:
-            self._disarm("landing", 7)
+            self._disarm("landing", BY_LANDING)
 
 
 def _mode_name(mode: Mode) -> str:

@@ -41,6 +41,7 @@ class FaultControl:
             "slow_gripper": _slow_gripper,
             "stuck_winch": _stuck_winch,
             "gps_loss": _gps_loss,
+            "range_loss": _range_loss,
             "battery_percent": _battery,
             "wind": _wind,
             "mode": _mode,
@@ -170,6 +171,10 @@ def _stuck_winch(vehicle: Vehicle, value: object) -> None:
 
 def _gps_loss(vehicle: Vehicle, value: object) -> None:
     vehicle.faults.gps_lost = _flag(value)
+
+
+def _range_loss(vehicle: Vehicle, value: object) -> None:
+    vehicle.faults.range_lost = _flag(value)
 
 
 def _battery(vehicle: Vehicle, value: object) -> None:

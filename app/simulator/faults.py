@@ -38,6 +38,8 @@ class VehicleFaults:
     """The output moves, and the ack comes, this much later."""
     gps_lost: bool = False
     """No position: fix type 0, no GLOBAL_POSITION_INT."""
+    range_lost: bool = False
+    """The range sensor that looks down gives no valid data: landing takes three times longer to detect."""
     wind_north_m_s: float = 0.0
     """Speed of the air towards north."""
     wind_east_m_s: float = 0.0

@@ -23,6 +23,7 @@ def lasting_faults(vehicle: Vehicle, *, has_duplicate: bool) -> dict[str, Any]:
         "slow_gripper": faults.slow_gripper_s,
         "stuck_winch": vehicle.winch is not None and vehicle.winch.stuck,
         "gps_loss": faults.gps_lost,
+        "range_loss": faults.range_lost,
         "wind": [faults.wind_north_m_s, faults.wind_east_m_s],
         "duplicate_sysid": has_duplicate,
     }

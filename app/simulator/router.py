@@ -10,6 +10,7 @@ from app.simulator.dialect import Message, mavlink
 from app.simulator.link_loss import LinkLossFailsafe
 from app.simulator.mission.transfer import MissionTransfer
 from app.simulator.navigator.mission_mode import MissionMode
+from app.simulator.offboard.receiver import OffboardReceiver
 from app.simulator.param_link import ParamLink
 from app.simulator.radio import Radio, Sender
 from app.simulator.wire import VEHICLE_COMPONENT, Severity
@@ -32,6 +33,7 @@ class Router:
         commands: CommandLink,
         link_loss: LinkLossFailsafe,
         clock: VehicleClock,
+        offboard: OffboardReceiver,
     ) -> None:
         self._radio = radio
         self._transfer = transfer
@@ -58,6 +60,7 @@ class Router:
             "PARAM_SET": params.on_set,
             "TIMESYNC": self._on_timesync,
             "PING": self._on_ping,
+            **offboard.handlers(),
         }
 
     def receive(self, channel: Sender, message: Message) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 from app.simulator.wire import LandedState, Mode, SystemStatus, VtolState
@@ -23,6 +24,8 @@ class Body:
     pitch_rad: float = 0.0
     throttle: float = 0.0
     """0..1, of the lifting or pushing motors."""
+    climb_command_m_s: float = 0.0
+    """What the position controller of a hovering vehicle is told, up is positive; 0 for the others."""
 
     @property
     def ground_speed_m_s(self) -> float:
@@ -46,6 +49,31 @@ class Home:
     set_at_s: float = 0.0
 
 
+@dataclass(frozen=True, slots=True)
+class LandDetected:
+    """vehicle_land_detected: what the land detector published last."""
+
+    freefall: bool = False
+    ground_contact: bool = True
+    maybe_landed: bool = True
+    landed: bool = True
+    in_ground_effect: bool = False
+    at_rest: bool = False
+    published_at_s: float = -math.inf
+
+    @property
+    def states(self) -> tuple[bool, bool, bool, bool, bool, bool]:
+        """All but the time, in the order above."""
+        return (
+            self.freefall,
+            self.ground_contact,
+            self.maybe_landed,
+            self.landed,
+            self.in_ground_effect,
+            self.at_rest,
+        )
+
+
 @dataclass(slots=True)
 class Status:
     """What the commander knows."""
@@ -56,6 +84,8 @@ class Status:
     failsafe: bool = False
     system_status: SystemStatus = SystemStatus.UNINIT
     landed_state: LandedState = LandedState.ON_GROUND
+    """As EXTENDED_SYS_STATE shows it."""
+    land: LandDetected = field(default_factory=LandDetected)
     vtol_state: VtolState = VtolState.UNDEFINED
     home: Home | None = None
     battery_fraction: float = 1.0
@@ -64,7 +94,7 @@ class Status:
     @property
     def landed(self) -> bool:
         """The land detector's verdict."""
-        return self.landed_state == LandedState.ON_GROUND
+        return self.land.landed
 
 
 @dataclass(slots=True)

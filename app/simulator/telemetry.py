@@ -19,7 +19,8 @@ BASE_CUSTOM_MODE = 1
 BASE_AUTO = 29
 """CUSTOM_MODE, AUTO, GUIDED, STABILIZE: what PX4 shows in its auto modes."""
 BASE_POSITION = 81
-BASE_ORBIT = 17
+BASE_WITHOUT_STICKS = 17
+"""Orbit and OFFBOARD: CUSTOM_MODE and STABILIZE, no manual input."""
 BASE_ARMED = 128
 SENSORS_PRESENT = 33603631
 SENSORS_ENABLED = 33669167
@@ -75,7 +76,7 @@ class Telemetry:
     def heartbeat(self) -> Message:
         """HEARTBEAT."""
         status = self._state.status
-        base = BASE_ORBIT if status.mode is Mode.ORBIT else BASE_POSITION
+        base = BASE_WITHOUT_STICKS if status.mode in (Mode.ORBIT, Mode.OFFBOARD) else BASE_POSITION
         if status.mode.is_auto:
             base = BASE_AUTO
         if status.armed:

@@ -23,7 +23,7 @@ from app.simulator.faults import VehicleFaults
 from app.simulator.firmware import FirmwareProfile
 from app.simulator.geo import LocalFrame
 from app.simulator.identity import Identity
-from app.simulator.land_detector import LandDetector
+from app.simulator.land_detector.factory import land_detector_for
 from app.simulator.link_loss import LinkLossFailsafe
 from app.simulator.mission.reporter import MissionReporter
 from app.simulator.mission.store import MissionStore
@@ -33,6 +33,10 @@ from app.simulator.navigator.hold_mode import HoldMode
 from app.simulator.navigator.mission_mode import MissionMode, MissionResult
 from app.simulator.navigator.navigator import Navigator
 from app.simulator.navigator.takeoff_mode import TakeoffMode
+from app.simulator.offboard.failsafe import OffboardLossFailsafe
+from app.simulator.offboard.mode import OffboardMode
+from app.simulator.offboard.receiver import OffboardReceiver
+from app.simulator.offboard.stream import OffboardStream
 from app.simulator.param_link import ParamLink
 from app.simulator.params import Params
 from app.simulator.payload import PayloadDeliverer
@@ -42,10 +46,12 @@ from app.simulator.state import Body, VehicleState
 from app.simulator.streams import Streams
 from app.simulator.telemetry import Telemetry
 from app.simulator.winch import Winch
-from app.simulator.wire import Cmd, Result, VtolState
+from app.simulator.wire import Cmd, Mode, Result, VtolState
 
 REBOOT_SILENCE_S = 0.2
 FALL_M_S = 8.0
+"""Drag does not let it fall faster."""
+GRAVITY_M_S2 = 9.81
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +82,7 @@ class Vehicle:
         self.clock = VehicleClock()
         self.radio = Radio(spec.system_id, self.clock, spec.speed)
         self._build_flight()
+        self._build_failsafes()
         self._build_wire(wall)
         self.boot()
 
@@ -84,20 +91,33 @@ class Vehicle:
         self._events = EventLog(self.radio, self.clock)
         result = MissionResult()
         self.payload = PayloadDeliverer(state.gripper, self.params, self.faults, self.clock)
-        self.commander = Commander(state, self.params, self.clock, result, self.radio.text, self._events.emit)
+        self._offboard = OffboardStream(self.params, self.clock)
+        self.commander = Commander(
+            state, self.params, self.clock, result, self._offboard, self.radio.text, self._events.emit
+        )
         self.context = NavContext(
-            state, self.params, spec.airframe, spec.profile, spec.frame, self.clock,
+            state, self.params, spec.system_id, spec.airframe, spec.profile, spec.frame, self.clock,
             self.radio.text, self._events.emit, lambda command: self._internal.issue(command),
         )  # fmt: skip
         self.mission = MissionMode(self.context, self.store, result, self.payload)
         self._hold = HoldMode(self.context)
         self._takeoff = TakeoffMode(self.context)
+        offboard = OffboardMode(self.context, self._offboard)
         self._navigator = Navigator(
-            self.context, self.store, self.mission, self._hold, self._takeoff, self.commander.change_mode
+            self.context, self.store, self.mission, self._hold, self._takeoff, offboard, self.commander.change_mode
         )
-        self._detector = LandDetector(state, spec.airframe, self.clock)
+        self._detector = land_detector_for(spec.airframe, state, self.params, self.clock, self.faults)
         self._dynamics = dynamics_for(spec.airframe, self.params, state.status)
-        self._motors_on = False
+
+    def _build_failsafes(self) -> None:
+        spec, state = self.spec, self.state
+        self.battery = Battery(state.status, self.params, self.commander, self.radio.text)
+        self._link_loss = LinkLossFailsafe(
+            state.status, self.params, self.clock, self.commander, self.radio.text, self._events.emit, spec.speed
+        )
+        self._offboard_loss = OffboardLossFailsafe(
+            state.status, self.params, self.commander, self._offboard, self.radio.text, self._events.emit
+        )
 
     def _build_wire(self, wall: Callable[[], float]) -> None:
         spec, state = self.spec, self.state
@@ -129,18 +149,21 @@ class Vehicle:
             others=frozenset({int(Cmd.DO_WINCH)}) if spec.winch else frozenset(),
         )
         payload_commands.connect(self._commands)
-        self.battery = Battery(state.status, self.params, self.commander, self.radio.text)
         self.winch = Winch(self.radio, self.clock) if spec.winch else None
-        self._link_loss = LinkLossFailsafe(
-            state.status, self.params, self.clock, self.commander, self.radio.text, self._events.emit, spec.speed
-        )
         self._transfer = MissionTransfer(self.store, self.radio, spec.profile, self.faults, wall)
         self._param_link = ParamLink(self.params, self.radio)
         self._reporter = MissionReporter(
             self.mission.result, self.store, state.status, self.radio, self.clock, spec.profile
         )
         self._router = Router(
-            self.radio, self._transfer, self.mission, self._param_link, self._commands, self._link_loss, self.clock
+            self.radio,
+            self._transfer,
+            self.mission,
+            self._param_link,
+            self._commands,
+            self._link_loss,
+            self.clock,
+            OffboardReceiver(self.context, self._offboard),
         )
         self._reboot_wanted = False
 
@@ -157,6 +180,8 @@ class Vehicle:
         self.payload.boot()
         self._navigator.boot()
         self._link_loss.boot()
+        self._offboard.boot()
+        self._offboard_loss.boot()
         self._internal.boot()
         self._streams.boot()
         self._reporter.boot()
@@ -201,6 +226,7 @@ class Vehicle:
         self._detector.step(self.context.setpoint)
         self.commander.step()
         self._link_loss.step()
+        self._offboard_loss.step()
         self.battery.step()
         if self.winch is not None:
             self.winch.step()
@@ -215,18 +241,15 @@ class Vehicle:
     def _move(self) -> None:
         body, dt_s = self.state.body, VehicleClock.STEP_S
         if self.state.status.armed:
-            if not self._motors_on:
-                self._motors_on = True
-                self._dynamics.reset(body)
             wind = Wind(self.faults.wind_north_m_s, self.faults.wind_east_m_s)
             self._dynamics.step(body, self.context.setpoint, dt_s, wind)
             return
-        self._motors_on = False
-        if body.up_m > 0.0:  # disarmed in the air: it falls
-            body.up_m = max(0.0, body.up_m - FALL_M_S * dt_s)
-        if body.ground_speed_m_s > 0.0 or body.v_up_m_s != 0.0:
-            body.v_north_m_s = body.v_east_m_s = body.v_up_m_s = 0.0
-            self._dynamics.reset(body)
+        body.v_north_m_s = body.v_east_m_s = body.throttle = body.climb_command_m_s = 0.0
+        body.v_up_m_s = max(-FALL_M_S, body.v_up_m_s - GRAVITY_M_S2 * dt_s)  # disarmed in the air: it falls
+        body.up_m = max(0.0, body.up_m + body.v_up_m_s * dt_s)
+        if body.on_ground:
+            body.v_up_m_s = 0.0
+        self._dynamics.reset(body)
 
     # commands that need more than one component -------------------------------------------------------------
 
@@ -245,6 +268,8 @@ class Vehicle:
         return Result.ACCEPTED
 
     def _return(self) -> None:
+        """A mission's return item ends the mission: hold, not mission, follows the disarming [06, 07, 08]."""
+        self.commander.change_mode(Mode.LOITER)
         self.commander.return_to_launch()
 
     def _winch_in_mission(self, params: tuple[float, ...]) -> None:

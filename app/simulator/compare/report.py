@@ -9,17 +9,15 @@ from app.simulator.compare.judge import Judgement
 from app.simulator.compare.known import KNOWN, Known
 
 
-def lines(judgements: Sequence[Judgement], skipped: dict[str, str]) -> Iterator[str]:
-    """Line by line; `skipped` maps scenarios that were not replayed to the reason."""
-    yield f"{'scenario':<26} {'compared':>8} {'known':>6} {'new':>4}"
+def lines(judgements: Sequence[Judgement]) -> Iterator[str]:
+    """Line by line."""
+    yield f"{'scenario':<27} {'compared':>8} {'known':>6} {'new':>4}"
     for judgement in judgements:
         known = sum(difference.reason is not None for difference in judgement.differences)
         new = len(judgement.differences) - known
         verdict = "agrees" if not judgement.differences else "differs as known" if not new else "DIFFERS"
         compared = sum(judgement.aspects.values())
-        yield f"{judgement.scenario:<26} {compared:>8} {known:>6} {new:>4}  {verdict}"
-    for scenario, reason in skipped.items():
-        yield f"{scenario:<26} {'-':>8} {'-':>6} {'-':>4}  not replayed: {reason}"
+        yield f"{judgement.scenario:<27} {compared:>8} {known:>6} {new:>4}  {verdict}"
     yield f"agree or differ as known: {sum(one.agrees for one in judgements)} of {len(judgements)}"
     for judgement in judgements:
         yield from _details(judgement)

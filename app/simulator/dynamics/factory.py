@@ -16,9 +16,9 @@ from app.simulator.state import Status
 def dynamics_for(airframe: Airframe, params: Params, status: Status) -> Dynamics:
     """A fresh model."""
     if airframe.is_vtol:
-        return Vtol(params, status)
+        return Vtol(params, status, airframe.hover_throttle)
     if airframe.is_fixed_wing:
         return FixedWing(params)
     if airframe.is_rover:
         return Rover(params)
-    return Airship(params) if airframe.is_airship else Multicopter(params)
+    return Airship(params) if airframe.is_airship else Multicopter(params, status, airframe.hover_throttle)

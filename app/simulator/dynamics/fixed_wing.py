@@ -18,9 +18,13 @@ GRAVITY_M_S2 = 9.81
 MAX_BANK_RAD = math.radians(43.0)
 ROLL_RATE_RAD_S = math.radians(60.0)
 COURSE_GAIN = 1.2
-RUNWAY_ACCELERATION = 5.5
-BRAKE_M_S2 = 4.0
-ROLL_OUT_DRAG_PER_S = 0.7
+RUNWAY_ACCELERATION = 6.5
+FULL_PULL_THROTTLE = 0.55
+"""From here on the runway acceleration is reached."""
+ROLL_OUT_DRAG_PER_S = 0.75
+IDLE_DRAG_M_S2 = 4.0
+IDLE_HEIGHT_M = 0.45
+"""The motor is cut just above the ground [25_land_detector_plane: touches down at 6 m/s]."""
 TAKEOFF_CLIMB_M_S = 5.3
 CLIMB_RATE_PER_S = 2.0
 ALTITUDE_GAIN = 0.5
@@ -62,13 +66,13 @@ class FixedWing:
         if wants_up and not self._touched_down:
             if self._airspeed <= 0.0:
                 body.yaw_rad = math.atan2(setpoint.east_m - body.east_m, setpoint.north_m - body.north_m)
-            self._airspeed += RUNWAY_ACCELERATION * dt_s
-            body.throttle = 1.0
+            ramp_s = max(float(self._params["RWTO_RAMP_TIME"]), dt_s)
+            body.throttle = min(1.0, body.throttle + dt_s / ramp_s)
+            self._airspeed += RUNWAY_ACCELERATION * min(1.0, body.throttle / FULL_PULL_THROTTLE) * dt_s
             if self._airspeed >= float(self._params["FW_AIRSPD_TRIM"]) * 0.98:
                 self._airborne = True
         else:
-            braking = BRAKE_M_S2 if self._airspeed > 2.0 else ROLL_OUT_DRAG_PER_S * self._airspeed
-            self._airspeed = max(0.0, self._airspeed - braking * dt_s)
+            self._airspeed = max(0.0, self._airspeed - ROLL_OUT_DRAG_PER_S * self._airspeed * dt_s)
             body.throttle = 0.0
         body.v_north_m_s = self._airspeed * math.cos(body.yaw_rad)
         body.v_east_m_s = self._airspeed * math.sin(body.yaw_rad)
@@ -115,6 +119,10 @@ class FixedWing:
             wanted = max(lowest, min(highest, cruise))
         if body.v_up_m_s < -0.5:
             wanted = lowest  # descending to land, or to a lower orbit
+        flares = setpoint.kind is SetpointKind.LAND and body.up_m - setpoint.up_m < IDLE_HEIGHT_M
+        if flares:
+            self._airspeed = max(0.5 * lowest, self._airspeed - IDLE_DRAG_M_S2 * dt_s)
+            return
         step = SPEED_RATE_M_S2 * dt_s
         self._airspeed += max(-step, min(step, wanted - self._airspeed))
 

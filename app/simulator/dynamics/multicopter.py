@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 
+from app.simulator.dynamics.ground_thrust import GroundThrust
 from app.simulator.dynamics.model import Wind
 from app.simulator.dynamics.trajectory import speed_in_turn_m_s, speed_to_stop_m_s
 from app.simulator.geo import wrap_pi
 from app.simulator.params import Params
 from app.simulator.setpoint import Setpoint, SetpointKind
-from app.simulator.state import Body
+from app.simulator.state import Body, Status
 
 POSITION_GAIN = 0.95  # MPC_XY_P
 VELOCITY_GAIN = 1.8  # MPC_XY_VEL_P_ACC
@@ -22,9 +23,6 @@ ERROR_MAX_M = 2.0  # MPC_XY_ERR_MAX
 DRAG_PER_S = 1.0  # SIH_KDV over the mass
 VERTICAL_GAIN = 4.0  # MPC_Z_VEL_P_ACC
 YAW_DISTANCE_M = 2.0
-SPOOL_UP_S = 1.0  # COM_SPOOLUP_TIME, from arming
-TAKEOFF_RAMP_S = 3.1
-"""From the start of a takeoff with turning motors to lifting off: the thrust ramp (MPC_TKO_RAMP_T)."""
 YAW_RATE_RAD_S = math.radians(45.0)  # MPC_YAWRAUTO_MAX
 MAX_TILT_ACCELERATION = 9.81  # MPC_TILTMAX_AIR 45 degrees
 VERTICAL_ACCELERATION = 4.0  # MPC_ACC_UP_MAX
@@ -35,14 +33,14 @@ LAND_CRAWL_M_S = 0.3
 class Multicopter:
     """Dynamics of quads, hexas and hovering VTOLs."""
 
-    def __init__(self, params: Params) -> None:
+    def __init__(self, params: Params, status: Status, hover_throttle: float) -> None:
         self._params = params
+        self._hover_throttle = hover_throttle
+        self._ground = GroundThrust(params, status, hover_throttle)
         self._trajectory = (0.0, 0.0)
         self._trajectory_speed = 0.0
         self._trajectory_acceleration = 0.0
         self._integral = (0.0, 0.0)
-        self._spooled_s = 0.0
-        self._takeoff_s = 0.0
         self._flying = False
 
     def reset(self, body: Body) -> None:
@@ -52,30 +50,30 @@ class Multicopter:
         self._trajectory_acceleration = 0.0
         self._integral = (0.0, 0.0)
         self._flying = not body.on_ground
-        self._spooled_s = 0.0
-        self._takeoff_s = 0.0
+        self._ground.restart()
 
     def step(self, body: Body, setpoint: Setpoint, dt_s: float, wind: Wind) -> None:
         """Advance by `dt_s`; the vehicle is armed."""
         if not self._flying:
-            self._spool_up(body, setpoint, dt_s)
+            self._stand(body, setpoint, dt_s)
             return
         command = self._velocity_command(body, setpoint, dt_s)
         self._horizontal(body, command, dt_s, wind)
-        self._vertical(body, self._climb_command(body, setpoint), dt_s)
+        body.climb_command_m_s = self._climb_command(body, setpoint)
+        self._vertical(body, body.climb_command_m_s, dt_s)
         self._turn(body, setpoint, dt_s)
-        if body.up_m <= 0.0 and setpoint.kind in (SetpointKind.LAND, SetpointKind.IDLE):
+        if body.up_m <= 0.0 and body.climb_command_m_s < 0.0:
             self._touch_down(body)
 
     def transition(self, wanted: int) -> None:
         """No VTOL."""
 
-    def _spool_up(self, body: Body, setpoint: Setpoint, dt_s: float) -> None:
+    def _stand(self, body: Body, setpoint: Setpoint, dt_s: float) -> None:
+        """On the ground: the motors spin up to a takeoff, or push down until the landing is detected."""
         wants_up = setpoint.kind not in (SetpointKind.IDLE, SetpointKind.LAND) and setpoint.up_m > body.up_m + 0.1
-        self._spooled_s += dt_s
-        self._takeoff_s = self._takeoff_s + dt_s if wants_up and self._spooled_s >= SPOOL_UP_S else 0.0
-        body.throttle = 0.5 if wants_up else 0.1
-        if self._takeoff_s >= TAKEOFF_RAMP_S:
+        body.climb_command_m_s = float(self._params["MPC_TKO_SPEED"]) if wants_up else -LAND_CRAWL_M_S
+        body.throttle = self._ground.step(body.throttle, body.climb_command_m_s, dt_s)
+        if wants_up and body.throttle >= self._hover_throttle:
             self.reset(body)
             self._flying = True
             body.up_m = 0.02
@@ -83,9 +81,8 @@ class Multicopter:
     def _touch_down(self, body: Body) -> None:
         body.up_m = body.v_up_m_s = body.v_north_m_s = body.v_east_m_s = 0.0
         body.roll_rad = body.pitch_rad = 0.0
-        body.throttle = 0.1
         self._flying = False
-        self._takeoff_s = 0.0
+        self._ground.touch_down()
 
     def _velocity_command(self, body: Body, setpoint: Setpoint, dt_s: float) -> tuple[float, float]:
         """Move the trajectory point towards the setpoint and return the velocity that follows it."""
@@ -166,7 +163,7 @@ class Multicopter:
         limit = VERTICAL_ACCELERATION * dt_s
         body.v_up_m_s += max(-limit, min(limit, change))
         body.up_m = max(0.0, body.up_m + body.v_up_m_s * dt_s)
-        body.throttle = max(0.1, min(1.0, 0.5 + 0.05 * body.v_up_m_s))
+        body.throttle = max(0.1, min(1.0, self._hover_throttle + 0.05 * body.v_up_m_s))
 
     def _turn(self, body: Body, setpoint: Setpoint, dt_s: float) -> None:
         """To the heading asked for, else along the track (MPC_YAW_MODE 0) while the target is far enough away."""

@@ -21,10 +21,10 @@ BACK_DECELERATION = 11.0
 class Vtol:
     """Owns `status.vtol_state`."""
 
-    def __init__(self, params: Params, status: Status) -> None:
+    def __init__(self, params: Params, status: Status, hover_throttle: float) -> None:
         self._params = params
         self._status = status
-        self._hover = Multicopter(params)
+        self._hover = Multicopter(params, status, hover_throttle)
         self._wing = FixedWing(params)
         self._since_s = 0.0
 
@@ -46,6 +46,8 @@ class Vtol:
     def step(self, body: Body, setpoint: Setpoint, dt_s: float, wind: Wind) -> None:
         """Advance by `dt_s`; the vehicle is armed."""
         state = self._status.vtol_state
+        if state != VtolState.MC:
+            body.climb_command_m_s = 0.0
         if state == VtolState.FW:
             self._wing.step(body, setpoint, dt_s, wind)
         elif state == VtolState.TRANSITION_TO_FW:

@@ -25,6 +25,7 @@ class NavContext:
 
     state: VehicleState
     params: Params
+    system_id: int
     airframe: Airframe
     profile: FirmwareProfile
     frame: LocalFrame

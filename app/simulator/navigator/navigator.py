@@ -32,6 +32,7 @@ class Navigator:
         mission: MissionMode,
         hold: HoldMode,
         takeoff: TakeoffMode,
+        offboard: FlightMode,
         change_mode: Callable[[Mode], None],
     ) -> None:
         self._context = context
@@ -47,6 +48,7 @@ class Navigator:
             Mode.RTL: self._return,
             Mode.LAND: self._land,
             Mode.TAKEOFF: takeoff,
+            Mode.OFFBOARD: offboard,
         }
         self._hold = hold
         self._active: tuple[Mode, bool, float] | None = None

@@ -149,4 +149,6 @@ class Preparation:
 
     def _change_state(self, wanted: VtolState) -> None:
         self._stage = _Stage.TRANSITION
+        if self._context.setpoint.kind is SetpointKind.TAKEOFF:  # the takeoff is over [25_land_detector_vtol]
+            self._context.setpoint.kind = SetpointKind.POSITION
         self._context.command((Cmd.DO_VTOL_TRANSITION, (float(wanted), 0.0, 0.0, 0.0)))

@@ -46,6 +46,7 @@ async def ask(fleet: Fleet, **request: Any) -> dict[str, Any]:
         ("stuck_gripper", True, lambda v: v.faults.stuck_gripper),
         ("slow_gripper", 3, lambda v: v.faults.slow_gripper_s == 3.0),
         ("gps_loss", True, lambda v: v.faults.gps_lost),
+        ("range_loss", True, lambda v: v.faults.range_lost),
         ("battery_percent", 12, lambda v: v.state.status.battery_fraction == pytest.approx(0.12)),
         ("wind", [3, -2], lambda v: (v.faults.wind_north_m_s, v.faults.wind_east_m_s) == (3.0, -2.0)),
         ("mode", "POSCTL", lambda v: v.state.status.mode.name == "POSCTL"),

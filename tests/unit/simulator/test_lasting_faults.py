@@ -28,6 +28,7 @@ LASTING: dict[str, tuple[Any, Any]] = {
     "slow_gripper": (600.0, 0.0),
     "stuck_winch": (True, False),
     "gps_loss": (True, False),
+    "range_loss": (True, False),
     "wind": ([-30.0, 30.0], [0.0, 0.0]),
     "duplicate_sysid": (True, False),
 }

@@ -88,6 +88,16 @@ def test_armed_without_a_take_off_disarms_after_ten_seconds() -> None:
     assert cockpit.texts()[-1] == "Disarmed by auto preflight disarming"
 
 
+@pytest.mark.parametrize("comes_down", [Mode.LAND, Mode.RTL])
+def test_after_a_landing_the_mode_before_it_is_wanted_again(comes_down: Mode) -> None:
+    cockpit = Cockpit()
+    cockpit.start(LONG)
+    cockpit.until(lambda: cockpit.vehicle.state.body.up_m > 5)
+    cockpit.set_mode(comes_down)
+    cockpit.until(lambda: not cockpit.armed, 120.0)
+    assert cockpit.vehicle.state.status.mode is Mode.MISSION
+
+
 def test_in_the_air_only_a_forced_disarming_works() -> None:
     cockpit = Cockpit()
     cockpit.start(LONG)

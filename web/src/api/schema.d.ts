@@ -1861,7 +1861,7 @@ export interface components {
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
              */
-            fault: "duplicate_sysid" | "gps_loss" | "link_cut" | "stuck_gripper" | "stuck_winch";
+            fault: "duplicate_sysid" | "gps_loss" | "link_cut" | "range_loss" | "stuck_gripper" | "stuck_winch";
             /**
              * Value
              * @description true sets it, false clears it

@@ -1,0 +1,17 @@
+"""What EXTENDED_SYS_STATE says of the land detector's verdict and the position setpoint."""
+
+from __future__ import annotations
+
+from app.simulator.setpoint import SetpointKind
+from app.simulator.wire import LandedState, Mode
+
+
+def landed_state(landed: bool, mode: Mode, kind: SetpointKind) -> LandedState:
+    """PX4's MavlinkStreamExtendedSysState: TAKEOFF and LANDING are the setpoint's type, in the auto modes only."""
+    if landed:
+        return LandedState.ON_GROUND
+    if mode.is_auto and kind is SetpointKind.TAKEOFF:
+        return LandedState.TAKEOFF
+    if mode.is_auto and kind is SetpointKind.LAND:
+        return LandedState.LANDING
+    return LandedState.IN_AIR

@@ -1,0 +1,107 @@
+"""Derives the sensors' readings from the kinematic body."""
+
+from __future__ import annotations
+
+import math
+
+from app.simulator.airframe import Airframe
+from app.simulator.clock import VehicleClock
+from app.simulator.faults import VehicleFaults
+from app.simulator.geo import wrap_pi
+from app.simulator.land_detector.sample import LandSample, TakeoffState
+from app.simulator.params import Params
+from app.simulator.setpoint import Setpoint, SetpointKind
+from app.simulator.state import VehicleState
+from app.simulator.wire import VtolState
+
+GRAVITY_M_S2 = 9.81
+RANGE_MAX_M = 100.0
+"""SIH_DISTSNSR_MAX."""
+
+Attitude = tuple[float, float, float]
+Velocity = tuple[float, float, float]
+
+
+class Sensing:
+    """Modelled: accelerations and rates as differences between cycles, no noise, no vibration of the frame."""
+
+    def __init__(self, state: VehicleState, airframe: Airframe, params: Params, faults: VehicleFaults) -> None:
+        self._state = state
+        self._airframe = airframe
+        self._params = params
+        self._faults = faults
+        self._velocity: Velocity = (0.0, 0.0, 0.0)
+        self._attitude: Attitude = (0.0, 0.0, 0.0)
+
+    def restart(self) -> None:
+        """Power-up: the body was put back, which is no movement."""
+        self._remember()
+
+    def sample(self, setpoint: Setpoint) -> LandSample:
+        """One cycle's readings."""
+        status, body = self._state.status, self._state.body
+        forward, right, up = self._acceleration()
+        roll_rate, pitch_rate, yaw_rate = self._rates()
+        self._remember()
+        return LandSample(
+            armed=status.armed,
+            mode=status.mode,
+            wants_to_land=setpoint.kind is SetpointKind.LAND,
+            fixed_wing=self._airframe.is_fixed_wing or status.vtol_state == VtolState.FW,
+            v_xy_m_s=body.ground_speed_m_s,
+            v_xy_valid=not self._faults.gps_lost,
+            v_z_m_s=abs(body.v_up_m_s),
+            climb_command_m_s=body.climb_command_m_s,
+            throttle=body.throttle,
+            hover_throttle=self._hover_throttle(),
+            airspeed_m_s=self._airspeed(),
+            specific_force_m_s2=math.hypot(forward, right, up + GRAVITY_M_S2),
+            acceleration_xy_m_s2=math.hypot(forward, right - GRAVITY_M_S2 * math.tan(body.roll_rad)),
+            rate_xy_rad_s=math.hypot(roll_rate, pitch_rate),
+            rate_rad_s=math.hypot(roll_rate, pitch_rate, yaw_rate),
+            dist_bottom_m=self._range(),
+            has_range_sensor=self._airframe.has_range_sensor,
+            takeoff_state=self._takeoff_state(),
+        )
+
+    def _remember(self) -> None:
+        body = self._state.body
+        self._velocity = (body.v_north_m_s, body.v_east_m_s, body.v_up_m_s)
+        self._attitude = (body.roll_rad, body.pitch_rad, body.yaw_rad)
+
+    def _acceleration(self) -> tuple[float, float, float]:
+        """Forward, right, up, of the motion alone."""
+        body, before = self._state.body, self._velocity
+        now = (body.v_north_m_s, body.v_east_m_s, body.v_up_m_s)
+        north, east, up = ((new - old) / VehicleClock.STEP_S for new, old in zip(now, before, strict=True))
+        cos, sin = math.cos(body.yaw_rad), math.sin(body.yaw_rad)
+        return north * cos + east * sin, east * cos - north * sin, up
+
+    def _rates(self) -> tuple[float, float, float]:
+        body, before = self._state.body, self._attitude
+        now = (body.roll_rad, body.pitch_rad, body.yaw_rad)
+        roll, pitch, yaw = (wrap_pi(new - old) / VehicleClock.STEP_S for new, old in zip(now, before, strict=True))
+        return roll, pitch, yaw
+
+    def _airspeed(self) -> float | None:
+        if not self._airframe.has_airspeed_sensor or self._params.integer("SYS_HAS_NUM_ASPD") == 0:
+            return None
+        body, faults = self._state.body, self._faults
+        return math.hypot(body.v_north_m_s - faults.wind_north_m_s, body.v_east_m_s - faults.wind_east_m_s)
+
+    def _range(self) -> float | None:
+        up_m = self._state.body.up_m
+        seen = self._airframe.has_range_sensor and not self._faults.range_lost and up_m <= RANGE_MAX_M
+        return up_m if seen else None
+
+    def _hover_throttle(self) -> float | None:
+        """The estimator knows the true value as soon as it flies; it stops with the landing."""
+        runs = self._params.integer("MPC_USE_HTE") == 1 and self._state.status.armed
+        return self._airframe.hover_throttle if runs and not self._state.status.land.landed else None
+
+    def _takeoff_state(self) -> TakeoffState:
+        body = self._state.body
+        if not body.on_ground:
+            return TakeoffState.FLIGHT
+        ramping = self._state.status.armed and body.climb_command_m_s > 0.0 and body.throttle > 0.0
+        return TakeoffState.RAMPUP if ramping else TakeoffState.GROUND

@@ -1,0 +1,1 @@
+"""Offboard control: setpoints from outside, their proof of life, and what happens when they stop."""

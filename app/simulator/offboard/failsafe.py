@@ -1,0 +1,63 @@
+"""Loss of the offboard stream: COM_OBL_RC_ACT after COM_OF_LOSS_T [18_offboard_quad, 21_offboard_rover]."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from app.simulator.commander import Commander
+from app.simulator.offboard.stream import OffboardStream
+from app.simulator.params import Params
+from app.simulator.state import Status
+from app.simulator.wire import Mode, Severity
+
+ACTIONS = {0: Mode.POSCTL, 1: Mode.ALTCTL, 2: Mode.STABILIZED, 3: Mode.RTL, 4: Mode.LAND, 5: Mode.LOITER}
+"""COM_OBL_RC_ACT. With nobody at the sticks the first three hold here."""
+TERMINATE_OR_DISARM = frozenset({6, 7})
+HOLD_ACTION, OTHER_ACTION = 5, 6
+"""As recorded in the event."""
+
+
+class OffboardLossFailsafe:
+    """When a stream comes back the vehicle goes on in OFFBOARD by itself, also out of a return."""
+
+    def __init__(
+        self,
+        status: Status,
+        params: Params,
+        commander: Commander,
+        stream: OffboardStream,
+        text: Callable[[Severity, str], None],
+        event: Callable[..., None],
+    ) -> None:
+        self._status = status
+        self._params = params
+        self._commander = commander
+        self._stream = stream
+        self._text = text
+        self._event = event
+        self._lost = False
+
+    def boot(self) -> None:
+        """Power-up."""
+        self._lost = False
+
+    def step(self) -> None:
+        """One cycle. Only somebody who still intends OFFBOARD is concerned."""
+        if not self._status.armed or self._commander.intended is not Mode.OFFBOARD:
+            self._lost = False
+        elif self._lost and self._stream.lives:
+            self._lost = False
+            self._commander.change_mode(Mode.OFFBOARD)
+        elif not self._lost and not self._stream.lives:
+            self._lost = True
+            self._act()
+
+    def _act(self) -> None:
+        action = self._params.integer("COM_OBL_RC_ACT")
+        self._text(Severity.CRITICAL, "Failsafe activated")
+        mode = ACTIONS.get(action, Mode.LOITER)
+        self._event("commander_failsafe_enter_generic", Mode.OFFBOARD, HOLD_ACTION if action == 5 else OTHER_ACTION)
+        if action in TERMINATE_OR_DISARM:
+            self._commander.disarm_by_failsafe()
+        else:
+            self._commander.force_mode(mode)

@@ -1,0 +1,146 @@
+"""OFFBOARD: turns the newest setpoint into what the dynamics follow, by what each vehicle type makes of it."""
+
+from __future__ import annotations
+
+import math
+
+from app.simulator.clock import VehicleClock
+from app.simulator.geo import wrap_pi
+from app.simulator.navigator.context import NavContext
+from app.simulator.offboard.stream import OffboardStream
+from app.simulator.offboard.target import OffboardTarget, Vector
+from app.simulator.setpoint import SetpointKind
+
+AHEAD_M = 1000.0
+"""A velocity or a course is flown towards a point this far away, renewed all the time."""
+STANDSTILL_M_S = 0.05
+GRAVITY_M_S2 = 9.81
+DRAG_PER_S = 1.0  # of the multicopter's dynamics: a tilt ends in a speed
+CLIMB_PER_THRUST_M_S = 10.0
+CLIMB_LOOKAHEAD_S = 2.0
+
+
+class OffboardMode:
+    """A flight mode. What a type does not follow leaves it holding (hovering, standing) or flying straight on."""
+
+    def __init__(self, context: NavContext, stream: OffboardStream) -> None:
+        self._context = context
+        self._stream = stream
+        self._held: tuple[float, float] = (0.0, 0.0)
+        self._held_up_m = 0.0
+        self._held_course_rad = 0.0
+        self._followed: OffboardTarget | None = None
+
+    def activate(self) -> None:
+        body = self._context.state.body
+        self._followed = None
+        self._hold_here()
+        self._held_course_rad = math.atan2(body.v_east_m_s, body.v_north_m_s)
+
+    def step(self) -> None:
+        target = self._stream.newest
+        if target is None:
+            return
+        changed = self._followed is None or _kind(target) != _kind(self._followed)
+        self._followed = target
+        if changed:
+            self._hold_here()
+        if self._context.flies_like_plane:
+            self._fly_wing(target)
+        elif self._context.airframe.is_rover:
+            self._drive(target)
+        else:
+            self._hover(target)
+
+    def _hold_here(self) -> None:
+        self._held = self._context.stop_point()
+        self._held_up_m = self._context.state.body.up_m
+
+    # by vehicle type ----------------------------------------------------------------------------------------
+
+    def _hover(self, target: OffboardTarget) -> None:
+        """Position, velocity, both; attitude and thrust as the speeds they end in."""
+        if target.position is not None:
+            self._go_to(target.position, target.yaw_rad)
+        elif target.velocity is not None:
+            self._move(target.velocity, target.yaw_rad)
+        elif target.thrust is not None:
+            self._move(self._tilted(target, target.thrust), target.yaw_rad)
+        else:
+            self._context.set_point(SetpointKind.POSITION, self._held, self._held_up_m)
+
+    def _drive(self, target: OffboardTarget) -> None:
+        """Position, else velocity; no speed stops it. Attitude: nothing moves [21_offboard_rover]."""
+        if target.position is not None:
+            self._go_to(target.position, math.nan)
+        elif target.velocity is not None:
+            self._move(target.velocity, math.nan)
+        else:
+            self._context.set_point(SetpointKind.POSITION, self._held, 0.0)
+
+    def _fly_wing(self, target: OffboardTarget) -> None:
+        """Position with velocity is a path point and its tangent. Position alone: due north, at its height.
+
+        Velocity of zero with a position keeps the course; so does all else [20_offboard_plane, 20b]. Attitude: the
+        bank turns the course, the pitch climbs; thrust and rates are not modelled.
+        """
+        position, velocity = target.position, target.velocity
+        if target.is_attitude:
+            self._bank(*target.tilt_rad)
+        up_m = self._held_up_m if position is None or math.isnan(position[2]) else position[2]
+        moving = velocity is not None and math.hypot(velocity[0], velocity[1]) > STANDSTILL_M_S
+        if position is not None and velocity is not None and moving:
+            self._follow_line((position[0], position[1]), math.atan2(velocity[1], velocity[0]), up_m)
+            return
+        due_north = position is not None and velocity is None
+        body = self._context.state.body
+        self._follow_line((body.north_m, body.east_m), 0.0 if due_north else self._held_course_rad, up_m)
+
+    def _bank(self, roll_rad: float, pitch_rad: float) -> None:
+        speed = max(self._context.state.body.ground_speed_m_s, 1.0)
+        turned = GRAVITY_M_S2 * math.tan(roll_rad) / speed * VehicleClock.STEP_S
+        self._held_course_rad = wrap_pi(self._held_course_rad + turned)
+        self._held_up_m += speed * math.sin(pitch_rad) * VehicleClock.STEP_S
+
+    # setpoints ----------------------------------------------------------------------------------------------
+
+    def _go_to(self, position: Vector, yaw_rad: float) -> None:
+        """A coordinate that is not a number stays as it is."""
+        north, east = (
+            held if math.isnan(wanted) else wanted for wanted, held in zip(position, self._held, strict=False)
+        )
+        up_m = self._held_up_m if math.isnan(position[2]) else position[2]
+        self._context.set_point(SetpointKind.POSITION, (north, east), up_m).yaw_rad = yaw_rad
+
+    def _move(self, velocity: Vector, yaw_rad: float) -> None:
+        north, east, up = (0.0 if math.isnan(part) else part for part in velocity)
+        body, speed = self._context.state.body, math.hypot(north, east)
+        point = self._held
+        if speed > STANDSTILL_M_S:
+            point = (body.north_m + north / speed * AHEAD_M, body.east_m + east / speed * AHEAD_M)
+            self._held = self._context.stop_point()
+        if abs(up) > STANDSTILL_M_S:
+            self._held_up_m = body.up_m + up * CLIMB_LOOKAHEAD_S
+        setpoint = self._context.set_point(SetpointKind.POSITION, point, self._held_up_m)
+        setpoint.yaw_rad = yaw_rad
+        if speed > STANDSTILL_M_S:
+            setpoint.cruise_speed_m_s = speed
+
+    def _tilted(self, target: OffboardTarget, thrust: float) -> Vector:
+        roll, pitch = target.tilt_rad
+        yaw = self._context.state.body.yaw_rad
+        ahead, right = (math.tan(angle) * GRAVITY_M_S2 / DRAG_PER_S for angle in (-pitch, roll))
+        north, east = ahead * math.cos(yaw) - right * math.sin(yaw), ahead * math.sin(yaw) + right * math.cos(yaw)
+        return north, east, (thrust - self._context.airframe.hover_throttle) * CLIMB_PER_THRUST_M_S
+
+    def _follow_line(self, through: tuple[float, float], course_rad: float, up_m: float) -> None:
+        north, east = AHEAD_M * math.cos(course_rad), AHEAD_M * math.sin(course_rad)
+        body = self._context.state.body
+        along_m = (body.north_m - through[0]) * north / AHEAD_M + (body.east_m - through[1]) * east / AHEAD_M
+        start = (through[0] + north * (along_m / AHEAD_M - 1.0), through[1] + east * (along_m / AHEAD_M - 1.0))
+        end = (start[0] + 2.0 * north, start[1] + 2.0 * east)
+        self._context.set_point(SetpointKind.POSITION, end, up_m, previous=start, next_point=end)
+
+
+def _kind(target: OffboardTarget) -> tuple[bool, bool, bool]:
+    return target.position is None, target.velocity is None, target.is_attitude

@@ -1,0 +1,111 @@
+"""Reads the setpoint messages: which frames and parts PX4 takes; what it refuses is no proof of life."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from app.simulator.dialect import Message
+from app.simulator.navigator.context import NavContext
+from app.simulator.offboard.stream import OffboardStream
+from app.simulator.offboard.target import OffboardTarget, Vector
+from app.simulator.radio import Sender
+from app.simulator.wire import VEHICLE_COMPONENT, Severity
+
+LOCAL_NED, BODY_NED = 1, 8
+GLOBAL, GLOBAL_INT, GLOBAL_RELATIVE_ALT_INT, GLOBAL_TERRAIN_ALT_INT = 0, 5, 6, 11
+IGNORE_POSITION, IGNORE_VELOCITY, IGNORE_ACCELERATION, IGNORE_YAW = 0x7, 0x38, 0x1C0, 0x400
+IGNORE_ATTITUDE, IGNORE_RATES, IGNORE_THRUST = 0x80, 0x7, 0x40
+
+
+class OffboardReceiver:
+    """Handlers for the router."""
+
+    def __init__(self, context: NavContext, stream: OffboardStream) -> None:
+        self._context = context
+        self._stream = stream
+
+    def handlers(self) -> dict[str, Callable[[Sender, Message], None]]:
+        """Message name to handler."""
+        return {
+            "SET_POSITION_TARGET_LOCAL_NED": self._on_local,
+            "SET_POSITION_TARGET_GLOBAL_INT": self._on_global,
+            "SET_ATTITUDE_TARGET": self._on_attitude,
+        }
+
+    def _on_local(self, _channel: Sender, message: Message) -> None:
+        if not self._for_me(message):
+            return
+        mask, frame = message.type_mask, message.coordinate_frame
+        position: Vector | None = None
+        if frame == LOCAL_NED:
+            if mask & IGNORE_POSITION != IGNORE_POSITION:
+                position = (message.x, message.y, -message.z)
+        elif frame != BODY_NED:
+            self._refuse_frame("SET_POSITION_TARGET_LOCAL_NED", "mavlink_rcv_sp_target_invalid", frame)
+            return
+        self._take("SET_POSITION_TARGET_LOCAL_NED", message, position, self._velocity(message))
+
+    def _on_global(self, _channel: Sender, message: Message) -> None:
+        """AMSL, or above home; without terrain data frame 11 is dropped without a word."""
+        if not self._for_me(message):
+            return
+        mask, frame, home = message.type_mask, message.coordinate_frame, self._context.state.status.home
+        if frame not in (GLOBAL, GLOBAL_INT, GLOBAL_RELATIVE_ALT_INT, GLOBAL_TERRAIN_ALT_INT):
+            name = "SET_POSITION_TARGET_GLOBAL_INT"
+            self._refuse_frame(name, "mavlink_rcv_sp_target_gl_invalid_coord", frame)
+            return
+        if frame == GLOBAL_TERRAIN_ALT_INT or (frame == GLOBAL_RELATIVE_ALT_INT and home is None):
+            return
+        position: Vector | None = None
+        if mask & IGNORE_POSITION != IGNORE_POSITION:
+            local = self._context.frame.to_local(message.lat_int / 1e7, message.lon_int / 1e7)
+            relative = frame == GLOBAL_RELATIVE_ALT_INT and home is not None
+            ground_m = home.up_m if relative and home is not None else -self._context.frame.altitude_m
+            position = (*local, message.alt + ground_m)
+        self._take("SET_POSITION_TARGET_GLOBAL_INT", message, position, self._velocity(message))
+
+    def _on_attitude(self, _channel: Sender, message: Message) -> None:
+        """Attitude or body rates; the thrust is needed with both."""
+        if not self._for_me(message) or message.type_mask & IGNORE_THRUST:
+            return
+        has_attitude = not message.type_mask & IGNORE_ATTITUDE
+        if not has_attitude and message.type_mask & IGNORE_RATES == IGNORE_RATES:
+            return
+        roll, pitch, yaw = _euler(message.q) if has_attitude else (0.0, 0.0, math.nan)
+        self._stream.hear(OffboardTarget(yaw_rad=yaw, thrust=message.thrust, tilt_rad=(roll, pitch)))
+
+    def _take(self, name: str, message: Message, position: Vector | None, velocity: Vector | None) -> None:
+        has_acceleration = message.type_mask & IGNORE_ACCELERATION != IGNORE_ACCELERATION
+        if position is None and velocity is None and not has_acceleration:
+            self._context.text(Severity.ERROR, f"{name} invalid")
+            self._context.event("mavlink_rcv_sp_target_invalid")
+            return
+        yaw = math.nan if message.type_mask & IGNORE_YAW else message.yaw
+        self._stream.hear(OffboardTarget(position, velocity, has_acceleration, yaw))
+
+    def _velocity(self, message: Message) -> Vector | None:
+        """North, east, up; BODY_NED is turned by the heading."""
+        if message.type_mask & IGNORE_VELOCITY == IGNORE_VELOCITY:
+            return None
+        north, east = message.vx, message.vy
+        if message.coordinate_frame == BODY_NED:
+            cos, sin = math.cos(self._context.state.body.yaw_rad), math.sin(self._context.state.body.yaw_rad)
+            north, east = north * cos - east * sin, north * sin + east * cos
+        return north, east, -message.vz
+
+    def _refuse_frame(self, name: str, event: str, frame: int) -> None:
+        self._context.text(Severity.ERROR, f"{name} invalid coordinate frame {frame}")
+        self._context.event(event, frame)
+
+    def _for_me(self, message: Message) -> bool:
+        mine = self._context.system_id
+        return message.target_system in (0, mine) and message.target_component in (0, VEHICLE_COMPONENT)
+
+
+def _euler(q: list[float]) -> Vector:
+    """Roll, pitch, yaw in radians of a quaternion w, x, y, z."""
+    w, x, y, z = q
+    roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+    pitch = math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x))))
+    return roll, pitch, math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))

@@ -1,0 +1,128 @@
+"""Fixed wing, VTOL, rover and airship, rule by rule."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from app.simulator.wire import Mode
+from tests.unit.simulator.landing_cockpit import FLYING, STANDING, Bench
+
+BLIND = {"airspeed_m_s": None}
+
+
+def test_a_plane_has_landed_two_seconds_after_it_became_slow() -> None:
+    bench = Bench("plane")
+    bench.feed(FLYING, 3.0)
+    assert not bench.land.landed
+    bench.feed(replace(STANDING, v_z_m_s=0.0), 1.9)
+    assert not bench.land.landed
+    assert bench.seconds_until("landed", True, STANDING) < 0.8  # the filters lag
+
+
+def test_its_trigger_time_is_a_parameter() -> None:
+    bench = Bench("plane", LNDFW_TRIG_TIME=6.0)
+    bench.feed(FLYING, 3.0)
+    assert 6.0 < bench.seconds_until("landed", True, STANDING) < 7.0
+
+
+@pytest.mark.parametrize(
+    ("params", "too_fast", "slow"),
+    [
+        ({}, {"airspeed_m_s": 6.1}, {"airspeed_m_s": 5.9}),
+        ({}, {"v_xy_m_s": 5.1}, {"v_xy_m_s": 4.9}),
+        ({}, {"v_z_m_s": 1.05}, {"v_z_m_s": 0.95}),
+        ({}, {"acceleration_xy_m_s2": 9.0}, {"acceleration_xy_m_s2": 8.8}),  # the low pass leaks: 8 of 8.9
+        ({}, {"v_xy_m_s": 3.6, **BLIND}, {"v_xy_m_s": 3.4, **BLIND}),
+        (
+            {},
+            {"v_xy_valid": False, "rate_rad_s": math.radians(0.6), **BLIND},
+            {"v_xy_valid": False, "rate_rad_s": math.radians(0.4), **BLIND},
+        ),
+        ({"LNDFW_AIRSPD_MAX": 9.0}, {"airspeed_m_s": 9.1}, {"airspeed_m_s": 8.9}),
+        ({"LNDFW_VEL_XY_MAX": 9.0}, {"v_xy_m_s": 9.1}, {"v_xy_m_s": 8.9}),
+        ({"LNDFW_VEL_Z_MAX": 0.5}, {"v_z_m_s": 0.55}, {"v_z_m_s": 0.45}),
+        ({"LNDFW_XYACC_MAX": 4.0}, {"acceleration_xy_m_s2": 4.5}, {"acceleration_xy_m_s2": 4.4}),
+    ],
+    ids=lambda value: "-".join(value) if isinstance(value, dict) else None,
+)
+def test_each_limit_of_a_plane(params: dict[str, Any], too_fast: dict[str, Any], slow: dict[str, Any]) -> None:
+    bench = Bench("plane", **params)
+    bench.feed(FLYING, 3.0)
+    assert bench.never("landed", replace(STANDING, **too_fast), 15.0)
+    bench.seconds_until("landed", True, replace(STANDING, **slow))
+
+
+@pytest.mark.parametrize("sensed", [{}, {"v_xy_valid": False, "airspeed_m_s": 0.0}, {"v_xy_m_s": 1.0, **BLIND}])
+def test_rotation_counts_only_when_no_speed_is_known(sensed: dict[str, Any]) -> None:
+    bench = Bench("plane")
+    bench.feed(FLYING, 3.0)
+    bench.seconds_until("landed", True, replace(STANDING, rate_rad_s=1.0, **sensed))
+
+
+def test_a_plane_is_in_the_air_half_a_second_after_it_became_fast() -> None:
+    bench = Bench("plane", LNDFW_VEL_XY_MAX=100.0, LNDFW_VEL_Z_MAX=100.0)
+    fast = replace(FLYING, airspeed_m_s=1000.0)  # over every limit in one cycle
+    assert bench.seconds_until("landed", False, fast) == pytest.approx(0.5, abs=0.03)
+
+
+@pytest.mark.parametrize("airframe", ["plane", "vtol", "rover", "airship"])
+def test_disarmed_everything_has_landed(airframe: str) -> None:
+    bench = Bench(airframe)
+    bench.feed(replace(FLYING, fixed_wing=airframe == "vtol"), 3.0)
+    assert not bench.land.landed
+    bench.seconds_until("landed", True, replace(FLYING, armed=False), 2.1)
+
+
+def test_a_hovering_vtol_lands_as_a_multicopter_whatever_its_airspeed() -> None:
+    bench = Bench("vtol").flown()
+    windy = replace(STANDING, airspeed_m_s=9.0)
+    assert bench.seconds_until("landed", True, windy) == pytest.approx(1.0, abs=0.06)
+
+
+@pytest.mark.parametrize("state", ["landed", "maybe_landed", "freefall"])
+def test_a_vtol_on_its_wing_has_none_of(state: str) -> None:
+    bench = Bench("vtol").flown()
+    fallen = replace(STANDING, specific_force_m_s2=1.0 if state == "freefall" else 9.81)
+    assert bench.never(state, replace(fallen, fixed_wing=True), 5.0)
+    bench.seconds_until(state, True, fallen)
+
+
+def test_a_vtol_without_valid_range_data_waits_three_times_as_long() -> None:
+    bench = Bench("vtol").flown()
+    assert bench.seconds_until("landed", True, replace(STANDING, dist_bottom_m=None)) == pytest.approx(3.0, abs=0.06)
+
+
+def test_an_armed_rover_leaves_the_ground_after_half_a_second_and_always_has_contact() -> None:
+    bench = Bench("rover")
+    still = replace(STANDING, wants_to_land=False)
+    assert bench.seconds_until("landed", False, still) == pytest.approx(0.5, abs=0.03)
+    assert bench.land.ground_contact
+
+
+@pytest.mark.parametrize(
+    ("mode", "wants_to_land", "landed"),
+    [
+        (Mode.LAND, True, True),
+        (Mode.RTL, True, True),
+        (Mode.RTL, False, False),
+        (Mode.MISSION, True, False),
+        (Mode.LOITER, False, False),
+    ],
+)
+def test_an_armed_rover_lands_in_land_mode_and_at_the_end_of_a_return_only(
+    mode: Mode, wants_to_land: bool, landed: bool
+) -> None:
+    bench = Bench("rover")
+    bench.feed(FLYING, 1.0)
+    assert bench.feed(replace(STANDING, mode=mode, wants_to_land=wants_to_land), 3.0).landed is landed
+
+
+def test_an_armed_airship_never_lands() -> None:
+    bench = Bench("airship")
+    assert not bench.feed(STANDING, 0.1).landed
+    assert bench.never("landed", replace(STANDING, mode=Mode.LAND))
+    assert not bench.land.ground_contact

@@ -1,0 +1,300 @@
+"""Offboard control as recorded in scenarios 18, 19, 20, 20b and 21: what is followed, proof of life, loss."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from app.simulator.dialect import mavlink
+from app.simulator.wire import Cmd, Mode, Result
+from tests.unit.simulator.cockpit import Cockpit
+
+POSITION, VELOCITY, ACCELERATION, BOTH, NOTHING, LOITER = 3576, 3527, 3135, 3520, 4095, 12288
+"""Type masks."""
+LOCAL, BODY = 1, 8
+NAN = math.nan
+Point = tuple[float, float, float]
+ZERO: Point = (0.0, 0.0, 0.0)
+
+
+class Sender:
+    """Streams one setpoint while time passes."""
+
+    def __init__(self, airframe: str, **params: float) -> None:
+        self.cockpit = Cockpit(airframe, params={"COM_OBL_RC_ACT": 5, "MIS_TAKEOFF_ALT": 25.0, **params})
+        self.message = local()
+
+    def stream(self, seconds: float, hz: float = 25.0) -> Sender:
+        for _ in range(max(1, round(seconds * hz))):
+            self.cockpit.send(self.message)
+            self.cockpit.fly(1.0 / hz)
+        return self
+
+    def airborne(self, up_m: float = 10.0) -> Sender:
+        """In OFFBOARD at this height, from the ground (a plane by its own takeoff)."""
+        cockpit = self.cockpit
+        if cockpit.vehicle.spec.airframe.is_fixed_wing:
+            cockpit.command(Cmd.DO_SET_MODE, 1, 4, 2)
+            cockpit.arm()
+            cockpit.until(lambda: self.mode is Mode.LOITER and cockpit.vehicle.state.body.up_m > 15.0, 60.0)
+            self.stream(0.5)
+            assert cockpit.set_mode(Mode.OFFBOARD) == [Result.ACCEPTED]
+            return self
+        self.message = local((0.0, 0.0, -up_m))
+        self.stream(0.5)
+        assert cockpit.set_mode(Mode.OFFBOARD) == [Result.ACCEPTED]
+        cockpit.arm()
+        return self.stream(15.0)
+
+    def to(self, message: mavlink.MAVLink_message, seconds: float) -> Sender:
+        self.message = message
+        return self.stream(seconds)
+
+    @property
+    def mode(self) -> Mode:
+        return self.cockpit.vehicle.state.status.mode
+
+    @property
+    def place(self) -> Point:
+        body = self.cockpit.vehicle.state.body
+        return body.north_m, body.east_m, body.up_m
+
+
+def local(
+    position: Point = ZERO, velocity: Point = ZERO, mask: int = POSITION, frame: int = LOCAL
+) -> mavlink.MAVLink_message:
+    return mavlink.MAVLink_set_position_target_local_ned_message(
+        0, 1, 1, frame, mask, *position, *velocity, 0, 0, 0, 0, 0
+    )
+
+
+def world(cockpit: Cockpit, north_m: float, east_m: float, alt: float, frame: int) -> mavlink.MAVLink_message:
+    latitude, longitude = cockpit.vehicle.spec.frame.to_global(north_m, east_m)
+    place = (round(latitude * 1e7), round(longitude * 1e7), alt)
+    return mavlink.MAVLink_set_position_target_global_int_message(
+        0, 1, 1, frame, POSITION, *place, 0, 0, 0, 0, 0, 0, 0, 0
+    )
+
+
+def attitude(thrust: float, pitch_deg: float = 0.0, mask: int = 7, roll_deg: float = 0.0) -> mavlink.MAVLink_message:
+    roll, pitch = math.radians(roll_deg) / 2.0, math.radians(pitch_deg) / 2.0
+    q = [
+        math.cos(roll) * math.cos(pitch),
+        math.sin(roll) * math.cos(pitch),
+        math.cos(roll) * math.sin(pitch),
+        -math.sin(roll) * math.sin(pitch),
+    ]
+    return mavlink.MAVLink_set_attitude_target_message(0, 1, 1, mask, q, 0, 0, 0, thrust)
+
+
+# what is followed -------------------------------------------------------------------------------------------
+
+
+def test_a_quad_takes_off_to_the_point_and_flies_positions_velocities_and_body_velocities() -> None:
+    sender = Sender("quad").airborne()
+    assert sender.place == pytest.approx((0, 0, 10), abs=0.5)
+    assert sender.to(local((20, 0, -10)), 8.0).place == pytest.approx((20, 0, 10), abs=1.0)
+    _, east, up = sender.to(local(velocity=(0, 2, 0), mask=VELOCITY), 6.0).place
+    assert (east, up) == (pytest.approx(8.5, abs=3.0), pytest.approx(10.0, abs=0.5))
+    north_m = sender.place[0]
+    sender.cockpit.vehicle.state.body.yaw_rad = 0.0
+    sender.to(local(velocity=(1, 0, 0), mask=VELOCITY, frame=BODY), 4.0)
+    assert sender.place[0] - north_m == pytest.approx(3.0, abs=1.5)
+
+
+@pytest.mark.parametrize(("frame", "alt"), [(6, 12.0), (5, None), (0, None)])
+def test_global_positions_are_above_home_or_above_the_sea_by_their_frame(frame: int, alt: float | None) -> None:
+    sender = Sender("quad").airborne()
+    amsl = sender.cockpit.vehicle.spec.frame.altitude_m + 12.0
+    place = sender.to(world(sender.cockpit, 10, 5, amsl if alt is None else alt, frame), 10.0).place
+    assert place == pytest.approx((10, 5, 12), abs=1.0)
+
+
+def test_a_quad_follows_thrust_and_tilt() -> None:
+    sender = Sender("quad").airborne()
+    sender.cockpit.vehicle.state.body.yaw_rad = 0.0
+    north_m, _, up_m = sender.place
+    sender.to(attitude(0.55, pitch_deg=-5.0), 3.0)
+    assert sender.mode is Mode.OFFBOARD
+    assert sender.place[0] > north_m + 0.5
+    assert sender.place[2] > up_m + 0.5
+
+
+def test_a_coordinate_that_is_not_a_number_is_taken_and_left_as_it_is() -> None:
+    sender = Sender("quad").airborne()
+    assert sender.to(local((NAN, 5, -10)), 5.0).place == pytest.approx((0, 5, 10), abs=1.0)
+
+
+def test_a_plane_follows_position_with_velocity_as_a_line() -> None:
+    sender = Sender("plane").airborne()
+    north_m, east_m, up_m = sender.to(local((300, 0, -50), (12, 0, 0), BOTH), 60.0).place
+    assert (east_m, up_m) == (pytest.approx(0.0, abs=2.0), pytest.approx(50.0, abs=2.0))
+    assert north_m > 350.0  # beyond the point
+
+
+def test_a_plane_given_a_position_alone_flies_due_north_at_its_height() -> None:
+    sender = Sender("plane").airborne()
+    sender.to(local((200, 0, -50)), 20.0)
+    north_m, east_m, up_m = sender.place
+    sender.stream(10.0)
+    assert sender.place[0] - north_m == pytest.approx(120, abs=5)
+    assert sender.place[1] == pytest.approx(east_m, abs=2)
+    assert up_m == pytest.approx(50.0, abs=3.0)
+
+
+@pytest.mark.parametrize(
+    "message", [local(velocity=(0, 12, 0), mask=VELOCITY), local(mask=ACCELERATION), local((0, 0, -50), mask=LOITER)]
+)
+def test_a_plane_keeps_its_course_with_all_else(message: mavlink.MAVLink_message) -> None:
+    sender = Sender("plane")
+    sender.message = message
+    sender.airborne()
+    sender.stream(10.0)
+    body = sender.cockpit.vehicle.state.body
+    course = math.atan2(body.v_east_m_s, body.v_north_m_s)
+    sender.stream(10.0)
+    assert math.atan2(body.v_east_m_s, body.v_north_m_s) == pytest.approx(course, abs=0.1)
+    assert sender.mode is Mode.OFFBOARD
+
+
+def test_a_plane_follows_bank_and_pitch() -> None:
+    """Recorded: 20 and 3 degrees turn at a third of a rad/s and climb 4.5 m in 6 s."""
+    sender = Sender("plane")
+    sender.message = attitude(0.8, pitch_deg=3.0, roll_deg=20.0)
+    body = sender.airborne().stream(6.0).cockpit.vehicle.state.body
+    yaw, up_m = body.yaw_rad, body.up_m
+    sender.stream(6.0)
+    turned = (body.yaw_rad - yaw) % (2.0 * math.pi)
+    assert turned == pytest.approx(6.0 * 0.31, rel=0.2)
+    assert body.up_m - up_m == pytest.approx(4.5, abs=1.5)
+
+
+def test_a_rover_drives_to_a_position_follows_a_velocity_and_ignores_attitude() -> None:
+    sender = Sender("rover")
+    sender.message = local((20, 0, 0))
+    sender.stream(0.5)
+    sender.cockpit.set_mode(Mode.OFFBOARD)
+    sender.cockpit.arm()
+    assert sender.stream(15.0).place[:2] == pytest.approx((20, 0), abs=0.3)
+    assert sender.to(local(velocity=(-1.5, 0, 0), mask=VELOCITY), 8.0).place[0] < 15.0
+    sender.to(local(velocity=ZERO, mask=VELOCITY), 5.0)
+    before = sender.place
+    assert sender.to(attitude(0.2), 5.0).place == pytest.approx(before, abs=0.3)
+    assert sender.mode is Mode.OFFBOARD
+
+
+# what is refused --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        local(mask=NOTHING),
+        local((5, 5, -10), frame=BODY, mask=POSITION),  # no position in a body frame
+        local((5, 5, -10), frame=7),
+        mavlink.MAVLink_set_position_target_global_int_message(0, 1, 1, 3, POSITION, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0, 0),
+        mavlink.MAVLink_set_position_target_global_int_message(0, 1, 1, 11, POSITION, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0, 0),
+        mavlink.MAVLink_set_position_target_local_ned_message(0, 9, 1, 1, POSITION, *ZERO, *ZERO, 0, 0, 0, 0, 0),
+        attitude(0.5, mask=7 | 0x40),  # no thrust
+        attitude(0.5, mask=7 | 0x80),  # neither attitude nor rates
+    ],
+)
+def test_what_is_refused_is_no_proof_of_life(message: mavlink.MAVLink_message) -> None:
+    sender = Sender("quad").airborne()
+    assert sender.to(message, 1.3).mode is Mode.LOITER
+
+
+def test_the_refusal_is_said_for_each_setpoint() -> None:
+    sender = Sender("quad")
+    sender.to(local(mask=NOTHING), 0.4)
+    assert sender.cockpit.texts().count("SET_POSITION_TARGET_LOCAL_NED invalid") == 10
+    sender.cockpit.send(world(sender.cockpit, 0, 0, 12, frame=3))
+    assert "".join(sender.cockpit.texts()[-2:]) == "SET_POSITION_TARGET_GLOBAL_INT invalid coordinate frame 3"
+
+
+# entering ---------------------------------------------------------------------------------------------------
+
+
+def test_disarmed_the_mode_is_taken_without_a_stream_and_then_arming_fails() -> None:
+    cockpit = Cockpit()
+    assert cockpit.set_mode(Mode.OFFBOARD) == [Result.ACCEPTED]
+    assert cockpit.command(Cmd.COMPONENT_ARM_DISARM, 1) == [Result.TEMPORARILY_REJECTED]
+    cockpit.fly(1.0)
+    heartbeat = cockpit.last("HEARTBEAT")
+    assert (heartbeat.custom_mode, heartbeat.system_status) == (Mode.OFFBOARD, 0)
+    assert heartbeat.base_mode == 17, "no manual input"
+
+
+def test_in_the_air_one_setpoint_is_enough_to_enter_and_none_is_not() -> None:
+    sender = Sender("quad").airborne()
+    sender.cockpit.set_mode(Mode.LOITER)
+    sender.cockpit.fly(3.0)
+    assert sender.cockpit.set_mode(Mode.OFFBOARD) == [Result.TEMPORARILY_REJECTED]
+    assert sender.cockpit.texts()[-1] == "Switching to Offboard is currently not available"
+    sender.stream(0.05)
+    assert sender.cockpit.set_mode(Mode.OFFBOARD) == [Result.ACCEPTED]
+
+
+# loss -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("action", "mode"),
+    [(0, Mode.POSCTL), (1, Mode.ALTCTL), (2, Mode.STABILIZED), (3, Mode.RTL), (4, Mode.LAND), (5, Mode.LOITER)],
+)
+def test_the_parameter_says_what_a_lost_stream_does(action: int, mode: Mode) -> None:
+    sender = Sender("quad", COM_OBL_RC_ACT=action).airborne()
+    lost_s = sender.cockpit.until(lambda: sender.mode is not Mode.OFFBOARD, 5.0)
+    assert sender.mode is mode
+    assert lost_s == pytest.approx(1.0, abs=0.13)  # after the last pause of the stream
+    sender.cockpit.fly(1.1)
+    assert sender.cockpit.last("HEARTBEAT").system_status == 5
+    assert "Failsafe activated" in sender.cockpit.texts()
+
+
+@pytest.mark.parametrize("action", [6, 7])
+def test_terminate_and_disarm_stop_the_motors(action: int) -> None:
+    sender = Sender("quad", COM_OBL_RC_ACT=action).airborne()
+    sender.cockpit.until(lambda: not sender.cockpit.armed, 2.0)
+    sender.cockpit.until(lambda: sender.cockpit.vehicle.state.body.on_ground, 5.0)
+
+
+def test_the_time_until_the_loss_is_a_parameter() -> None:
+    sender = Sender("quad", COM_OF_LOSS_T=3.0).airborne()
+    assert sender.cockpit.until(lambda: sender.mode is not Mode.OFFBOARD, 5.0) == pytest.approx(3.0, abs=0.1)
+
+
+@pytest.mark.parametrize("action", [3, 5])
+def test_a_stream_that_comes_back_takes_the_vehicle_back_by_itself(action: int) -> None:
+    sender = Sender("quad", COM_OBL_RC_ACT=action).airborne()
+    sender.cockpit.fly(8.0)
+    assert sender.mode is not Mode.OFFBOARD
+    assert sender.stream(0.1).mode is Mode.OFFBOARD
+    assert sender.stream(1.0).cockpit.last("HEARTBEAT").system_status == 4
+
+
+def test_after_somebody_asked_for_hold_a_stream_takes_nothing_back() -> None:
+    sender = Sender("quad").airborne()
+    sender.cockpit.fly(2.0)
+    sender.cockpit.set_mode(Mode.LOITER)
+    assert sender.stream(3.0).mode is Mode.LOITER
+
+
+@pytest.mark.parametrize(("hz", "flips"), [(2.5, 0), (1.1, 0), (0.8, 8)])
+def test_the_limit_is_the_loss_time_not_two_hertz(hz: float, flips: int) -> None:
+    sender = Sender("quad").airborne()
+    sender.stream(10.0, hz)
+    assert sender.cockpit.texts().count("Failsafe activated") == flips
+
+
+def test_a_rover_returns_lands_disarms_and_is_in_offboard_again() -> None:
+    sender = Sender("rover", COM_OBL_RC_ACT=3)
+    sender.message = local((20, 0, 0))
+    sender.stream(0.5)
+    sender.cockpit.set_mode(Mode.OFFBOARD)
+    sender.cockpit.arm()
+    sender.stream(10.0)
+    sender.cockpit.until(lambda: not sender.cockpit.armed, 60.0)
+    assert sender.cockpit.distance_to(0, 0) < 1.0
+    assert sender.mode is Mode.OFFBOARD
