@@ -82,7 +82,7 @@ def test_a_file_of_301_lines_is_too_long_and_one_of_300_is_not() -> None:
 @pytest.mark.parametrize(
     "line",
     [
-        "--index-url " + "https:" + "//packages.example/simple",
+        "--index" + "-url packages.example",
         '"resolved": ' + '"https:' + '//packages.example/x.tgz"',
         "pip install --find-links dir x",
         "curl https://pypi.org/simple",
