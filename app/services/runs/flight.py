@@ -138,6 +138,8 @@ class RunFlight:
             if await self._step(self._preparation.start, RunState.FAILED if by_creation else RunState.UPLOADED):
                 if self._recorder.run.state is RunState.STARTING:
                     self._recorder.move(RunState.FLYING)
+                if self._abort_asked.is_set():  # it was asked for as the start ended, and must not be lost
+                    await self._bring_back()
                 return True
             if self._recorder.run.is_over:
                 return False
@@ -155,7 +157,7 @@ class RunFlight:
                 task.cancel()
             await asyncio.gather(task, return_exceptions=True)
             if self._preparation.may_fly and (task.cancelled() or task.exception() is not None):
-                await self._follow_all_the_same(aborted=task.cancelled())
+                await self._follow_all_the_same(None if task.cancelled() else task.exception())
                 return True
             if task.cancelled():
                 await self._close(RunState.ABORTED, "aborted before take-off")
@@ -172,14 +174,20 @@ class RunFlight:
                 pending.cancel()
             await asyncio.gather(task, abort, return_exceptions=True)
 
-    async def _follow_all_the_same(self, *, aborted: bool) -> None:
-        """Its start was armed and could not be undone, so it may be in the air: no end of the run is claimed."""
-        self._recorder.move(RunState.FLYING, "its start failed or was aborted, and the vehicle did not disarm")
+    async def _follow_all_the_same(self, error: BaseException | None) -> None:
+        """It was armed and that could not be undone, so it may be in the air: no end of the run is claimed."""
+        why = "its start was aborted" if error is None else "its start failed"
+        if isinstance(error, WaydropError):
+            why += f": {_in_words(error)}"
+        elif error is not None:
+            log.error("a defect ended a start", run_id=self._recorder.run.id, exc_info=error)
+        self._recorder.move(RunState.FLYING, f"{why}; the vehicle did not disarm")
         with contextlib.suppress(StorageError):
             await self._recorder.flush()
-        if aborted:
-            with contextlib.suppress(WaydropError):  # told as an event; a person can ask again
-                await self.return_to_launch()
+
+    async def _bring_back(self) -> None:
+        with contextlib.suppress(WaydropError):  # told as an event; a person can ask again
+            await self.return_to_launch()
 
     async def _wait_for_start(self) -> bool:
         waits = [asyncio.ensure_future(e.wait()) for e in (self._start_asked, self._abort_asked)]

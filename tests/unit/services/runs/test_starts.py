@@ -68,6 +68,22 @@ async def test_an_abort_too_late_to_disarm_brings_the_vehicle_back() -> None:
         assert at.vehicle.sent[-2:] == ["disarm", "return"]
 
 
+async def test_an_abort_in_the_moment_the_start_ends_is_not_lost() -> None:
+    async with desk() as at:
+        await _uploaded(at)
+        flight = at.runs._flights[at.run_id]
+        start = flight._preparation.start
+
+        async def start_and_be_aborted() -> None:
+            await start()
+            flight._abort_asked.set()
+
+        flight._preparation.start = start_and_be_aborted  # type: ignore[method-assign]
+        await at.runs.start(at.run_id, "test")
+        await at.until_state(RunState.RETURNING)
+        assert at.vehicle.sent[-1] == "return"
+
+
 async def test_nothing_is_released_while_the_vehicle_still_obeys_a_pause() -> None:
     async with desk() as at:
         await at.create()
