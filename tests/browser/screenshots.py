@@ -20,6 +20,8 @@ from tests.simulated import SimulatedFleet
 
 SCHEMES: tuple[Scheme, ...] = ("dark", "light")
 SIZES = {"wide": (1440, 900), "middle": (900, 700), "narrow": (360, 800), "wall": (3840, 2160)}
+PATIENCE_MS = 180_000
+"""Software WebGL draws a 4K map slowly, the more so on a busy machine."""
 VIEWS = ("Map", "Fleet", "Plan", "Run", "Events")
 
 
@@ -52,6 +54,7 @@ async def every_view(browser: Browser, url: str, folder: Path, size: str, scheme
     """After the flight, each view that the size has."""
     width, height = SIZES[size]
     async with Dashboard.opened(browser, url, width=width, height=height, scheme=scheme) as board:
+        board.page.set_default_timeout(PATIENCE_MS)
         if width >= 1100:
             await board.write_plan(CLINIC_RUN)
             await expect(board.page.get_by_text("Can be flown")).to_be_visible(timeout=20_000)
