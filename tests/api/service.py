@@ -126,7 +126,7 @@ async def _served(
     services: ApiServices, settings: ApiSettings, links: tuple[FakeLink, ...], storage: Storage
 ) -> AsyncIterator[Service]:
     app = build_app(services, replace(settings, gateway=storage.gateway_id))
-    runner = web.AppRunner(app, access_log=None, shutdown_timeout=3.0)
+    runner = web.AppRunner(app, access_log=None, shutdown_timeout=10.0)
     await runner.setup()
     try:
         site = web.TCPSite(runner, "127.0.0.1", 0)
@@ -138,7 +138,7 @@ async def _served(
         await runner.cleanup()
 
 
-async def until(condition: Callable[[], bool], *, timeout_s: float = 5.0) -> None:
+async def until(condition: Callable[[], bool], *, timeout_s: float = 15.0) -> None:
     """Wait until something is so."""
     async with asyncio.timeout(timeout_s):
         while not condition():

@@ -34,7 +34,7 @@ async def test_a_cut_link_is_lost_after_three_seconds_and_restored_with_the_next
     await until(lambda: own_link.state().latitude_deg is not None, "a position must come", 5.0)
     place = own_link.state().latitude_deg
     own_quad.control("link_cut", True)
-    lost = await heard.until(LinkLost, 5.0)
+    lost = await heard.until(LinkLost, 15.0)
     assert 3.0 < lost.heartbeat_age_s < 3.8
     assert own_link.state().connected is False
     assert own_link.state().latitude_deg == place, "what was last known stays readable"
@@ -42,7 +42,7 @@ async def test_a_cut_link_is_lost_after_three_seconds_and_restored_with_the_next
     with pytest.raises(LinkTimeoutError):
         await own_link.hold()
     own_quad.control("link_cut", False)
-    await heard.until(LinkRestored, 3.0)
+    await heard.until(LinkRestored, 15.0)
     assert own_link.state().connected is True
     assert len(heard.of(LinkLost)) == 1
     await own_link.hold()
