@@ -14,7 +14,7 @@ from app.vehicles.decoders import AutopilotVersion, Heartbeat, HomePosition
 from app.vehicles.gripper_output import function_parameters, limit_parameters
 from app.vehicles.identity import Identity
 from app.vehicles.inbox import Inbox
-from app.vehicles.mav_type import vehicle_type
+from app.domain.mav_type import vehicle_type
 from app.vehicles.measurements import Measurements
 from app.vehicles.parameters import ParameterReader, Value
 

@@ -32,7 +32,7 @@ from app.vehicles.identity import Identity
 from app.vehicles.inbox import Inbox
 from app.vehicles.link_setup import LinkSetup
 from app.vehicles.link_watch import LinkWatch
-from app.vehicles.mav_type import vehicle_type
+from app.domain.mav_type import vehicle_type
 from app.vehicles.mavsdk_system import NativeSystem
 from app.vehicles.measurements import Measurements
 from app.vehicles.mission_readiness import MissionReadiness
