@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import Any, TypeGuard
 
 from app.domain.finding import json_pointer
 from app.interchange.findings import Report
@@ -11,7 +11,7 @@ from app.interchange.findings import Report
 _NAMES: Mapping[type, str] = {dict: "an object", list: "an array", str: "a text", bool: "true or false"}
 
 
-def is_number(value: object) -> bool:
+def is_number(value: object) -> TypeGuard[float]:
     """A JSON number; true and false are none."""
     return isinstance(value, (int, float)) and not isinstance(value, bool)
 
@@ -42,7 +42,7 @@ class FileObject:
     def whole(self, key: str, *, required: bool = True) -> int | None:
         """A whole number; `16.0` is one."""
         value = self.value.get(key)
-        if is_number(value) and float(value) == int(value):
+        if is_number(value) and value == int(value):
             return int(value)
         if key in self.value:
             self._report.refuse("conversion.wrong_type", self.at(key), f"{key} must be a whole number")

@@ -70,7 +70,7 @@ def read_rally(rally: FileObject, draft: PlanDraft, report: Report) -> None:
     """Into `rally_points`: the documented altitude is above home."""
     rally.version(RALLY_VERSION)
     rally.name_unknown({"points", "version"})
-    points = []
+    points: list[dict[str, Any]] = []
     for index, value in enumerate(rally.typed("points", list) or ()):
         place = f"{rally.at('points')}/{index}"
         point = read_numbers(value, place, 3, report)

@@ -21,6 +21,7 @@ from app.interchange.qgc_landing import LANDINGS, landing_items
 _ROLES: Final = ("speed", "cruise_speed", "wait")
 _EXTRA_KEYS: Final = frozenset({"id", "role", "fields", "written"})
 _SAME_M: Final = 0.01
+_OTHER_REFERENCE: Final = {ALTITUDE_RELATIVE: ABSOLUTE, ALTITUDE_ABSOLUTE: RELATIVE}
 
 
 def read_qgc_items(items: Iterable[Any], pointer: str, altitude_mode: int | None, report: Report) -> list[FileItem]:
@@ -90,10 +91,9 @@ def _check_altitude(
     elif shown_m is not None and given_m is not None and abs(shown_m - given_m) > _SAME_M:
         message = f"Altitude says {shown_m:g} m and the parameter {given_m:g} m"
         report.refuse("conversion.two_altitudes", item.at("Altitude"), message, "make them equal")
-    elif "AltitudeMode" in item.value and mode in (ALTITUDE_RELATIVE, ALTITUDE_ABSOLUTE):
-        if (mode == ALTITUDE_RELATIVE) != (frame in RELATIVE):
-            message = f"AltitudeMode {mode} and frame {frame} are different references"
-            report.refuse("conversion.two_altitudes", item.at("AltitudeMode"), message, "make them agree")
+    elif "AltitudeMode" in item.value and frame in _OTHER_REFERENCE.get(mode or 0, ()):
+        message = f"AltitudeMode {mode} and frame {frame} are different references"
+        report.refuse("conversion.two_altitudes", item.at("AltitudeMode"), message, "make them agree")
 
 
 def read_extra(item: FileObject, report: Report) -> ItemExtra | None:

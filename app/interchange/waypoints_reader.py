@@ -40,7 +40,7 @@ def read_waypoints(text: str, unsaid: Unsaid, report: Report) -> PlanDraft:
     if len(lines) > 2 * MAX_ITEMS:
         report.refuse("conversion.too_large", "", f"{len(lines)} lines; a plan has at most {MAX_ITEMS} items")
         return draft
-    items = []
+    items: list[FileItem] = []
     for number, line in enumerate(lines[1:], start=2):
         if line.strip():
             item = _read_line(line, number, len(items), report)
