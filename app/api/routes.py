@@ -4,13 +4,27 @@ from __future__ import annotations
 
 from typing import Final
 
-from app.api import documents, events, health, plan_checks, plans, runs, schemas, simulator, vehicles
+from app.api import (
+    documents,
+    events,
+    health,
+    plan_checks,
+    plan_conversions,
+    plan_exports,
+    plans,
+    runs,
+    schemas,
+    simulator,
+    vehicles,
+)
 from app.api.routing import AnyRoute
 
 ROUTES: Final[tuple[AnyRoute, ...]] = (
     *vehicles.ROUTES,
     *plans.ROUTES,
+    *plan_exports.ROUTES,
     *plan_checks.ROUTES,
+    *plan_conversions.ROUTES,
     *runs.ROUTES,
     *events.ROUTES,
     *simulator.ROUTES,

@@ -14,7 +14,7 @@ from app.domain.compiler.drop_items import EMBEDDED_HOLD_S, brakes_at_waypoint, 
 from app.domain.default_facts import default_facts
 from app.domain.landing_pattern import LandingPattern, landing_pattern
 from app.domain.mission import MavCmd, MavFrame
-from app.domain.plan import Gripper, Jump, Land, Loiter, Plan, PlanItem, Takeoff, Waypoint, Winch
+from app.domain.plan import Delay, Gripper, Jump, Land, Loiter, Plan, PlanItem, Takeoff, Waypoint, Winch
 from app.domain.plan.drops import DropUse, drops_of
 from app.domain.plan.fields import Altitude
 from app.domain.plan.walk import Carried, Step, walk
@@ -97,7 +97,8 @@ def _write(plan: Plan, step: Step, drop: DropUse | None, braking: DropUse | None
         case Land() if plan.vehicle_type is VehicleType.FIXED_WING:
             before += _landing_items(item, step, home)
         case Gripper() | Winch() if drop is not None:
-            before, after = _around_drop(item, drop)
+            following = plan.items[step.index + 1] if step.index + 1 < len(plan.items) else None
+            before, after = _around_drop(item, drop, following)
     if step.index == 0 and plan.vehicle_type is VehicleType.ROVER:
         before = [*_speed_item(plan.cruise_speed_m_s, plan.vehicle_type, "cruise_speed"), *before]
     main = _item(_command(item, plan.vehicle_type), fields, ItemExtra("", id=item.id))
@@ -158,13 +159,16 @@ def _wait(duration_s: float) -> FileItem:
     return _item(MavCmd.NAV_DELAY, {"duration_s": duration_s}, extra)
 
 
-def _around_drop(item: Gripper | Winch, drop: DropUse) -> tuple[list[FileItem], list[FileItem]]:
+def _around_drop(
+    item: Gripper | Winch, drop: DropUse, following: PlanItem | None
+) -> tuple[list[FileItem], list[FileItem]]:
     """The waits that a stopped drop needs before and after it: PX4 itself goes on at once."""
     if not drop.stopped:
         return [], []
     rolls = drop.supervised and drop.first and drop.carried in (Carried.WHEELS, Carried.GROUND)
     settle = settle_s(item, default_facts(VehicleType.MULTICOPTER))
-    return ([_wait(_BEFORE_DROP_S)] if rolls else []), [_wait(settle)]
+    waits = isinstance(following, Delay) and following.duration_s >= settle
+    return ([_wait(_BEFORE_DROP_S)] if rolls else []), ([] if waits else [_wait(settle)])
 
 
 def _landing_items(item: Land, step: Step, home: GlobalPosition) -> list[FileItem]:

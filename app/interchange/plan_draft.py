@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from app.domain.compiler.drop_items import EMBEDDED_HOLD_S, brakes_at_waypoint, stop_radius_m
 from app.domain.finding import Finding
-from app.domain.plan import Plan, PlanInvalid, PlanItem, parse_plan
+from app.domain.plan import Plan, PlanInvalid, PlanItem, Waypoint, parse_plan
 from app.domain.plan.drops import DropUse, drops_of
 from app.domain.plan.walk import Carried, reference_home, walk
 from app.interchange.findings import Report
@@ -65,7 +66,19 @@ def _with_motion(plan: Plan, drafts: Sequence[ItemDraft], report: Report) -> Pla
             motion = "stopped" if _stands(drops[index]) else "moving"
             items[index] = items[index].model_copy(update={"release_motion": motion})
             _say(draft, motion, report)
+            _say_braking(drops[index], drafts, report)
     return plan.model_copy(update={"items": tuple(items)})
+
+
+def _say_braking(drop: DropUse, drafts: Sequence[ItemDraft], report: Report) -> None:
+    """PX4 stops at a waypoint only for hold and radius together: without them the file's own drop is a moving one."""
+    place = drop.anchor.item if drop.anchor is not None else None
+    if drop.anchor is None or not isinstance(place, Waypoint) or not brakes_at_waypoint(drop):
+        return
+    if place.hold_s < EMBEDDED_HOLD_S or place.acceptance_radius_m != stop_radius_m(place):
+        message = "flown as it is, the vehicle would not stop here and drop some 10 m before; Waydrop makes it stop"
+        hint = 'with "release_motion": "moving" the drop stays as the file has it'
+        report.assume("conversion.braking", drafts[drop.anchor.index].pointer, message, hint)
 
 
 def _stands(drop: DropUse) -> bool:

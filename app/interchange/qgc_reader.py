@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
+from app.domain.finding import json_pointer
 from app.domain.mav_type import vehicle_type
 from app.domain.mission import MavCmd
 from app.domain.vehicle import VehicleType
@@ -112,7 +113,7 @@ def _read_home(mission: FileObject, draft: PlanDraft, report: Report) -> None:
     if home is None:
         return
     names = ("latitude_deg", "longitude_deg", "absolute_altitude_m")
-    draft.places |= {f"/home/{name}": f"{pointer}/{index}" for index, name in enumerate(names)}
+    draft.places |= {json_pointer("home", name): f"{pointer}/{index}" for index, name in enumerate(names)}
     if None in home:
         message = "the planned home position is not complete, so the plan has none"
         report.lose("conversion.home", pointer, message, "the vehicle's own home is used once it is known")

@@ -10,6 +10,7 @@ import math
 import re
 from typing import Final
 
+from app.domain.finding import json_pointer
 from app.domain.mission import MavCmd
 from app.domain.plan.size_limits import MAX_ITEMS
 from app.interchange.file_item import TEXT_COLUMNS, FileItem
@@ -119,7 +120,7 @@ def _take_home(items: list[FileItem], draft: PlanDraft, report: Report) -> list[
         return items[1:]
     names = ("latitude_deg", "longitude_deg", "absolute_altitude_m")
     draft.fields["home"] = dict(zip(names, home.params[4:7], strict=True))
-    draft.places |= {f"/home/{name}": home.at(number) for number, name in enumerate(names, start=5)}
+    draft.places |= {json_pointer("home", name): home.at(number) for number, name in enumerate(names, start=5)}
     return items[1:]
 
 

@@ -148,6 +148,86 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/plans/{plan_id}/exports": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * The formats that a plan can be had in, and what each leaves out
+         * @description Role: viewer or higher.
+         */
+        get: operations["list_exports"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/plans/{plan_id}/exports/qgc": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * A plan as a QGroundControl .plan
+         * @description Role: viewer or higher.
+         */
+        get: operations["export_qgc"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/plans/{plan_id}/exports/geojson": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * A plan and its prediction as GeoJSON
+         * @description Role: viewer or higher.
+         */
+        get: operations["export_geojson"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/plans/{plan_id}/exports/kml": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * A plan and its predicted route as KML
+         * @description Role: viewer or higher.
+         */
+        get: operations["export_kml"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/plan-checks": {
         parameters: {
             query?: never;
@@ -162,6 +242,26 @@ export interface paths {
          * @description Role: dispatcher or higher.
          */
         post: operations["check_plan"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/plan-conversions": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Read a QGroundControl .plan or a waypoint file as a plan
+         * @description Role: dispatcher or higher.
+         */
+        post: operations["convert_plan"];
         delete?: never;
         options?: never;
         head?: never;
@@ -656,6 +756,24 @@ export interface components {
             on_link_loss: ("continue" | "hold" | "return" | "land") | null;
         };
         /**
+         * ConversionFinding
+         * @description One thing that a conversion changed. `pointer` is a JSON pointer into the source, `code` is stable.
+         */
+        ConversionFinding: {
+            kind: components["schemas"]["FindingKind"];
+            /** Code */
+            code: string;
+            /** Pointer */
+            pointer: string;
+            /** Message */
+            message: string;
+            /**
+             * Hint
+             * @default
+             */
+            hint: string;
+        };
+        /**
          * Delay
          * @description Wait where the vehicle is (NAV_DELAY). The only way to stop a rover.
          */
@@ -836,6 +954,27 @@ export interface components {
             last_seq: number;
         };
         /**
+         * ExportView
+         * @description One format. `findings` are what the document leaves out, or has in a place that only Waydrop reads.
+         */
+        ExportView: {
+            format: components["schemas"]["TargetFormat"];
+            /** Media Type */
+            media_type: string;
+            /** Path */
+            path: string;
+            /** Findings */
+            findings: components["schemas"]["ConversionFinding"][];
+        };
+        /**
+         * ExportsView
+         * @description All formats that a plan can be had in.
+         */
+        ExportsView: {
+            /** Exports */
+            exports: components["schemas"]["ExportView"][];
+        };
+        /**
          * FaultKind
          * @description A fault that the simulator knows. `value_schema` is the JSON Schema of its value.
          */
@@ -926,11 +1065,26 @@ export interface components {
             item_id: string | null;
         };
         /**
+         * FindingKind
+         * @description `lost` is not in the result. `assumed` is in the result and was not in the source. `kept` is in the result, but
+         *
+         *     only where Waydrop reads it: other software passes over it.
+         * @enum {string}
+         */
+        FindingKind: "lost" | "assumed" | "kept";
+        /**
          * FlightMode
          * @description PX4's custom_mode in the words that matter to Waydrop.
          * @enum {string}
          */
         FlightMode: "mission" | "hold" | "return" | "land" | "takeoff" | "offboard" | "position" | "altitude" | "manual" | "stabilized" | "orbit" | "other";
+        /**
+         * ForeignPlan
+         * @description A QGroundControl .plan, or a plan of Waydrop's own. A waypoint file is sent as application/octet-stream.
+         */
+        ForeignPlan: {
+            [key: string]: unknown;
+        };
         /**
          * Geofence
          * @description Allowed is what lies in any inclusion (everywhere if there is none) and in no exclusion.
@@ -1324,6 +1478,19 @@ export interface components {
              * @default null
              */
             vehicle: string | null;
+        };
+        /**
+         * PlanConversion
+         * @description The plan, ready for /plan-checks and /plans, and what was lost or assumed on the way to it.
+         */
+        PlanConversion: {
+            format: components["schemas"]["SourceFormat"];
+            /** Plan */
+            plan: {
+                [key: string]: unknown;
+            };
+            /** Findings */
+            findings: components["schemas"]["ConversionFinding"][];
         };
         /**
          * PlanHead
@@ -1803,6 +1970,12 @@ export interface components {
             value: number;
         };
         /**
+         * SourceFormat
+         * @description `plan` is Waydrop's own, `qgc` QGroundControl's .plan, `waypoints` the text of Mission Planner.
+         * @enum {string}
+         */
+        SourceFormat: "plan" | "qgc" | "waypoints";
+        /**
          * StateView
          * @description The newest measurements of a vehicle, with their ages in seconds; null is "never received".
          */
@@ -1917,6 +2090,12 @@ export interface components {
              */
             pitch_deg: number | null;
         };
+        /**
+         * TargetFormat
+         * @description `qgc` is QGroundControl's .plan, which can be read back; the others are for maps.
+         * @enum {string}
+         */
+        TargetFormat: "qgc" | "geojson" | "kml";
         /**
          * Timeline
          * @description `order` is the ids of the items as flown, jumps unrolled; jumps themselves are not in it, they take no time.
@@ -2409,7 +2588,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -2568,7 +2747,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -2727,7 +2906,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -2952,7 +3131,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -3105,6 +3284,424 @@ export interface operations {
             };
         };
     };
+    list_exports: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                plan_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The formats */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ExportsView"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `plan.invalid`: The document is not a plan */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    export_qgc: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description The ETag that the client has */
+                "If-None-Match"?: string;
+            };
+            path: {
+                plan_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The document */
+            200: {
+                headers: {
+                    /** @description The version of the resource, for If-None-Match */
+                    ETag?: string;
+                    /** @description A file name for the document */
+                    "Content-Disposition"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": Record<string, never>;
+                };
+            };
+            /** @description The client has it already (If-None-Match) */
+            304: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `plan.invalid`: The document is not a plan */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    export_geojson: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description The ETag that the client has */
+                "If-None-Match"?: string;
+            };
+            path: {
+                plan_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The document */
+            200: {
+                headers: {
+                    /** @description The version of the resource, for If-None-Match */
+                    ETag?: string;
+                    /** @description A file name for the document */
+                    "Content-Disposition"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/geo+json": Record<string, never>;
+                };
+            };
+            /** @description The client has it already (If-None-Match) */
+            304: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `plan.invalid`: The document is not a plan */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    export_kml: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description The ETag that the client has */
+                "If-None-Match"?: string;
+            };
+            path: {
+                plan_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The document */
+            200: {
+                headers: {
+                    /** @description The version of the resource, for If-None-Match */
+                    ETag?: string;
+                    /** @description A file name for the document */
+                    "Content-Disposition"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/vnd.google-earth.kml+xml": string;
+                };
+            };
+            /** @description The client has it already (If-None-Match) */
+            304: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `plan.invalid`: The document is not a plan */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     check_plan: {
         parameters: {
             query?: never;
@@ -3190,7 +3787,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -3246,6 +3843,126 @@ export interface operations {
             };
             /** @description `vehicle.timeout`: The vehicle did not answer */
             504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    convert_plan: {
+        parameters: {
+            query?: {
+                format?: ("plan" | "qgc" | "waypoints") | null;
+                /** @description of the plan */
+                name?: string | null;
+                vehicle_type?: ("multicopter" | "fixed_wing" | "vtol" | "rover" | "airship") | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ForeignPlan"];
+                "application/octet-stream": unknown;
+            };
+        };
+        responses: {
+            /** @description The plan, and every loss and assumption */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PlanConversion"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `conversion.refused`: The document cannot become a plan; `plan.invalid`: The document is not a plan */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -3424,7 +4141,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -3758,7 +4475,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -3917,7 +4634,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -4076,7 +4793,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -4235,7 +4952,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -4394,7 +5111,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -4553,7 +5270,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -4856,7 +5573,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
