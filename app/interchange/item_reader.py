@@ -97,6 +97,7 @@ class ItemReader:
         self._put_back_speeds()
         if draft.type == "jump":
             draft.jump_to = item.param(1)
+            draft.places["jump"] = item.at(1)
             draft.fields.pop("target", None)
         elif draft.type == "takeoff":
             self._read_takeoff(item, draft)
@@ -169,16 +170,21 @@ class ItemReader:
 
     def _name_jump_targets(self) -> None:
         """Jumps point at numbers of the file, plan items at ids."""
-        owner = {float(number): index for index, draft in enumerate(self.drafts) for number in draft.numbers}
+        owners: dict[float, list[int]] = {}
+        for index, draft in enumerate(self.drafts):
+            for number in draft.numbers:
+                owners.setdefault(float(number), []).append(index)
         taken = {draft.id for draft in self.drafts}
         for draft in self.drafts:
             if draft.type != "jump" or "target" in draft.fields:
                 continue
-            index = owner.get(draft.jump_to) if draft.jump_to is not None else None
-            if index is None:
-                message = f"the jump goes to number {draft.jump_to}, which no item has"
-                self.report.refuse("conversion.jump", draft.pointer, message)
+            found = owners.get(draft.jump_to, []) if draft.jump_to is not None else []
+            if len(found) != 1:
+                which = "which several items have" if found else "which no item has"
+                message = f"the jump goes to number {draft.jump_to}, {which}"
+                self.report.refuse("conversion.jump", draft.places["jump"], message)
                 continue
+            index = found[0]
             target = self.drafts[index]
             target.id = target.id or _free_id(index + 1, taken)
             draft.fields["target"] = target.id

@@ -41,7 +41,6 @@ def read_qgc_items(items: Iterable[Any], pointer: str, altitude_mode: int | None
             found += [simple] if simple is not None else []
         elif kind is not None:
             report.refuse("conversion.item_type", item.at("type"), f"there is no item type {kind!r}")
-    _refuse_equal_numbers(found, report)
     return found
 
 
@@ -114,12 +113,3 @@ def read_extra(item: FileObject, report: Report) -> ItemExtra | None:
         fields=extra.typed("fields", dict, required=False),
         written=extra.typed("written", dict, required=False),
     )
-
-
-def _refuse_equal_numbers(items: Iterable[FileItem], report: Report) -> None:
-    seen: set[int] = set()
-    for item in items:
-        if item.number in seen:
-            message = f"an earlier item has the doJumpId {item.number} too: a jump could mean either"
-            report.refuse("conversion.jump", f"{item.pointer}/doJumpId", message)
-        seen.add(item.number)

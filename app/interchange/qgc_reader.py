@@ -75,9 +75,9 @@ def _read_mission(mission: FileObject, draft: PlanDraft, unsaid: Unsaid, report:
     draft.fields["vehicle_type"] = kind.value
     draft.places["/vehicle_type"] = mission.at("vehicleType")
     _read_home(mission, draft, report)
-    _name_planning_speeds(mission, kind, report)
     reader = ItemReader(kind, report)
     reader.read(items)
+    _name_planning_speeds(mission, planning_speeds(kind, reader.cruise_speed_m_s), report)
     draft.items = reader.drafts
     if reader.cruise_speed_m_s is not None:
         draft.fields["cruise_speed_m_s"] = reader.cruise_speed_m_s
@@ -121,9 +121,8 @@ def _read_home(mission: FileObject, draft: PlanDraft, report: Report) -> None:
         draft.fields["home"] = dict(zip(names, home, strict=True))
 
 
-def _name_planning_speeds(mission: FileObject, kind: VehicleType, report: Report) -> None:
+def _name_planning_speeds(mission: FileObject, usual: Mapping[str, float], report: Report) -> None:
     """cruiseSpeed and hoverSpeed are never sent to a vehicle: as a plan's speeds they would be."""
-    usual = planning_speeds(kind, None)
     for key in ("cruiseSpeed", "hoverSpeed"):
         speed_m_s = mission.number(key, required=False)
         if speed_m_s is not None and speed_m_s != usual[key]:
