@@ -16,7 +16,7 @@ class ItemExtra:
 
     `fields` are fields of the plan item. `written` is what stands in the format's own places instead of some of them:
     once somebody has changed it there, that change counts and `fields` is old. `role` is set on items that are no
-    plan item of their own: `speed`, `cruise_speed`, `wait`.
+    plan item of their own: `speed` and `pause` go with the next one, `cruise_speed` and `wait` with the one before.
     """
 
     pointer: str

@@ -79,16 +79,20 @@ class ItemReader:
                 return False
             self.cruise_speed_m_s = speed_m_s
             return self._goes_with_last(item)
-        if role == "wait" and item.command == MavCmd.NAV_DELAY and item.extra is not None:
-            as_written = (item.extra.written or {}).get("duration_s") == item.param(1)
-            return as_written and self._goes_with_last(item)
+        if role in ("pause", "wait") and item.command == MavCmd.NAV_DELAY and item.extra is not None:
+            if (item.extra.written or {}).get("duration_s") != item.param(1):
+                return False
+            return self._goes_with_last(item) if role == "wait" else self._goes_with_next(item)
         return False
 
+    def _goes_with_next(self, item: FileItem) -> bool:
+        self._skipped.append(item.number)
+        return True
+
     def _goes_with_last(self, item: FileItem) -> bool:
-        if self.drafts:
-            self.drafts[-1].numbers.append(item.number)
-        else:
-            self._skipped.append(item.number)
+        if not self.drafts:
+            return self._goes_with_next(item)
+        self.drafts[-1].numbers.append(item.number)
         return True
 
     def _add(self, item: FileItem, draft: ItemDraft) -> None:

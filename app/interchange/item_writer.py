@@ -154,8 +154,8 @@ def _speed_item(speed_m_s: float | None, vehicle_type: VehicleType, role: str) -
     return [_item(MavCmd.DO_CHANGE_SPEED, fields, ItemExtra("", role=role))]
 
 
-def _wait(duration_s: float) -> FileItem:
-    extra = ItemExtra("", role="wait", written={"duration_s": duration_s})
+def _wait(duration_s: float, role: str) -> FileItem:
+    extra = ItemExtra("", role=role, written={"duration_s": duration_s})
     return _item(MavCmd.NAV_DELAY, {"duration_s": duration_s}, extra)
 
 
@@ -168,7 +168,7 @@ def _around_drop(
     rolls = drop.supervised and drop.first and drop.carried in (Carried.WHEELS, Carried.GROUND)
     settle = settle_s(item, default_facts(VehicleType.MULTICOPTER))
     waits = isinstance(following, Delay) and following.duration_s >= settle
-    return ([_wait(_BEFORE_DROP_S)] if rolls else []), ([] if waits else [_wait(settle)])
+    return ([_wait(_BEFORE_DROP_S, "pause")] if rolls else []), ([] if waits else [_wait(settle, "wait")])
 
 
 def _landing_items(item: Land, step: Step, home: GlobalPosition) -> list[FileItem]:

@@ -18,7 +18,7 @@ from app.interchange.qgc_format import (
 )
 from app.interchange.qgc_landing import LANDINGS, landing_items
 
-_ROLES: Final = ("speed", "cruise_speed", "wait")
+_ROLES: Final = ("speed", "pause", "cruise_speed", "wait")
 _EXTRA_KEYS: Final = frozenset({"id", "role", "fields", "written"})
 _SAME_M: Final = 0.01
 _OTHER_REFERENCE: Final = {ALTITUDE_RELATIVE: ABSOLUTE, ALTITUDE_ABSOLUTE: RELATIVE}
