@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from itertools import pairwise
 from typing import Any
 from xml.etree import ElementTree as Xml
 
@@ -59,8 +60,7 @@ def positions(coordinates: Any) -> list[list[float]]:
 
 
 def is_counter_clockwise(ring: list[list[float]]) -> bool:
-    pairs = zip(ring, ring[1:], strict=False)
-    return sum((east[0] - west[0]) * (east[1] + west[1]) for west, east in pairs) <= 0
+    return sum((there[0] - here[0]) * (there[1] + here[1]) for here, there in pairwise(ring)) < 0
 
 
 def test_geojson_has_every_item_in_order_also_those_without_a_place() -> None:
@@ -86,8 +86,9 @@ def test_geojson_has_legs_drops_releases_fence_rally_points_and_home() -> None:
 
 
 def test_geojson_is_cut_at_the_antimeridian() -> None:
-    (leg,) = [leg for leg in features(NEAR_THE_DATE_LINE, "leg") if leg["geometry"]["type"] == "MultiLineString"]
-    east, west = leg["geometry"]["coordinates"]
+    legs = [leg["geometry"] for leg in features(NEAR_THE_DATE_LINE, "leg")]
+    assert [leg["type"] for leg in legs] == ["LineString", "MultiLineString", "MultiLineString"]
+    east, west = legs[1]["coordinates"]
     assert {east[-1][0], west[0][0]} == {180.0, -180.0}
     (fence,) = features(NEAR_THE_DATE_LINE, "fence")
     assert fence["geometry"]["type"] == "MultiPolygon"

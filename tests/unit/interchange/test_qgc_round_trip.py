@@ -10,6 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from app.domain.plan import Plan, parse_plan
 from app.interchange.qgc_writer import qgc_text
 from app.interchange.source import SourceFormat, convert_to_plan
+from tests.unit.domain.plan_pieces import gripper, land, multicopter, waypoint
 from tests.unit.domain.plan_strategies import PLANS, sensible_plans
 
 EXAMPLES = sorted((Path(__file__).parents[3] / "plans").glob("*.json"))
@@ -40,4 +41,9 @@ def test_any_plan_comes_back_equal(plan: Plan) -> None:
 @SLOW_DATA
 @given(sensible_plans())
 def test_any_sensible_plan_comes_back_equal(plan: Plan) -> None:
+    assert back(plan) == plan
+
+
+def test_a_jump_to_a_drop_that_needs_a_pause_before_it_comes_back_equal() -> None:
+    plan = multicopter(waypoint(), land(100), gripper(id="drop"), {"type": "jump", "target": "drop", "repeats": 1})
     assert back(plan) == plan
