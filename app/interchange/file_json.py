@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any, TypeGuard
+from typing import Any, Final, TypeGuard
 
 from app.domain.finding import json_pointer
 from app.interchange.findings import Report
 
+_NAMED: Final = 20
+"""Unknown fields of one object that are named one by one."""
 _NAMES: Mapping[type, str] = {dict: "an object", list: "an array", str: "a text", bool: "true or false"}
 
 
@@ -76,8 +78,12 @@ class FileObject:
 
     def name_unknown(self, known: Iterable[str]) -> None:
         """What the file says in keys that are not in the documented format is lost."""
-        for key in sorted(set(self.value) - set(known)):
+        unknown = sorted(set(self.value) - set(known))
+        for key in unknown[:_NAMED]:
             self._report.lose("conversion.unknown_field", self.at(key), f"nothing is known of the field {key!r}")
+        if len(unknown) > _NAMED:
+            message = f"nothing is known of {len(unknown) - _NAMED} more fields here"
+            self._report.lose("conversion.unknown_field", self.pointer, message)
 
 
 def read_numbers(value: Any, pointer: str, count: int, report: Report) -> list[float | None] | None:

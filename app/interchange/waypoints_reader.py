@@ -41,11 +41,9 @@ def read_waypoints(text: str, unsaid: Unsaid, report: Report) -> PlanDraft:
     if len(lines) > 2 * MAX_ITEMS:
         report.refuse("conversion.too_large", "", f"{len(lines)} lines; a plan has at most {MAX_ITEMS} items")
         return draft
-    items: list[FileItem] = []
-    for number, line in enumerate(lines[1:], start=2):
-        if line.strip():
-            item = _read_line(line, number, len(items), report)
-            items += [item] if item is not None else []
+    written = [(number, line) for number, line in enumerate(lines[1:], start=2) if line.strip()]
+    read = [_read_line(line, number, index, report) for index, (number, line) in enumerate(written)]
+    items = [item for item in read if item is not None]
     if items and version == _HOME_FIRST:
         items = _take_home(items, draft, report)
     for item in items:

@@ -46,6 +46,14 @@ async def test_a_waypoint_file_is_converted_and_a_format_can_be_insisted_on(serv
     assert (status, problem["code"]) == (400, "request.query_invalid")
 
 
+async def test_only_conversions_take_what_is_not_json(service: Service) -> None:
+    status, _, problem = await service.call("POST", "/api/v1/plans", data=PLAN_FILE, headers=BINARY)
+    assert (status, problem["code"]) == (415, "request.content_type")
+    status, _, problem = await service.call("POST", CONVERSIONS, data=WAYPOINTS, headers={"Content-Type": "text/plain"})
+    assert (status, problem["code"]) == (415, "request.content_type")
+    assert "application/octet-stream" in problem["hint"]
+
+
 async def test_what_cannot_become_a_plan_is_refused_with_every_place(service: Service) -> None:
     survey = (FILES / "survey.plan").read_bytes()
     status, headers, problem = await service.call("POST", CONVERSIONS, data=survey, headers=JSON)
