@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from app.domain.mission import MavCmd, MavFrame
 from app.interchange.command_forms import FORMS, CommandForm, Param
-from app.interchange.file_item import FileItem, ItemExtra
+from app.interchange.file_item import FileItem
 from app.interchange.findings import Report
 from app.interchange.mav_cmd_names import command_name
 
@@ -60,28 +60,6 @@ def name_what_is_lost(
             item.at(number),
             f"param{number} of {command_name(item.command)} is {value:g}, for which a plan has no field",
         )
-
-
-def apply_extra(draft: ItemDraft, extra: ItemExtra, report: Report) -> None:
-    """Puts the fields of the `waydrop` object in, unless the places that they stand for were changed since."""
-    draft.id = extra.id
-    if extra.id:
-        draft.places["id"] = extra.pointer + "/id"
-    written = extra.written or {}
-    changed = [name for name, value in written.items() if draft.fields.get(name) != value]
-    for name, value in (extra.fields or {}).items():
-        pointer = f"{extra.pointer}/fields/{name}"
-        if name in ("id", "type"):
-            report.refuse("conversion.extra", pointer, f"an item's {name} is not said here", "take it away")
-        elif name in draft.fields and name not in written:
-            message = f"the item itself says {name} too, and `written` does not say what stood there"
-            report.refuse("conversion.extra", pointer, message, "take it away here")
-        elif name not in written or not changed:
-            draft.fields[name] = value
-            draft.places[name] = pointer
-    if changed:
-        message = f"{', '.join(changed)} was changed since Waydrop wrote this file: the item's own values count"
-        report.assume("conversion.changed_since", extra.pointer, message)
 
 
 def _read_param(draft: ItemDraft, item: FileItem, name: str, param: Param, report: Report) -> None:

@@ -10,9 +10,10 @@ from typing import Final
 from app.domain.mission import MavCmd
 from app.domain.vehicle import VehicleType
 from app.interchange.command_forms import FORMS
+from app.interchange.extra import apply_item_extra
 from app.interchange.file_item import FileItem
 from app.interchange.findings import Report
-from app.interchange.item_draft import FRAMES, ItemDraft, apply_extra, form_of, read_draft
+from app.interchange.item_draft import FRAMES, ItemDraft, form_of, read_draft
 from app.interchange.landing_reader import begins_landing, fold_approach, name_lost_start
 from app.interchange.mav_cmd_names import CAMERA_ONLY, HINTS, command_name
 
@@ -109,7 +110,7 @@ class ItemReader:
             self._read_land(item, draft)
         self._give_up_landing()
         if item.extra is not None and not item.extra.role:
-            apply_extra(draft, item.extra, self.report)
+            apply_item_extra(draft, item.extra, self.report)
         if draft.type in _DROPS:
             self._read_drop(item, draft)
         self._append(draft)

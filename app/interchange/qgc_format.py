@@ -10,8 +10,9 @@ MISSION_VERSION: Final = 2
 FENCE_VERSION: Final = 2
 FENCE_PART_VERSION: Final = 1
 RALLY_VERSION: Final = 2
+ARDUPILOT: Final = 3
 PX4: Final = 12
-"""MAV_AUTOPILOT_PX4."""
+"""MAV_AUTOPILOT values."""
 
 EXTRA: Final = "waydrop"
 """The key of our own objects in a .plan. QGroundControl passes over keys that it does not know."""

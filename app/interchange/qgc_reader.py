@@ -10,16 +10,17 @@ from app.domain.finding import json_pointer
 from app.domain.mav_type import vehicle_type
 from app.domain.mission import MavCmd
 from app.domain.vehicle import VehicleType
+from app.interchange.extra import apply_plan_extra
 from app.interchange.file_item import FileItem
 from app.interchange.file_json import FileObject
 from app.interchange.findings import Report
 from app.interchange.item_reader import ItemReader
+from app.interchange.open_yaw import without_zero_yaws
 from app.interchange.plan_draft import PlanDraft
 from app.interchange.planning_speeds import planning_speeds
 from app.interchange.qgc_areas import read_fence, read_rally
 from app.interchange.qgc_format import (
-    EXTRA,
-    EXTRA_VERSION,
+    ARDUPILOT,
     FILE_TYPE,
     MISSION_KEYS,
     MISSION_VERSION,
@@ -58,7 +59,7 @@ def read_qgc(document: Mapping[str, Any], unsaid: Unsaid, report: Report) -> Pla
         read_fence(FileObject(fence, "/geoFence", report), draft, report)
     if rally is not None:
         read_rally(FileObject(rally, "/rallyPoints", report), draft, report)
-    _apply_extra(top, draft, report)
+    apply_plan_extra(top, draft, report)
     return draft
 
 
@@ -71,6 +72,8 @@ def _read_mission(mission: FileObject, draft: PlanDraft, unsaid: Unsaid, report:
         report.assume("conversion.firmware", mission.at("firmwareType"), message)
     mode = mission.whole("globalPlanAltitudeMode", required=False)
     items = read_qgc_items(mission.typed("items", list) or (), mission.at("items"), mode, report)
+    if firmware == ARDUPILOT:
+        items = without_zero_yaws(items, mission.at("firmwareType"), report)
     kind = _vehicle_type(mission, items, unsaid, report)
     draft.fields["vehicle_type"] = kind.value
     draft.places["/vehicle_type"] = mission.at("vehicleType")
@@ -129,27 +132,3 @@ def _name_planning_speeds(mission: FileObject, usual: Mapping[str, float], repor
             message = f"{key} {speed_m_s:g} is for QGroundControl's estimates and never sent: the plan does not say it"
             hint = "set cruise_speed_m_s in the plan if the vehicle is to fly at this speed"
             report.lose("conversion.planning_speed", mission.at(key), message, hint)
-
-
-def _apply_extra(top: FileObject, draft: PlanDraft, report: Report) -> None:
-    """The `waydrop` object of the file: each field counts unless what was written for it was changed since."""
-    value = top.typed(EXTRA, dict, required=False)
-    if value is None:
-        return
-    extra = FileObject(value, top.at(EXTRA), report)
-    for key in sorted(set(value) - {"version", "fields", "written"}):
-        report.refuse("conversion.extra", extra.at(key), f"a waydrop object has no field {key!r}")
-    extra.version(EXTRA_VERSION)
-    written = extra.typed("written", dict, required=False) or {}
-    for name, field in (extra.typed("fields", dict, required=False) or {}).items():
-        pointer = f"{extra.pointer}/fields/{name}"
-        if name in ("version", "items", "vehicle_type"):
-            report.refuse("conversion.extra", pointer, f"a plan's {name} is not said here", "take it away")
-        elif name in written and draft.fields.get(name) != written[name]:
-            message = f"{name} was changed since Waydrop wrote this file: the file's own value counts"
-            report.assume("conversion.changed_since", pointer, message)
-        else:
-            draft.fields[name] = field
-            draft.places = {
-                place: target for place, target in draft.places.items() if not place.startswith(f"/{name}")
-            } | {f"/{name}": pointer}

@@ -141,9 +141,7 @@ def _defaults(plan: Plan) -> dict[str, Any]:
 def _name_what_is_kept(plan: Plan, fields: Mapping[str, Any], report: Report) -> None:
     for name in _SHOWN:
         if name in fields:
-            message = (
-                f"{name} is kept for Waydrop; QGroundControl does not know it and forgets it when it saves the file"
-            )
+            message = f"{name} is kept as the plan has it for Waydrop alone; QGroundControl forgets that when it saves"
             report.keep("conversion.kept_field", f"/{name}", message)
     if plan.home is None:
         message = "the plan has no home; the planned home position is put below its first position"

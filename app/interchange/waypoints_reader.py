@@ -17,6 +17,7 @@ from app.interchange.file_item import TEXT_COLUMNS, FileItem
 from app.interchange.findings import Report
 from app.interchange.item_draft import ABSOLUTE
 from app.interchange.item_reader import ItemReader
+from app.interchange.open_yaw import without_zero_yaws
 from app.interchange.plan_draft import PlanDraft
 from app.interchange.qgc_reader import Unsaid, guess_vehicle_type
 
@@ -50,9 +51,8 @@ def read_waypoints(text: str, unsaid: Unsaid, report: Report) -> PlanDraft:
         _refuse_open_place(item, report)
     kind = unsaid.vehicle_type or guess_vehicle_type(items, "", report)
     draft.fields["vehicle_type"] = kind.value
-    _name_open_yaws(items, report)
     reader = ItemReader(kind, report)
-    reader.read([_without_yaw(item) for item in items])
+    reader.read(without_zero_yaws(items, "", report))
     draft.items = reader.drafts
     return draft
 
@@ -127,20 +127,3 @@ def _refuse_open_place(item: FileItem, report: Report) -> None:
     if item.command in _WAYPOINT and item.param(5) == item.param(6) == 0:
         message = "0, 0 is the place where the vehicle will be; a plan leaves no place open"
         report.refuse("conversion.missing", item.at(5), message, "write the coordinates out")
-
-
-def _is_open_yaw(item: FileItem) -> bool:
-    return item.param(4) == 0
-
-
-def _name_open_yaws(items: list[FileItem], report: Report) -> None:
-    if any(_is_open_yaw(item) for item in items):
-        message = "a 0 in the yaw column (param4) is read as not given: these files have no other way to say it"
-        report.assume("conversion.yaw", "", message)
-
-
-def _without_yaw(item: FileItem) -> FileItem:
-    if not _is_open_yaw(item):
-        return item
-    params = (*item.params[:3], None, *item.params[4:])
-    return FileItem(item.command, item.frame, params, item.number, item.pointer, item.columns)

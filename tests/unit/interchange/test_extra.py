@@ -23,6 +23,10 @@ PLAN = multicopter(
     rally_points=[{**at(50, 0), "absolute_altitude_m": 510}],
 )
 
+AT_DOOR = "/mission/items/3/waydrop"
+HOME = PLAN.home.model_dump() if PLAN.home is not None else {}
+RALLY = {**at(50, 0), "relative_altitude_m": 22.0}
+
 
 def written() -> Json:
     return copy.deepcopy(qgc_document(PLAN)[0])
@@ -78,7 +82,15 @@ def test_a_speed_that_was_changed_in_the_file_counts() -> None:
     assert plan.items[1].speed_m_s == 7  # type: ignore[union-attr]
 
 
-def test_rally_points_and_home_that_were_changed_in_the_file_count() -> None:
+def test_a_rally_point_that_was_moved_in_the_file_counts() -> None:
+    document = written()
+    document["rallyPoints"]["points"][0][0] = 47.4
+    plan, codes = read(document)
+    assert plan.rally_points[0].latitude_deg == 47.4
+    assert codes == {"conversion.changed_since"}
+
+
+def test_the_altitude_of_a_rally_point_that_was_changed_in_the_file_counts() -> None:
     document = written()
     document["rallyPoints"]["points"][0][2] = 40
     plan, codes = read(document)
@@ -137,14 +149,19 @@ def test_a_drop_that_waydrop_supervises_is_in_the_file_a_stop_a_release_and_a_wa
 @pytest.mark.parametrize(
     ("extra", "pointer"),
     [
-        ({"id": "no spaces"}, "/mission/items/3/waydrop/id"),
-        ({"colour": 1}, "/mission/items/3/waydrop/colour"),
-        ({"role": "king"}, "/mission/items/3/waydrop/role"),
-        ({"fields": {"hold_s": "x"}}, "/mission/items/3/waydrop/fields/hold_s"),
-        ({"fields": {"colour": 1}}, "/mission/items/3/waydrop/fields/colour"),
-        ({"fields": {"type": "land"}}, "/mission/items/3/waydrop/fields/type"),
-        ({"fields": {"latitude_deg": 1}}, "/mission/items/3/waydrop/fields/latitude_deg"),
-        ({"fields": []}, "/mission/items/3/waydrop/fields"),
+        ({"id": "no spaces"}, f"{AT_DOOR}/id"),
+        ({"colour": 1}, f"{AT_DOOR}/colour"),
+        ({"role": "king"}, f"{AT_DOOR}/role"),
+        ({"fields": {"hold_s": "x"}}, f"{AT_DOOR}/fields/hold_s"),
+        ({"fields": {"colour": 1}}, f"{AT_DOOR}/fields/colour"),
+        ({"fields": {"type": "land"}}, f"{AT_DOOR}/fields/type"),
+        ({"fields": {"latitude_deg": 1}}, f"{AT_DOOR}/fields/latitude_deg"),
+        ({"fields": []}, f"{AT_DOOR}/fields"),
+        ({"fields": {"hold_s": 9}}, f"{AT_DOOR}/fields/hold_s"),
+        (
+            {"fields": {"latitude_deg": 1}, "written": {"latitude_deg": 2}},
+            f"{AT_DOOR}/fields/latitude_deg",
+        ),
     ],
 )
 def test_an_extra_that_is_none_of_ours_is_refused_at_its_place(extra: Json, pointer: str) -> None:
@@ -154,3 +171,31 @@ def test_an_extra_that_is_none_of_ours_is_refused_at_its_place(extra: Json, poin
     with pytest.raises(ConversionRefused) as refused:
         read(document)
     assert pointer in {finding.pointer for finding in refused.value.findings}
+
+
+@pytest.mark.parametrize(
+    ("fields", "written"),
+    [
+        ({"geofence": {}}, {}),
+        ({"vehicle_type": "rover"}, {}),
+        ({"items": []}, {}),
+        ({"home": {**HOME, "latitude_deg": 1}}, {"home": HOME}),
+        ({"home": None}, {}),
+        ({"rally_points": []}, {}),
+        ({"rally_points": [{**RALLY, "latitude_deg": 1}]}, {"rally_points": [RALLY]}),
+    ],
+)
+def test_where_a_vehicle_goes_is_not_said_where_only_waydrop_looks(fields: Json, written: Json) -> None:
+    document = written_with(fields, written)
+    with pytest.raises(ConversionRefused) as refused:
+        read(document)
+    (name,) = fields
+    assert ("conversion.extra", f"/waydrop/fields/{name}") in {
+        (finding.code, finding.pointer) for finding in refused.value.findings
+    }
+
+
+def written_with(fields: Json, replaced: Json) -> Json:
+    document = written()
+    document["waydrop"] = {"version": 1, "fields": fields, "written": replaced}
+    return document

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
 
 from app.domain.finding import Severity
@@ -126,3 +128,15 @@ def test_fence_rally_points_and_home_are_carried() -> None:
     assert [point.relative_altitude_m for point in plan.rally_points] == [20.0, 25.5]
     assert plan.home is not None
     assert plan.home.absolute_altitude_m == 488.0
+
+
+def test_a_file_for_ardupilot_is_read_as_px4_flies_it_and_its_zero_yaws_are_open() -> None:
+    made = document("multicopter-delivery.plan")
+    made["mission"]["firmwareType"] = 3
+    made["mission"]["items"][1]["params"][3] = 0
+    conversion = convert_to_plan(json.dumps(made).encode())
+    assert places(conversion.findings, FindingKind.ASSUMED) >= {
+        ("firmware", "/mission/firmwareType"),
+        ("yaw", "/mission/firmwareType"),
+    }
+    assert conversion.plan.items[1].yaw_deg is None  # type: ignore[union-attr]
