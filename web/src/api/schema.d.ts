@@ -792,6 +792,8 @@ export interface components {
         /**
          * Event
          * @description A stored event. `seq` starts at 1 and has no gaps within one gateway's journal.
+         *
+         *     `hash` is its link of the journal's chain (journal_chain.py): keep it, and it proves what the journal said.
          */
         Event: {
             kind: components["schemas"]["EventKind"];
@@ -818,6 +820,8 @@ export interface components {
             seq: number;
             /** Gateway */
             gateway: string;
+            /** Hash */
+            hash: string;
         };
         /**
          * EventKind
