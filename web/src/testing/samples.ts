@@ -98,5 +98,5 @@ export function sampleRun(fields: Partial<Run> = {}): Run {
 }
 
 export function sampleEvent(seq: number, fields: Partial<StreamEvent> = {}): StreamEvent {
-  return { seq, time: 1_000 + seq, kind: "service.started", gateway: "gw1", vehicle_id: null, run_id: null, data: {}, ...fields };
+  return { seq, time: 1_000 + seq, kind: "service.started", gateway: "gw1", vehicle_id: null, run_id: null, data: {}, hash: "", ...fields };
 }
