@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from contextlib import AsyncExitStack, ExitStack
+from contextlib import AsyncExitStack, ExitStack, suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -26,7 +26,7 @@ async def test_more_sockets_than_allowed_are_refused_and_room_is_given_back(tmp_
         assert (status, problem["code"]) == (503, "stream.full")
         assert int(headers["Retry-After"]) > 0
         await clients[0].socket.close()
-        async with asyncio.timeout(5):
+        async with asyncio.timeout(20):
             while True:
                 try:
                     clients.append(await stack.enter_async_context(listen(service)))
@@ -67,8 +67,9 @@ async def test_what_a_client_says_is_passed_over_but_not_for_ever(service: Servi
         await client.socket.send_bytes(b"\x00")
         await record(service, 1)
         await client.event()
-        for _ in range(100):
-            await client.socket.send_str("hello?")
+        with suppress(ConnectionResetError):  # the service may have closed before all are sent
+            for _ in range(100):
+                await client.socket.send_str("hello?")
         assert await client.close_code() == 1008
 
 
