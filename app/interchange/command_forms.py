@@ -59,7 +59,7 @@ FORMS: Final[Mapping[int, CommandForm]] = {
     MavCmd.NAV_VTOL_TAKEOFF: CommandForm("takeoff", {"yaw_deg": _YAW}, positioned=True),
     MavCmd.NAV_WAYPOINT: CommandForm(
         "waypoint",
-        {"hold_s": Param(1), "acceptance_radius_m": Param(2, zero_is_none=True), "yaw_deg": _YAW},
+        {"hold_s": Param(1, zero_is_none=True), "acceptance_radius_m": Param(2, zero_is_none=True), "yaw_deg": _YAW},
         positioned=True,
     ),
     MavCmd.NAV_LOITER_UNLIM: CommandForm(

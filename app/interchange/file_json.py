@@ -8,6 +8,7 @@ from typing import Any, Final, TypeGuard
 from app.domain.finding import json_pointer
 from app.interchange.findings import Report
 
+_LARGEST: Final = 2**31
 _NAMED: Final = 20
 """Unknown fields of one object that are named one by one."""
 _NAMES: Mapping[type, str] = {dict: "an object", list: "an array", str: "a text", bool: "true or false"}
@@ -44,7 +45,7 @@ class FileObject:
     def whole(self, key: str, *, required: bool = True) -> int | None:
         """A whole number; `16.0` is one."""
         value = self.value.get(key)
-        if is_number(value) and value == int(value):
+        if is_number(value) and abs(value) <= _LARGEST and value == int(value):
             return int(value)
         if key in self.value:
             self._report.refuse("conversion.wrong_type", self.at(key), f"{key} must be a whole number")

@@ -106,6 +106,9 @@ class ItemReader:
             draft.fields.pop("target", None)
         elif draft.type == "takeoff":
             self._read_takeoff(item, draft)
+        elif draft.type == "change_speed" and "speed_type" not in draft.fields:
+            message = "the file does not say which speed; it is airspeed for a fixed wing, else ground speed"
+            self.report.assume("conversion.speed_type", item.at(1), message)
         elif draft.type == "land":
             self._read_land(item, draft)
         self._give_up_landing()
@@ -127,6 +130,9 @@ class ItemReader:
             del draft.fields["latitude_deg"], draft.fields["longitude_deg"]
         if self.vehicle_type is not VehicleType.FIXED_WING and draft.fields.get("pitch_deg") == 0:
             del draft.fields["pitch_deg"]  # nothing else climbs out at an angle
+        elif self.vehicle_type is VehicleType.FIXED_WING and "pitch_deg" not in draft.fields:
+            message = "the file does not say how steeply the wing climbs out; 15 degrees are assumed"
+            self.report.assume("conversion.pitch", item.at(1), message)
         if item.command == MavCmd.NAV_TAKEOFF and self.vehicle_type is VehicleType.VTOL:
             message = "NAV_TAKEOFF of a VTOL ends hovering; a plan's takeoff ends with the transition to wings"
             self.report.refuse("conversion.vtol_takeoff", item.pointer, message, "use NAV_VTOL_TAKEOFF (84)")

@@ -6,11 +6,11 @@ rotary wing at its waypoint, the time that the gripper needs.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
-from app.domain.compiler.drop_items import EMBEDDED_HOLD_S, brakes_at_waypoint, settle_s, stop_radius_m
+from app.domain.compiler.drop_items import EMBEDDED_HOLD_S, settle_s, stop_radius_m
 from app.domain.default_facts import default_facts
 from app.domain.landing_pattern import LandingPattern, landing_pattern
 from app.domain.mission import MavCmd, MavFrame
@@ -56,12 +56,14 @@ def write_items(plan: Plan, home: GlobalPosition) -> tuple[WrittenItem, ...]:
     """All items, numbered from 1 as QGroundControl does. Jumps point at the first item of their target."""
     steps = walk(plan, home)
     drops = {drop.step.index: drop for drop in drops_of(steps)}
-    braking = {drop.anchor.index: drop for drop in drops.values() if drop.anchor is not None and stops_there(drop)}
+    braking = {
+        drop.anchor.index: drop for drop in drops.values() if drop.anchor is not None and _stops_at_waypoint(drop)
+    }
     made: list[WrittenItem] = []
     number = 1
     first: dict[str, float] = {}
     for step in steps:
-        written = _write(plan, step, drops.get(step.index), braking.get(step.index), home)
+        written = _write(plan, step, drops.get(step.index), step.index in braking, home)
         items = tuple(replace(item, number=number + index) for index, item in enumerate(written.items))
         first[step.item.id] = float(number)
         number += len(items)
@@ -69,18 +71,13 @@ def write_items(plan: Plan, home: GlobalPosition) -> tuple[WrittenItem, ...]:
     return tuple(_with_target(item, step.item, first) for item, step in zip(made, steps, strict=True))
 
 
-def stops_there(drop: DropUse) -> bool:
-    """The waypoint of this drop must brake, whoever is to command the drop."""
-    if brakes_at_waypoint(drop):
-        return True
-    return drop.first and drop.stopped and drop.carried is Carried.ROTARY_WING and isinstance(_anchor(drop), Waypoint)
+def _stops_at_waypoint(drop: DropUse) -> bool:
+    """The waypoint of this drop must brake, whoever commands the drop and whatever is waited for before it."""
+    is_waypoint = drop.anchor is not None and isinstance(drop.anchor.item, Waypoint)
+    return is_waypoint and drop.first and drop.stopped and drop.carried is Carried.ROTARY_WING
 
 
-def _anchor(drop: DropUse) -> PlanItem | None:
-    return drop.anchor.item if drop.anchor is not None else None
-
-
-def _write(plan: Plan, step: Step, drop: DropUse | None, braking: DropUse | None, home: GlobalPosition) -> WrittenItem:
+def _write(plan: Plan, step: Step, drop: DropUse | None, braking: bool, home: GlobalPosition) -> WrittenItem:
     before: list[FileItem] = []
     after: list[FileItem] = []
     item = step.item
@@ -91,7 +88,7 @@ def _write(plan: Plan, step: Step, drop: DropUse | None, braking: DropUse | None
             after += _speed_item(plan.cruise_speed_m_s, plan.vehicle_type, "cruise_speed")
         case Waypoint():
             before += _speed_item(item.speed_m_s, plan.vehicle_type, "speed")
-            if braking is not None:
+            if braking:
                 radius_m = stop_radius_m(item)
                 fields |= {"hold_s": max(EMBEDDED_HOLD_S, item.hold_s), "acceptance_radius_m": radius_m}
         case Land() if plan.vehicle_type is VehicleType.FIXED_WING:
@@ -208,8 +205,3 @@ def _with_target(written: WrittenItem, item: PlanItem, first: Mapping[str, float
     jump = items[written.main]
     items[written.main] = replace(jump, params=(first.get(item.target), *jump.params[1:]))
     return WrittenItem(tuple(items), written.main)
-
-
-def walked_drops(plan: Plan, home: GlobalPosition) -> Iterator[DropUse]:
-    """The drops of a plan with what carries the vehicle there."""
-    yield from drops_of(walk(plan, home))

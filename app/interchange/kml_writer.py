@@ -13,7 +13,7 @@ from typing import Any, Final
 from xml.etree import ElementTree as Xml
 
 from app.domain.default_facts import default_facts
-from app.domain.plan import Plan, PlanItem
+from app.domain.plan import Plan, PlanItem, PositionItem
 from app.domain.plan.drops import drops_of
 from app.domain.plan.walk import Place, reference_home, walk
 from app.domain.prediction import predict
@@ -115,7 +115,7 @@ def _add_items(document: Xml.Element, plan: Plan, heights: _Heights) -> None:
     folder = _folder(document, "Items")
     for step in walk(plan, reference_home(plan, None)):
         mark = _placemark(folder, f"{step.index + 1} {step.item.id}", _data(step.item))
-        if hasattr(step.item, "latitude_deg"):
+        if isinstance(step.item, PositionItem):
             _add_point(mark, step.end, heights)
 
 

@@ -12,13 +12,14 @@ from typing import Any, Final
 
 from app.domain.mav_type import usual_mav_type
 from app.domain.plan import Plan, PlanItem
+from app.domain.plan.drops import drops_of
 from app.domain.plan.size_limits import MAX_BODY_BYTES
-from app.domain.plan.walk import reference_home
+from app.domain.plan.walk import reference_home, walk
 from app.domain.vehicle import GlobalPosition
 from app.interchange.file_item import FileItem, ItemExtra
 from app.interchange.findings import ConversionFinding, Report
 from app.interchange.item_draft import ABSOLUTE, RELATIVE, ItemDraft
-from app.interchange.item_writer import WrittenItem, walked_drops, write_items
+from app.interchange.item_writer import WrittenItem, write_items
 from app.interchange.planning_speeds import planning_speeds
 from app.interchange.qgc_areas import fence_json, rally_json
 from app.interchange.qgc_format import (
@@ -149,7 +150,7 @@ def _name_what_is_kept(plan: Plan, fields: Mapping[str, Any], report: Report) ->
 
 
 def _name_drops(plan: Plan, home: GlobalPosition, report: Report) -> None:
-    for drop in walked_drops(plan, home):
+    for drop in drops_of(walk(plan, home)):
         pointer = f"/items/{drop.step.index}"
         if drop.supervised:
             message = "flown by other software, the mission itself drops here: nobody looks before the release"

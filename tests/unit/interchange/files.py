@@ -50,6 +50,8 @@ def _item(item: FileItem, places: dict[float, int]) -> tuple[Any, ...]:
             None if index not in used or (index in free and value == 0) else value
             for index, value in enumerate(params, start=1)
         ]
+    if item.command == TAKEOFF:
+        params[0] = params[0] or None  # no pitch
     if item.command == DO_JUMP:
         params[0] = places[params[0]]
     reference = "home" if item.frame in RELATIVE else "sea" if item.frame in ABSOLUTE else ""

@@ -13,10 +13,10 @@ from app.domain.finding import Finding
 from app.domain.plan import Plan, PlanInvalid
 from app.interchange.command_forms import FORMS
 from app.interchange.findings import ConversionFinding, ConversionRefused
-from app.interchange.qgc_writer import qgc_text
+from app.interchange.qgc_writer import qgc_document, qgc_text
 from app.interchange.source import convert_to_plan
 from tests.unit.domain.plan_strategies import JSON_SCRAP
-from tests.unit.interchange.files import Json, document, raw
+from tests.unit.interchange.files import Json, document, meaning, raw
 
 FILES = ["multicopter-delivery.plan", "vtol-delivery.plan", "fixed-wing-delivery.plan", "multicopter-patrol.plan"]
 SLOW_DATA = settings(suppress_health_check=[HealthCheck.too_slow], deadline=None)
@@ -66,6 +66,33 @@ def bent_files(draw: st.DrawFn) -> Json:
     return made
 
 
+@st.composite
+def files_of_items(draw: st.DrawFn) -> Json:
+    """A good file whose items are others, of values that mostly can be used."""
+    made = copy.deepcopy(document("multicopter-delivery.plan"))
+    items = draw(st.lists(_GOOD_ITEMS, min_size=1, max_size=4))
+    made["mission"]["items"] = [{**item, "doJumpId": number} for number, item in enumerate(items, start=1)]
+    made["mission"]["vehicleType"] = draw(st.sampled_from([1, 2, 10, 22]))
+    return made
+
+
+def _good_item(command: int, params: list[Any], place: list[float]) -> Json:
+    """Parameters that the command does not use are 0: what they said would be lost."""
+    used, positioned = FORMS[command].used(), FORMS[command].positioned
+    own = [value if number in used else 0 for number, value in enumerate(params, start=1)]
+    values = [*own, *(place if positioned else [0, 0, 0])]
+    frame = 3 if positioned else 2
+    return {"type": "SimpleItem", "autoContinue": True, "command": command, "frame": frame, "params": values}
+
+
+_GOOD_ITEMS = st.builds(
+    _good_item,
+    st.sampled_from([command for command in FORMS if command not in (211, 42600)]),
+    st.lists(st.sampled_from([0, 1, 2, 3, 4, -1, 30, None]), min_size=4, max_size=4),
+    st.tuples(st.floats(47, 48), st.floats(8, 9), st.floats(0, 50)).map(list),
+)
+
+
 def _places(node: Any) -> list[tuple[Any, Any]]:
     """(holder, key) of every value in the document."""
     keys = list(node) if isinstance(node, dict) else range(len(node)) if isinstance(node, list) else ()
@@ -96,6 +123,14 @@ def answered(content: bytes) -> tuple[Finding | ConversionFinding, ...]:
 def test_a_bent_plan_file_gets_an_answer_with_places_and_what_is_read_comes_back_equal(made: Json) -> None:
     for finding in answered(json.dumps(made).encode()):
         assert _leads_somewhere(made, finding.pointer), finding
+
+
+@settings(SLOW_DATA)
+@given(files_of_items())
+def test_where_nothing_is_found_the_export_means_what_the_file_meant(made: Json) -> None:
+    plan, findings = answer(json.dumps(made).encode())
+    if plan is not None and not findings:
+        assert meaning(qgc_document(plan)[0]) == meaning(made)
 
 
 def _leads_somewhere(node: Any, pointer: str) -> bool:
