@@ -19,6 +19,7 @@ from app.interchange.source import convert_to_plan
 from app.interchange.target import TargetFormat, export_plan
 
 _STYLES: Final = {FindingKind.LOST: "bold red", FindingKind.ASSUMED: "bold yellow", FindingKind.KEPT: "bold cyan"}
+_LONGEST_NAME: Final = 200
 
 
 class Target(StrEnum):
@@ -45,8 +46,7 @@ def convert(
 
     Exit status 0: converted. 2: the file cannot become a plan, or cannot be read or written.
     """
-    unnamed = None if str(file) == "-" else file.stem
-    conversion = convert_to_plan(read_file(file), name=name or unnamed, vehicle_type=vehicle_type)
+    conversion = convert_to_plan(read_file(file), name=name or _name_of(file), vehicle_type=vehicle_type)
     findings = list(conversion.findings)
     if to is Target.PLAN:
         text = _plan_text(conversion.plan)
@@ -56,6 +56,11 @@ def convert(
         findings += exported.findings
     _show(findings)
     _write(text, output)
+
+
+def _name_of(file: Path) -> str | None:
+    """A name out of the file's, whatever bytes that is made of."""
+    return None if str(file) == "-" else file.stem.encode("utf-8", "replace").decode()[:_LONGEST_NAME]
 
 
 def _plan_text(plan: Plan) -> str:

@@ -56,9 +56,7 @@ def write_items(plan: Plan, home: GlobalPosition) -> tuple[WrittenItem, ...]:
     """All items, numbered from 1 as QGroundControl does. Jumps point at the first item of their target."""
     steps = walk(plan, home)
     drops = {drop.step.index: drop for drop in drops_of(steps)}
-    braking = {
-        drop.anchor.index: drop for drop in drops.values() if drop.anchor is not None and _stops_at_waypoint(drop)
-    }
+    braking = {drop.anchor.index for drop in drops.values() if drop.anchor is not None and _stops_at_waypoint(drop)}
     made: list[WrittenItem] = []
     number = 1
     first: dict[str, float] = {}

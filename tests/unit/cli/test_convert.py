@@ -83,3 +83,10 @@ def test_a_file_that_cannot_be_read_or_written_ends_with_2(
     assert "No such file" in capsys.readouterr().err
     assert convert(monkeypatch, str(CLINIC), "--to", "kml", "--output", str(tmp_path / "no" / "x.kml")) == 2
     assert "No such file" in capsys.readouterr().err
+
+
+def test_a_file_may_be_called_anything(monkeypatch: pytest.MonkeyPatch, capsys: Capture, tmp_path: Path) -> None:
+    file = tmp_path / ("n" * 240 + ".plan")
+    file.write_bytes((FILES / "multicopter-delivery.plan").read_bytes())
+    assert convert(monkeypatch, str(file), "--to", "plan") == 0
+    assert parse_plan(capsys.readouterr().out).name == "n" * 200
