@@ -30,6 +30,9 @@ class Setpoint:
     """Where the leg came from: fixed wings and rovers follow the line."""
     next: tuple[float, float] | None = None
     """Where it goes on without a stop; None: stop here (PX4: next setpoint invalid)."""
+    previous_up_m: float = 0.0
+    next_up_m: float = 0.0
+    """Heights of the two, where they are given."""
     acceptance_radius_m: float = 10.0
     cruise_speed_m_s: float = math.nan
     """NaN: the vehicle's own."""
