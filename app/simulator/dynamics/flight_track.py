@@ -9,6 +9,8 @@ from app.simulator.dynamics.position_smoothing import Leg, Point
 from app.simulator.setpoint import Setpoint, SetpointKind
 
 SAME_M = 0.001
+STOPS = (SetpointKind.LOITER, SetpointKind.LAND)
+"""Nothing comes after these, also when a mission goes on from its landing."""
 
 _Ends = tuple[Point, bool, bool]
 
@@ -50,7 +52,7 @@ class FlightTrack:
         self._known = ends
         start = body if setpoint.previous is None else (*setpoint.previous, setpoint.previous_up_m)
         after = target
-        if setpoint.next is not None and setpoint.kind is not SetpointKind.LOITER:
+        if setpoint.next is not None and setpoint.kind not in STOPS:
             after = (*setpoint.next, setpoint.next_up_m)
         self._given = Leg(start, target, after, setpoint.acceptance_radius_m)
         return True

@@ -29,12 +29,12 @@ class Leg:
 
 
 class PositionSmoothing:
-    """Three axes, north, east and up, of one trajectory."""
+    """Three axes, north, east and up, of one trajectory. The owner sets the vertical limits."""
 
     def __init__(self, params: Params) -> None:
         self._params = params
-        jerk = float(params["MPC_JERK_AUTO"])
-        self.axes = (VelocitySmoothing(jerk), VelocitySmoothing(jerk), VelocitySmoothing(jerk))
+        self.axes = (VelocitySmoothing(), VelocitySmoothing(), VelocitySmoothing())
+        self._acceleration = self._jerk = 0.0
         self._speed_before_turn_m_s = 0.0
 
     @property
@@ -51,7 +51,7 @@ class PositionSmoothing:
 
     def step(self, body: Point, leg: Leg, cruise_m_s: float, descent_m_s: float | None, dt_s: float) -> None:
         """One cycle. `descent_m_s` is given in a landing: the height of the target does not count then."""
-        self._limit(cruise_m_s)
+        self._limit()
         north, east, up = self._velocity(leg, cruise_m_s, descent_m_s)
         flat_s = dt_s * self._time_stretch(body)
         for axis, velocity, passed_s in zip(self.axes, (north, east, up), (flat_s, flat_s, dt_s), strict=True):
@@ -59,17 +59,14 @@ class PositionSmoothing:
             axis.plan(velocity)
         synchronize(self.axes)
 
-    def limit_climb(self, velocity_m_s: float, acceleration_m_s2: float) -> None:
-        """What the vertical axis may do now."""
-        self.axes[2].max_velocity_m_s = velocity_m_s
-        self.axes[2].max_acceleration_m_s2 = acceleration_m_s2
-
-    def _limit(self, cruise_m_s: float) -> None:
-        for axis in self.axes:
-            axis.max_jerk_m_s3 = float(self._params["MPC_JERK_AUTO"])
-        for axis in self.axes[:2]:
-            axis.max_velocity_m_s = float(self._params["MPC_XY_VEL_MAX"])
-            axis.max_acceleration_m_s2 = float(self._params["MPC_ACC_HOR"])
+    def _limit(self) -> None:
+        """Parameters may change in flight."""
+        params = self._params
+        self._acceleration, self._jerk = float(params["MPC_ACC_HOR"]), float(params["MPC_JERK_AUTO"])
+        north, east, up = self.axes
+        north.max_jerk_m_s3 = east.max_jerk_m_s3 = up.max_jerk_m_s3 = self._jerk
+        north.max_velocity_m_s = east.max_velocity_m_s = float(params["MPC_XY_VEL_MAX"])
+        north.max_acceleration_m_s2 = east.max_acceleration_m_s2 = self._acceleration
 
     def _time_stretch(self, body: Point) -> float:
         """The trajectory waits for a vehicle that is behind it (MPC_XY_ERR_MAX)."""
@@ -119,13 +116,12 @@ class PositionSmoothing:
 
     def _speed(self, leg: Leg, cruise_m_s: float) -> float:
         """Slow enough to turn at the target and to stop at the point after it."""
-        params = self._params
-        acceleration, jerk = float(params["MPC_ACC_HOR"]), float(params["MPC_JERK_AUTO"])
+        acceleration, jerk = self._acceleration, self._jerk
         here, target, after = self.position[:2], leg.target[:2], leg.after[:2]
         beyond_m = math.dist(target, after)
         there = 0.0
         if beyond_m > SAME_M and beyond_m >= leg.acceptance_radius_m:
-            sideways = float(params["MPC_XY_TRAJ_P"]) * acceleration
+            sideways = float(self._params["MPC_XY_TRAJ_P"]) * acceleration
             leaving = min(cruise_m_s, speed_to_stop_m_s(beyond_m, acceleration, jerk))
             turn = speed_in_turn_m_s(here, target, after, sideways, leg.acceptance_radius_m)
             there = min(turn, leaving, cruise_m_s)
@@ -144,4 +140,3 @@ class PositionSmoothing:
         distance_m = abs(target[2] - here[2])
         fastest = speed_to_stop_m_s(distance_m, axis.max_acceleration_m_s2, axis.max_jerk_m_s3, there)
         return min(axis.max_velocity_m_s, fastest)
-

@@ -16,7 +16,7 @@ TINY = 1e-7
 class VelocitySmoothing:
     """`advance` moves along the plan, `plan` makes the next one, from the state reached."""
 
-    max_jerk_m_s3: float
+    max_jerk_m_s3: float = 4.0
     max_acceleration_m_s2: float = 0.0
     max_velocity_m_s: float = 0.0
     position_m: float = 0.0
