@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from app.simulator.dynamics.flight_track import FlightTrack
-from app.simulator.dynamics.position_smoothing import PositionSmoothing
+from app.simulator.dynamics.position_smoothing import Leg, Point, PositionSmoothing
 from app.simulator.dynamics.velocity_smoothing import VelocitySmoothing
 from app.simulator.params import Params
 from app.simulator.setpoint import Setpoint, SetpointKind
@@ -35,7 +35,7 @@ class FlightTask:
     def step(self, body: Body, setpoint: Setpoint, dt_s: float) -> None:
         """Move the trajectory on towards the setpoint."""
         here = (body.north_m, body.east_m, body.up_m)
-        leg = self._track.leg(here, setpoint)
+        leg = self._leg(here, setpoint)
         landing = setpoint.kind is SetpointKind.LAND
         self._limit_climb(body, setpoint, landing)
         cruise = setpoint.cruise_speed_m_s
@@ -43,6 +43,17 @@ class FlightTask:
             cruise = float(self._params["MPC_XY_CRUISE"])
         cruise = min(cruise, float(self._params["MPC_XY_VEL_MAX"]))
         self._smoothing.step(here, leg, cruise, self._land_speed(body.up_m) if landing else None, dt_s)
+        if setpoint.kind is SetpointKind.VELOCITY:
+            parts = zip(self.axes, here, setpoint.velocity, setpoint.acceleration, strict=False)
+            for axis, place_m, velocity, acceleration in parts:
+                axis.reset(place_m, velocity, acceleration)
+
+    def _leg(self, here: Point, setpoint: Setpoint) -> Leg:
+        if setpoint.kind is not SetpointKind.VELOCITY:
+            return self._track.leg(here, setpoint)
+        self._track.reset()
+        above = (here[0], here[1], setpoint.up_m)
+        return Leg(here, above, above, setpoint.acceptance_radius_m)
 
     def _limit_climb(self, body: Body, setpoint: Setpoint, landing: bool) -> None:
         """Downwards, upwards, or slower in the first metres of a takeoff."""

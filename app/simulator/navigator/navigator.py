@@ -12,9 +12,11 @@ from app.simulator.navigator.hold_mode import HoldMode
 from app.simulator.navigator.land_mode import LandMode
 from app.simulator.navigator.mission_mode import MissionMode
 from app.simulator.navigator.mode import FlightMode
+from app.simulator.navigator.orbit_mode import OrbitMode
 from app.simulator.navigator.return_mode import ReturnMode
 from app.simulator.navigator.takeoff_mode import TakeoffMode
 from app.simulator.setpoint import SetpointKind
+from app.simulator.state import OrbitStatus
 from app.simulator.wire import Mode, Severity
 
 FENCE_CHECK_S = 0.6
@@ -33,6 +35,7 @@ class Navigator:
         hold: HoldMode,
         takeoff: TakeoffMode,
         offboard: FlightMode,
+        orbit: OrbitMode,
         change_mode: Callable[[Mode], None],
     ) -> None:
         self._context = context
@@ -49,7 +52,9 @@ class Navigator:
             Mode.LAND: self._land,
             Mode.TAKEOFF: takeoff,
             Mode.OFFBOARD: offboard,
+            Mode.ORBIT: orbit,
         }
+        self._orbit = orbit
         self._hold = hold
         self._active: tuple[Mode, bool, float] | None = None
         """Mode, armed, armed since: entering is all of these, so that a quick disarm and arm is seen too."""
@@ -79,13 +84,25 @@ class Navigator:
             self._enter(status.mode, status.armed)
         mode = self._modes.get(status.mode, self._hold)
         if not status.armed:
+            self._context.state.orbit = None
             return
         mode.step()
+        self._context.state.orbit = self._orbiting()
         if status.mode is Mode.TAKEOFF and self._takeoff.finished:
             self._mission.result.finished = True
             self._change_mode(Mode.LOITER)
         elif status.mode is Mode.LAND and self._land.finished:
             self._mission.result.finished = True
+
+    def _orbiting(self) -> OrbitStatus | None:
+        """A multicopter's orbit, or any loiter of a fixed wing [10_plane_delivery, 22_reposition_plane]."""
+        context, setpoint = self._context, self._context.setpoint
+        if context.hovers:
+            return self._orbit.status if context.state.status.mode is Mode.ORBIT else None
+        if not context.flies_like_plane or setpoint.kind is not SetpointKind.LOITER:
+            return None
+        side = 1.0 if setpoint.loiter_clockwise else -1.0
+        return OrbitStatus(side * setpoint.loiter_radius_m, setpoint.point, setpoint.up_m)
 
     def _enter(self, mode: Mode, armed: bool) -> None:
         self._mission.deactivate()
