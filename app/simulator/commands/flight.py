@@ -8,7 +8,7 @@ from collections.abc import Callable
 from app.simulator.commander import Commander, is_force
 from app.simulator.commands.link import Handler, Request
 from app.simulator.navigator.context import NavContext
-from app.simulator.navigator.hold_mode import HoldMode
+from app.simulator.navigator.hold_mode import HoldMode, Reposition
 from app.simulator.navigator.mission_mode import MissionMode
 from app.simulator.navigator.orbit_mode import OrbitCommand, OrbitMode
 from app.simulator.navigator.takeoff_mode import TakeoffMode
@@ -81,10 +81,8 @@ class FlightCommands:
         return self._commander.set_mode(Mode.TAKEOFF)
 
     def _reposition(self, request: Request) -> Result:
-        context = self._context
-        self._hold.reposition(*self._place(request))
-        if request.param1 > 0.0:
-            context.cruise_speed_m_s = request.param1
+        point, up_m = self._place(request)
+        self._hold.reposition(Reposition(point, up_m, speed_m_s=request.param1))
         if int(request.param2) & REPOSITION_CHANGES_MODE:
             self._commander.change_mode(Mode.LOITER)
         return Result.ACCEPTED
@@ -97,21 +95,19 @@ class FlightCommands:
             return Result.TEMPORARILY_REJECTED
         point, up_m = self._place(request)
         if context.flies_like_plane:
-            self._hold.reposition(point, up_m, request.param1 if math.isfinite(request.param1) else None)
+            self._hold.reposition(Reposition(point, up_m, orbit_radius_m=request.param1))
             self._commander.change_mode(Mode.LOITER)
             return Result.ACCEPTED
-        self._orbit.command(
-            OrbitCommand(request.param1, request.param2, request.param3, point, math.nan if up_m is None else up_m)
-        )
+        self._orbit.command(OrbitCommand(request.param1, request.param2, request.param3, point, up_m))
         self._commander.change_mode(Mode.ORBIT)
         return Result.ACCEPTED
 
-    def _place(self, request: Request) -> tuple[tuple[float, float] | None, float | None]:
-        """Params 5 to 7, None where not given. In every frame z is above mean sea level [22_reposition_quad]."""
+    def _place(self, request: Request) -> tuple[tuple[float, float] | None, float]:
+        """Params 5 to 7, None and NaN where not given. In every frame z is above sea level [22_reposition_quad]."""
         frame, latitude, longitude = self._context.frame, request.latitude_deg, request.longitude_deg
         given = math.isfinite(latitude) and math.isfinite(longitude)
         point = frame.to_local(latitude, longitude) if given else None
-        return point, request.z - frame.altitude_m if math.isfinite(request.z) else None
+        return point, request.z - frame.altitude_m
 
     def _change_speed(self, request: Request) -> Result:
         self.apply_speed(request.param2)

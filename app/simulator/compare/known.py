@@ -23,17 +23,8 @@ class Known:
         )
 
 
-_ORBIT = "DO_ORBIT is not simulated (Waydrop never commands it), so the mission in progress goes on"
-_TURNS = (
-    "PX4 swings out at a waypoint and is up to 2 s slower in the leg after it than the model, which cuts the corner: "
-    "it is elsewhere when the ground side acts, and reaches the next item at another time"
-)
 _SEVEN_DIGITS = (
     "the recording keeps seven digits of a MISSION_ITEM's float latitude, so that the replayed mission is another"
-)
-_LAST_HEARTBEAT = (
-    "the landing comes 4 s later after a flight of 150 s, so the recording's last heartbeat falls before the disarming "
-    "instead of after it"
 )
 _FLIPS = (
     "at 0.8 setpoints a second the vehicle changes between RTL and OFFBOARD all the time; which of the changes a "
@@ -63,14 +54,6 @@ KNOWN: tuple[Known, ...] = (
         "^missing: RTL destination breaches geofence",
         "the vehicle plans its way home only when it returns, and without looking at the fence",
     ),
-    Known("15_hot_swap", "current mission item", r"^extra: 1 at .* s, 0 at .* s$", _TURNS),
-    Known("15_hot_swap", "current mission item: times", "^[01] after", _TURNS),
-    Known("16_pause_resume_jump", "current mission item", r"^extra: 2 at [\d.]+ s$", _TURNS),
-    Known("16_pause_resume_jump", "mission items reached: times", "^5 after", _TURNS),
-    Known("16_pause_resume_jump", "current mission item: times", "^5 after 4", _TURNS),
-    Known("16_pause_resume_jump", "mission_state: times", "^5 after", _TURNS),
-    Known("16_pause_resume_jump", "landed_state: times", "^4 after", _TURNS),
-    Known("16_pause_resume_jump", "mode and arming: times", "^mode 4.5 armed after", _TURNS),
     Known(
         "17_gripper_commands",
         "command acks: times",
@@ -94,12 +77,4 @@ KNOWN: tuple[Known, ...] = (
     Known("21_offboard_rover", "landed_state", r"^missing: 4 at", _ROVER_RETURN),
     Known("21_offboard_rover", "status texts", "^(missing|extra): RTL: land at destination", _ROVER_RETURN),
     Known("21_offboard_rover", "events", "^(missing|extra): rtl_land_at_destination", _ROVER_RETURN),
-    Known("22_reposition_*", "command acks", "^recorded COMMAND_ACK command 34 result 0", _ORBIT),
-    Known("22_reposition_quad", "mission items reached", "^extra: 0 at .*, 1 at", _ORBIT),
-    Known("22_reposition_quad", "current mission item", "^extra: 1 at .*, 2 at", _ORBIT),
-    Known("22_reposition_quad", "mission_state", "^recorded 2 at .*; simulated 4 at", _ORBIT),
-    Known("22_reposition_quad", "mode and arming", "^missing: mode 3.1 armed", _ORBIT),
-    Known("23_reboot_midflight", "current mission item: times", "^3 after 2", _TURNS),
-    Known("24_link_loss", "status texts", "Disarmed by landing", _LAST_HEARTBEAT),
-    Known("24_link_loss", "events", "commander_disarmed_by", _LAST_HEARTBEAT),
 )

@@ -96,7 +96,6 @@ class MissionMode:
         self._activated = True
         self.result.finished = False
         self.result.started = True
-        context.cruise_speed_m_s = math.nan
         if self.result.valid:
             context.text(Severity.INFO, "Executing Mission")
             context.event("mission_execute")

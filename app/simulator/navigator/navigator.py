@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from app.simulator.mission.feasibility import FeasibilityInput, first_waypoint_m, problems
@@ -106,6 +107,7 @@ class Navigator:
 
     def _enter(self, mode: Mode, armed: bool) -> None:
         self._mission.deactivate()
+        self._context.cruise_speed_m_s = math.nan
         self._mission.active = mode is Mode.MISSION and armed
         if mode in (Mode.TAKEOFF, Mode.LAND):
             self._mission.result.finished = False
