@@ -119,7 +119,7 @@ class Vehicle:
             state.status, self.params, self.clock, self.commander, self.radio.text, self._events.emit, spec.speed
         )
         self._offboard_loss = OffboardLossFailsafe(
-            state.status, self.params, self.commander, self._offboard, self.radio.text, self._events.emit
+            state.status, self.params, self.commander, self._offboard, self.radio.text, self._events.emit, self.clock
         )
 
     def _build_wire(self, wall: Callable[[], float]) -> None:

@@ -38,7 +38,6 @@ _BOTH_AT_ONCE = (
     "the ground side changes COM_OBL_RC_ACT and streams again in the same moment; PX4 acts on the parameter for 0.2 s "
     "before it goes on in OFFBOARD"
 )
-_ROVER_RETURN = "a returning PX4 rover lands from the start of its way home, the simulated one when it has arrived"
 
 KNOWN: tuple[Known, ...] = (
     Known(
@@ -48,12 +47,6 @@ KNOWN: tuple[Known, ...] = (
         _SEVEN_DIGITS,
     ),
     Known("03b_upload_protocol", "stored mission", "^recorded 2 items, id 943885599", _SEVEN_DIGITS),
-    Known(
-        "05_fence_rally",
-        "status texts",
-        "^missing: RTL destination breaches geofence",
-        "the vehicle plans its way home only when it returns, and without looking at the fence",
-    ),
     Known(
         "17_gripper_commands",
         "command acks: times",
@@ -74,7 +67,4 @@ KNOWN: tuple[Known, ...] = (
     ),
     Known("20_offboard_plane", "status texts", "^missing: Failsafe activated at .*, RTL: start return", _BOTH_AT_ONCE),
     Known("20_offboard_plane", "events", "^missing: commander_failsafe_enter_generic at .*, vrtl", _BOTH_AT_ONCE),
-    Known("21_offboard_rover", "landed_state", r"^missing: 4 at", _ROVER_RETURN),
-    Known("21_offboard_rover", "status texts", "^(missing|extra): RTL: land at destination", _ROVER_RETURN),
-    Known("21_offboard_rover", "events", "^(missing|extra): rtl_land_at_destination", _ROVER_RETURN),
 )

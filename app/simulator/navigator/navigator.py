@@ -14,6 +14,7 @@ from app.simulator.navigator.land_mode import LandMode
 from app.simulator.navigator.mission_mode import MissionMode
 from app.simulator.navigator.mode import FlightMode
 from app.simulator.navigator.orbit_mode import OrbitMode
+from app.simulator.navigator.return_check import ReturnCheck
 from app.simulator.navigator.return_mode import ReturnMode
 from app.simulator.navigator.takeoff_mode import TakeoffMode
 from app.simulator.setpoint import SetpointKind
@@ -63,10 +64,12 @@ class Navigator:
         self._fence_serial = -1
         self._fence_due_s: float | None = None
         self._fence = Geofence((), context.frame)
+        self._return_check = ReturnCheck(context)
 
     def boot(self) -> None:
         """Power-up: everything stored is read and checked again once home is known."""
         self._active = None
+        self._return_check.boot()
         self._mission_serial = self._fence_serial = -1
         self._mission.active = False
         self._mission.result.valid = False
@@ -79,6 +82,7 @@ class Navigator:
         """One cycle."""
         status = self._context.state.status
         self._check_stored()
+        self._return_check.step()
         wanted = (status.mode, status.armed, status.armed_at_s)
         if wanted != self._active:
             self._active = wanted
@@ -133,6 +137,7 @@ class Navigator:
         if self._fence_due_s is not None and now_s >= self._fence_due_s:
             self._fence_due_s = None
             self._check_fence()
+            self._return_check.take(self._fence)
             if len(self._store.mission):
                 self._mission.result.valid = self._check_mission()
         if self._store.mission_serial != self._mission_serial:
