@@ -30,13 +30,9 @@ _FLIPS = (
     "at 0.8 setpoints a second the vehicle changes between RTL and OFFBOARD all the time; which of the changes a "
     "heartbeat a second shows is chance"
 )
-_LATE_FAILSAFE = (
-    "PX4 looks for the lost stream up to 0.13 s later than after COM_OF_LOSS_T, and the ground side sends a refused "
-    "setpoint each 0.05 s: one or more of its texts come before instead of after"
-)
-_BOTH_AT_ONCE = (
-    "the ground side changes COM_OBL_RC_ACT and streams again in the same moment; PX4 acts on the parameter for 0.2 s "
-    "before it goes on in OFFBOARD"
+_CHECK_PHASE = (
+    "PX4 looks for the lost stream ten times a second, at moments that are chance, and the ground side sends a refused "
+    "setpoint each 0.05 s: one of its texts comes after the failsafe instead of before"
 )
 
 KNOWN: tuple[Known, ...] = (
@@ -61,10 +57,16 @@ KNOWN: tuple[Known, ...] = (
     ),
     Known("18_offboard_quad", "mode and arming", r"^extra: mode 6\.0 armed at", _FLIPS),
     Known("18_offboard_quad", "mode and arming: times", r"^mode (4\.5|6\.0) armed after the ground's act", _FLIPS),
-    Known("19_offboard_global_attitude", "status texts", "^(extra|missing): Failsafe activated", _LATE_FAILSAFE),
     Known(
-        "19_offboard_global_attitude", "events", "^(extra|missing): commander_failsafe_enter_generic", _LATE_FAILSAFE
+        "19_offboard_global_attitude",
+        "status texts",
+        "^(extra|missing): SET_POSITION_TARGET_GLOBAL_INT invalid coordinate frame 3 at [0-9.]+ s$",
+        _CHECK_PHASE,
     ),
-    Known("20_offboard_plane", "status texts", "^missing: Failsafe activated at .*, RTL: start return", _BOTH_AT_ONCE),
-    Known("20_offboard_plane", "events", "^missing: commander_failsafe_enter_generic at .*, vrtl", _BOTH_AT_ONCE),
+    Known(
+        "19_offboard_global_attitude",
+        "events",
+        "^(extra|missing): mavlink_rcv_sp_target_gl_invalid_coord at [0-9.]+ s$",
+        _CHECK_PHASE,
+    ),
 )

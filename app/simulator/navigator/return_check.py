@@ -13,7 +13,7 @@ SAME_M = 0.1
 
 
 class ReturnCheck:
-    """Looks every 2 s, says it once for each fence and each home [05_fence_rally]; the return flies home all the same."""
+    """Looks every 2 s and says it once for each fence and home [05_fence_rally]; the return flies home all the same."""
 
     def __init__(self, context: NavContext) -> None:
         self._context = context
