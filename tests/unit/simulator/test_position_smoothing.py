@@ -117,6 +117,13 @@ def test_without_a_start_the_line_begins_where_the_vehicle_was_when_the_target_c
     assert track.leg((9.0, 38.0, 20.0), setpoint).start == (0.0, 40.0, 20.0)
 
 
+def test_the_way_back_to_a_passed_waypoint_begins_where_it_was_found_to_be_passed() -> None:
+    track = FlightTrack()
+    setpoint = Setpoint(SetpointKind.POSITION, 100.0, 0.0, 20.0, previous=(0.0, 0.0), previous_up_m=20.0)
+    assert track.leg((101.0, 3.0, 20.0), setpoint).start == (101.0, 3.0, 20.0)
+    assert track.leg((103.0, 3.0, 20.0), setpoint).start == (101.0, 3.0, 20.0)
+
+
 @pytest.mark.parametrize("kind", [SetpointKind.LOITER, SetpointKind.LAND])
 def test_nothing_comes_after_a_loiter_or_a_landing(kind: SetpointKind) -> None:
     found = leg((50.0, 0.0, 20.0), kind=kind)
