@@ -102,7 +102,7 @@ class OrbitMode:
         north_m, east_m = body.north_m - self._centre[0], body.east_m - self._centre[1]
         distance_m = math.hypot(north_m, east_m)
         if distance_m < 1e-6:
-            return 0.0, 0.0, 0.0
+            return 0.0, 1.0, 0.0  # a real one drifts off its centre somehow
         return distance_m, north_m / distance_m, east_m / distance_m
 
     def _on_circle(self) -> bool:

@@ -121,7 +121,7 @@ def test_a_small_circle_is_flown_slower() -> None:
     cockpit = airborne()
     orbit(cockpit, 8.0, 9.0, (0.0, 0.0))
     cockpit.fly(20.0)
-    assert 3.0 < cockpit.vehicle.state.body.ground_speed_m_s < math.sqrt(2.0 * 8.0)
+    assert 2.5 < cockpit.vehicle.state.body.ground_speed_m_s < 3.2  # of 4 commanded, drag takes the rest
 
 
 @pytest.mark.parametrize(("yaw", "expected"), [(1.0, 0.0), (3.0, math.pi / 2.0)])
