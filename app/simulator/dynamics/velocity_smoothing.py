@@ -40,15 +40,19 @@ class VelocitySmoothing:
 
     def advance(self, dt_s: float) -> None:
         """Move by `dt_s` along the plan made last; one `plan` allows one `advance`."""
+        if self._direction == 0.0:
+            self.position_m += self.velocity_m_s * dt_s
+            return
         jerk = self._direction * self.max_jerk_m_s3
         for duration_s, part_jerk in ((self._growing_s, jerk), (self._steady_s, 0.0), (self._falling_s, -jerk)):
-            part_s = min(dt_s, duration_s)
-            if part_s > 0.0:
+            if duration_s > 0.0:
+                part_s = duration_s if duration_s < dt_s else dt_s
                 self._move(part_s, part_jerk)
                 dt_s -= part_s
-        if dt_s > 0.0:
-            self.acceleration_m_s2 = 0.0
-            self.position_m += self.velocity_m_s * dt_s
+                if dt_s <= 0.0:
+                    return
+        self.acceleration_m_s2 = 0.0
+        self.position_m += self.velocity_m_s * dt_s
 
     def _move(self, t_s: float, jerk: float) -> None:
         acceleration, velocity = self.acceleration_m_s2, self.velocity_m_s
@@ -59,7 +63,7 @@ class VelocitySmoothing:
     def plan(self, velocity_m_s: float) -> None:
         """The quickest way to `velocity_m_s`."""
         limit = self.max_velocity_m_s
-        self._goal_m_s = max(-limit, min(limit, velocity_m_s))
+        self._goal_m_s = limit if velocity_m_s > limit else -limit if velocity_m_s < -limit else velocity_m_s
         self._direction = self._first_direction()
         if self._direction == 0.0:
             self._growing_s = self._steady_s = self._falling_s = 0.0
@@ -107,7 +111,11 @@ class VelocitySmoothing:
         """Up or down first: by the velocity that would be left if the acceleration were taken back at once."""
         acceleration = self.acceleration_m_s2
         left = self._goal_m_s - self.velocity_m_s - acceleration * abs(acceleration) / (2.0 * self.max_jerk_m_s3)
-        return _sign(left) or _sign(acceleration)
+        if left > TINY or left < -TINY:
+            return 1.0 if left > 0.0 else -1.0
+        if -TINY < acceleration < TINY:
+            return 0.0
+        return 1.0 if acceleration > 0.0 else -1.0
 
     def _within_acceleration(self, growing_s: float, jerk: float) -> float:
         top, limit = self.acceleration_m_s2 + jerk * growing_s, self.max_acceleration_m_s2
@@ -118,13 +126,10 @@ class VelocitySmoothing:
 
 def synchronize(axes: Sequence[VelocitySmoothing]) -> None:
     """All axes take as long as the slowest, so that the track is straight (timeSynchronization)."""
-    longest_s = max(axis.duration_s for axis in axes)
+    durations_s = [axis.duration_s for axis in axes]
+    longest_s = max(durations_s)
     if longest_s <= TINY:
         return
-    for axis in axes:
-        if axis.duration_s < longest_s:
+    for axis, duration_s in zip(axes, durations_s, strict=True):
+        if duration_s < longest_s:
             axis.last(longest_s)
-
-
-def _sign(value: float) -> float:
-    return (value > 0.0) - (value < 0.0) + 0.0
