@@ -107,10 +107,10 @@ def test_an_armed_rover_leaves_the_ground_after_half_a_second_and_always_has_con
     ("mode", "home_distance_m", "landed"),
     [
         (Mode.LAND, 20.0, True),
-        (Mode.RTL, 0.4, True),
-        (Mode.RTL, 0.6, False),
-        (Mode.MISSION, 0.4, False),
-        (Mode.LOITER, 0.4, False),
+        (Mode.RTL, 9.9, True),
+        (Mode.RTL, 10.1, False),
+        (Mode.MISSION, 9.9, False),
+        (Mode.LOITER, 9.9, False),
     ],
 )
 def test_an_armed_rover_lands_in_land_mode_and_back_home_in_a_return_only(
