@@ -20,6 +20,9 @@ DRAG_PER_S = 1.0  # SIH_KDV over the mass
 ATTITUDE_LAG_S = 0.15  # 1 / MC_ROLL_P
 TILT_MAX_M_S2 = 9.81  # MPC_TILTMAX_AIR 45 degrees
 GRAVITY_M_S2 = 9.81
+ANTI_WINDUP_GAIN = 2.0 / VELOCITY_GAIN
+HOVER_ESTIMATE_S = 10.0
+"""PX4 takes the drag of a climb for weight and believes in too high a hover thrust for so long [15_hot_swap]."""
 
 
 class PositionControl:
@@ -28,11 +31,15 @@ class PositionControl:
     def __init__(self) -> None:
         self._integral = [0.0, 0.0, 0.0]
         self._thrust = [0.0, 0.0]
+        self._hover_excess = 0.0
+        self._missing_share = 0.0
+        """Of the horizontal acceleration: the controller sees that its thrust falls short by this."""
 
     def reset(self) -> None:
         """Level, and nothing learnt."""
         self._integral = [0.0, 0.0, 0.0]
         self._thrust = [0.0, 0.0]
+        self._hover_excess = self._missing_share = 0.0
 
     def step(self, body: Body, axes: Sequence[VelocitySmoothing], dt_s: float, wind: Wind) -> None:
         """Advance speed, place and attitude by `dt_s`."""
@@ -60,7 +67,8 @@ class PositionControl:
         error = plan.velocity_m_s + POSITION_GAIN * (plan.position_m - place_m) - speed_m_s
         gained = self._thrust[index] - DRAG_PER_S * (speed_m_s - air_m_s)
         wanted = plan.acceleration_m_s2 + VELOCITY_GAIN * error + self._integral[index] - VELOCITY_DAMPING * gained
-        self._integral[index] += VELOCITY_INTEGRAL_GAIN * error * dt_s
+        missing = wanted * self._missing_share
+        self._integral[index] += VELOCITY_INTEGRAL_GAIN * (error - ANTI_WINDUP_GAIN * missing) * dt_s
         return wanted
 
     def _climb(self, body: Body, plan: VelocitySmoothing, dt_s: float) -> None:
@@ -68,5 +76,13 @@ class PositionControl:
         error = body.climb_command_m_s - body.v_up_m_s
         acceleration = plan.acceleration_m_s2 + CLIMB_GAIN * error + self._integral[2]
         self._integral[2] += CLIMB_INTEGRAL_GAIN * error * dt_s
-        body.v_up_m_s += (acceleration - DRAG_PER_S * body.v_up_m_s) * dt_s
+        gained = acceleration - DRAG_PER_S * body.v_up_m_s
+        self._watch_hover_thrust(GRAVITY_M_S2 + acceleration, GRAVITY_M_S2 + gained, dt_s)
+        body.v_up_m_s += gained * dt_s
         body.up_m = max(0.0, body.up_m + body.v_up_m_s * dt_s)
+
+    def _watch_hover_thrust(self, thrust_m_s2: float, felt_m_s2: float, dt_s: float) -> None:
+        """The hover thrust estimate, and with it what is missing of the horizontal thrust (tracking anti-windup)."""
+        seen = thrust_m_s2 / max(felt_m_s2, 1.0) - 1.0
+        self._hover_excess += (seen - self._hover_excess) * dt_s / HOVER_ESTIMATE_S
+        self._missing_share = max(0.0, 1.0 - thrust_m_s2 / GRAVITY_M_S2 / (1.0 + self._hover_excess))

@@ -79,13 +79,13 @@ class PositionSmoothing:
     def _velocity(self, leg: Leg, cruise_m_s: float, descent_m_s: float | None) -> Point:
         here = self.position
         turning = self._turning(leg)
-        to = self._point_on_line(leg) if turning else leg.target
+        to = self._point_on_line(leg) if turning else leg.target[:2]
         speed = self._speed(leg, cruise_m_s)
         if turning:
             speed = min(speed, self._speed_before_turn_m_s)
         else:
             self._speed_before_turn_m_s = speed
-        way = (to[0] - here[0], to[1] - here[1], to[2] - here[2])
+        way = (to[0] - here[0], to[1] - here[1], leg.target[2] - here[2])
         flat_m = math.hypot(way[0], way[1]) or math.inf
         up = math.copysign(self._climb(leg), way[2]) if descent_m_s is None else -descent_m_s
         return way[0] / flat_m * speed, way[1] / flat_m * speed, up
@@ -101,18 +101,18 @@ class PositionSmoothing:
         cosine = (north.velocity_m_s * way[0] + east.velocity_m_s * way[1]) / (speed * distance_m)
         return cosine < TURN_COSINE
 
-    def _point_on_line(self, leg: Leg) -> Point:
-        """In a turn the trajectory joins the line to the target some metres ahead (an L1 distance)."""
+    def _point_on_line(self, leg: Leg) -> tuple[float, float]:
+        """In a turn the trajectory joins the line to the target some metres ahead (an L1 distance), seen from above."""
         here, start = self.position, leg.start
-        along = [leg.target[axis] - start[axis] for axis in range(3)]
+        along = (leg.target[0] - start[0], leg.target[1] - start[1])
         length_m = math.hypot(*along) or math.inf
-        unit = [part / length_m for part in along]
-        passed_m = sum((here[axis] - start[axis]) * unit[axis] for axis in range(3))
-        closest = [start[axis] + unit[axis] * passed_m for axis in range(3)]
-        beside_m = math.dist(closest, here)
+        unit = (along[0] / length_m, along[1] / length_m)
+        passed_m = (here[0] - start[0]) * unit[0] + (here[1] - start[1]) * unit[1]
+        closest = (start[0] + unit[0] * passed_m, start[1] + unit[1] * passed_m)
+        beside_m = math.dist(closest, here[:2])
         lookahead_m = max(leg.acceptance_radius_m, SHORTEST_LOOKAHEAD_M)
         ahead_m = math.sqrt(lookahead_m**2 - beside_m**2) if lookahead_m > beside_m else 0.0
-        return closest[0] + ahead_m * unit[0], closest[1] + ahead_m * unit[1], closest[2] + ahead_m * unit[2]
+        return closest[0] + ahead_m * unit[0], closest[1] + ahead_m * unit[1]
 
     def _speed(self, leg: Leg, cruise_m_s: float) -> float:
         """Slow enough to turn at the target and to stop at the point after it."""

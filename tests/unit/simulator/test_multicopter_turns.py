@@ -64,6 +64,25 @@ def test_the_leg_after_a_turn_is_slow(swing: tuple[float, float, list[float]]) -
     assert max(speeds[6:]) < 4.9
 
 
+def test_the_cruise_speed_is_reached_slowly_because_the_climb_looked_like_weight() -> None:
+    """Scenario 15: 3.9 m/s after 12 m, 4.2 m/s after 22 m, 4.5 m/s after 38 m; a level vehicle is faster by then."""
+    speeds = {}
+    for climbed in (False, True):
+        flight = Flight()
+        if climbed:
+            up = Setpoint(SetpointKind.TAKEOFF, 0.0, 0.0, 40.0)
+            while flight.step(up).up_m < 39.2:
+                pass
+        ahead = leg(149.9, 0.0, flight.body.up_m, (149.9, 99.9))
+        speeds[climbed] = []
+        for north_m in (12.0, 22.0, 38.0):
+            while flight.step(ahead).north_m < north_m:
+                pass
+            speeds[climbed].append(flight.body.ground_speed_m_s)
+    assert speeds[True] == pytest.approx([3.9, 4.2, 4.5], abs=0.2)
+    assert speeds[False][0] > speeds[True][0] + 0.15
+
+
 def test_the_waypoint_before_a_landing_is_passed_bobbing() -> None:
     """Scenario 25: 10.6, 9.3, 10.9 m at a waypoint of 10 m, because the way goes on at another height."""
     cockpit = Cockpit()

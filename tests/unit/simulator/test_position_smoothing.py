@@ -78,6 +78,15 @@ def test_the_trajectory_waits_for_a_vehicle_that_is_left_behind_but_its_height_d
     assert made.position[2] > 24.5
 
 
+def test_a_turn_climbs_towards_the_waypoints_height_and_not_along_the_line() -> None:
+    """Scenario 15: while it swings out backwards the vehicle climbs all the time."""
+    made = smoothing((0.0, 0.0, 20.0), (4.5, 0.0, 0.0))
+    leg = straight((-50.0, 60.0, 25.0))
+    heights = [fly(made, leg, 0.2)[2] for _ in range(25)]
+    assert heights == sorted(heights)
+    assert heights[-1] > 24.0
+
+
 def test_a_different_height_after_the_waypoint_lets_it_arrive_climbing_and_so_swing_past() -> None:
     """Scenario 25: 0.6 m to 0.9 m to both sides of the 10 m of a waypoint before a landing."""
     made = smoothing((0.0, 0.0, 5.0))
