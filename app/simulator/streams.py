@@ -19,6 +19,7 @@ DEFAULT_HZ: dict[int, float] = {
     147: 0.5,  # BATTERY_STATUS
     242: 0.5,  # HOME_POSITION
     245: 5.0,  # EXTENDED_SYS_STATE
+    360: 1.0,  # ORBIT_EXECUTION_STATUS, while there is an orbit
     436: 0.5,  # CURRENT_MODE
 }
 FIRST_S: dict[int, float] = {0: 1.2, 33: 1.5, 32: 1.5, 436: 2.2, 242: 2.2}

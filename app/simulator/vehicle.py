@@ -32,6 +32,7 @@ from app.simulator.navigator.context import NavContext
 from app.simulator.navigator.hold_mode import HoldMode
 from app.simulator.navigator.mission_mode import MissionMode, MissionResult
 from app.simulator.navigator.navigator import Navigator
+from app.simulator.navigator.orbit_mode import OrbitMode
 from app.simulator.navigator.takeoff_mode import TakeoffMode
 from app.simulator.offboard.failsafe import OffboardLossFailsafe
 from app.simulator.offboard.mode import OffboardMode
@@ -102,10 +103,12 @@ class Vehicle:
         self.mission = MissionMode(self.context, self.store, result, self.payload)
         self._hold = HoldMode(self.context)
         self._takeoff = TakeoffMode(self.context)
+        self._orbit = OrbitMode(self.context)
         offboard = OffboardMode(self.context, self._offboard)
         self._navigator = Navigator(
-            self.context, self.store, self.mission, self._hold, self._takeoff, offboard, self.commander.change_mode
-        )
+            self.context, self.store, self.mission, self._hold, self._takeoff, offboard, self._orbit,
+            self.commander.change_mode,
+        )  # fmt: skip
         self._detector = land_detector_for(spec.airframe, state, self.params, self.clock, self.faults)
         self._dynamics = dynamics_for(spec.airframe, self.params, state.status)
 
@@ -116,12 +119,14 @@ class Vehicle:
             state.status, self.params, self.clock, self.commander, self.radio.text, self._events.emit, spec.speed
         )
         self._offboard_loss = OffboardLossFailsafe(
-            state.status, self.params, self.commander, self._offboard, self.radio.text, self._events.emit
+            state.status, self.params, self.commander, self._offboard, self.radio.text, self._events.emit, self.clock
         )
 
     def _build_wire(self, wall: Callable[[], float]) -> None:
         spec, state = self.spec, self.state
-        flight = FlightCommands(self.context, self.commander, self.mission, self._hold, self._takeoff, self._transition)
+        flight = FlightCommands(
+            self.context, self.commander, self.mission, self._hold, self._takeoff, self._orbit, self._transition
+        )
         self._internal = InternalCommands(
             self.radio,
             self.clock,

@@ -62,6 +62,7 @@ class Sensing:
             dist_bottom_m=self._range(),
             has_range_sensor=self._airframe.has_range_sensor,
             takeoff_state=self._takeoff_state(),
+            home_distance_m=self._home_distance(),
         )
 
     def _remember(self) -> None:
@@ -93,6 +94,10 @@ class Sensing:
         up_m = self._state.body.up_m
         seen = self._airframe.has_range_sensor and not self._faults.range_lost and up_m <= RANGE_MAX_M
         return up_m if seen else None
+
+    def _home_distance(self) -> float:
+        home, body = self._state.status.home, self._state.body
+        return math.hypot(body.north_m - home.north_m, body.east_m - home.east_m) if home else math.inf
 
     def _hover_throttle(self) -> float | None:
         """The estimator knows the true value as soon as it flies; it stops with the landing."""
