@@ -91,7 +91,7 @@ class Vehicle:
         self._events = EventLog(self.radio, self.clock)
         result = MissionResult()
         self.payload = PayloadDeliverer(state.gripper, self.params, self.faults, self.clock)
-        self._offboard = OffboardStream(self.params, self.clock)
+        self._offboard = OffboardStream(self.params, self.clock, spec.speed)
         self.commander = Commander(
             state, self.params, self.clock, result, self._offboard, self.radio.text, self._events.emit
         )
