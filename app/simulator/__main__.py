@@ -40,10 +40,10 @@ async def serve(options: Options, out: TextIO) -> None:
         if options.control_port is not None:
             port = await control.open(options.control_port)
             _say(out, f"control: 127.0.0.1:{port}")
-        for vehicle, (local, remote) in zip(fleet.vehicles, fleet.addresses(), strict=True):
-            _say(out, f"ready: {vehicle.spec.airframe.name} system {vehicle.system_id} {local} -> {remote}")
         if options.speed > MAX_LIVE_SPEED:
             _say(out, _embedded_only(options.speed))
+        for vehicle, (local, remote) in zip(fleet.vehicles, fleet.addresses(), strict=True):
+            _say(out, f"ready: {vehicle.spec.airframe.name} system {vehicle.system_id} {local} -> {remote}")
         watch = PaceWatch(fleet.pace, lambda line: _say(sys.stderr, line))
         await _run_until(stopped, fleet.run(), watch.run())
     finally:
