@@ -56,6 +56,7 @@ def build_vehicle(options: Options, index: int, entry: VehicleOptions, wall: Cal
         params=params,
         seed=options.seed,
         speed=options.speed,
+        rates=options.rates,
         salt=str(index),
         winch=entry.winch,
     )

@@ -41,6 +41,7 @@ from app.simulator.param_link import ParamLink
 from app.simulator.params import Params
 from app.simulator.payload import PayloadDeliverer
 from app.simulator.radio import Radio, Sender
+from app.simulator.rates import RATES
 from app.simulator.router import Router
 from app.simulator.state import Body, VehicleState
 from app.simulator.streams import Streams
@@ -65,6 +66,7 @@ class VehicleSpec:
     params: Params
     seed: int
     speed: float
+    rates: str = "onboard"
     salt: str = ""
     winch: bool = False
 
@@ -135,7 +137,7 @@ class Vehicle:
         )
         self.identity = Identity(spec.profile, spec.seed, spec.system_id, spec.salt)
         telemetry = Telemetry(state, spec.airframe, spec.frame, self.clock, self.faults, self.identity)
-        self._streams = Streams(telemetry, self.radio, self.clock, spec.speed)
+        self._streams = Streams(telemetry, self.radio, self.clock, RATES[spec.rates], spec.speed)
         payload_commands = PayloadCommands(self.payload)
         self._commands = CommandLink(
             self.radio,

@@ -143,3 +143,12 @@ def test_without_a_position_there_is_no_global_position(cockpit: Cockpit) -> Non
     cockpit.fly(2.0)
     assert cockpit.messages("GLOBAL_POSITION_INT", begin_s) == []
     assert cockpit.last("GPS_RAW_INT").fix_type == 0
+
+
+@pytest.mark.parametrize(("rates", "hz"), [("onboard", 51.5), ("low", 10.0)])
+def test_the_rates_are_what_is_said_of_them(rates: str, hz: float) -> None:
+    """All messages of an idle vehicle a second, MISSION_CURRENT included."""
+    cockpit = Cockpit(rates=rates)
+    begin_s = cockpit.now_s
+    cockpit.fly(20.0)
+    assert len([heard for heard in cockpit.heard if heard.t_s >= begin_s]) / 20.0 == pytest.approx(hz, rel=0.03)
