@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 from app.simulator.clock import VehicleClock
@@ -34,10 +35,14 @@ class Streams:
         """Power-up: default rates again."""
         self._interval_s = {message_id: 1.0 / hz for message_id, hz in self._default_hz.items()}
         self._due_s = {message_id: FIRST_S.get(message_id, LINK_UP_S) for message_id in self._default_hz}
+        self._next_s = 0.0
+        """Nothing is due before."""
 
     def step(self) -> None:
         """Send the messages whose time has come."""
         now_s = self._clock.now_s
+        if now_s < self._next_s:
+            return
         for message_id, due_s in self._due_s.items():
             if now_s < due_s:
                 continue
@@ -46,6 +51,7 @@ class Streams:
             message = self._telemetry.builders[message_id]()
             if message is not None:
                 self._radio.broadcast(message)
+        self._next_s = min(self._due_s.values(), default=math.inf)
 
     def set_interval(self, message_id: int, interval_us: float) -> bool:
         """SET_MESSAGE_INTERVAL: 0 is the default rate, -1 stops. False when there is no such stream."""
@@ -57,7 +63,7 @@ class Streams:
             return True
         default_s = 1.0 / self._default_hz.get(message_id, 1.0)
         self._interval_s[message_id] = interval_us / 1e6 if interval_us > 0.0 else default_s
-        self._due_s[message_id] = self._clock.now_s
+        self._due_s[message_id] = self._next_s = self._clock.now_s
         return True
 
     def interval_us(self, message_id: int) -> int:
