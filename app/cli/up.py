@@ -66,8 +66,6 @@ def _start_vehicles(simulator: SimulatorProcess, fleet: SimulatedFleet) -> bool:
     running = simulator.start(fleet.arguments())
     simulator.wait_ready(len(FLEET), within_s=READY_S)
     err().print(f"simulated vehicles: process {running.pid}, {fleet.words()}")
-    if fleet.speed > MAX_LIVE_RATE:
-        err().print(f"[yellow]above {MAX_LIVE_RATE:g} times real time[/] supervised drops and OFFBOARD are refused")
     return True
 
 
