@@ -18,7 +18,7 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from bench.simulator_pilot import Pilot
@@ -46,6 +46,16 @@ class Load:
     cpu: float
     datagrams_per_s: float
     bytes_each: int
+
+
+@dataclass(frozen=True, slots=True)
+class Pace:
+    """How far vehicle time had come at a time of the wall, and what was given up till then."""
+
+    wall_s: float
+    vehicle_s: float
+    lost_s: float
+    latest_s: float
 
 
 def cpu_s(pid: int) -> float:
@@ -87,12 +97,13 @@ def simulator(vehicles: int, rates: str, speed: float, port: int) -> Iterator[tu
             process.stdout.close()
 
 
-def said_speed(control: int) -> dict[str, float]:
-    """What the simulator says of its own pace."""
+def said_pace(control: int) -> Pace:
+    """What the simulator says of its own time."""
     with socket.create_connection((LOCAL, control), 10.0) as connection:
         connection.sendall(b'{"query": "state"}\n')
         with connection.makefile("rb") as lines:
-            return dict(json.loads(lines.readline())["speed"])
+            state = json.loads(lines.readline())
+    return Pace(time.monotonic(), state["vehicles"][0]["time_s"], state["speed"]["lost_s"], state["speed"]["latest_s"])
 
 
 def floor(port: int, pilot: Pilot, like: Load, seconds: float) -> Load:
@@ -121,25 +132,19 @@ def measure(vehicles: int, rates: str, speed: float, seconds: float) -> None:
         with simulator(vehicles, rates, speed, pilot.port) as (pid, control):
             flying = pilot.send_off(READY_S)
             pilot.listen(5.0 / speed)  # all are in the air
+            before = said_pace(control)
             load = measured(pid, pilot, seconds)
-            spoken = dict(sorted(pilot.heard_per_vehicle.items()))
-            pace = said_speed(control)
+            counts = sorted(pilot.heard_per_vehicle.values())
+            after = said_pace(control)
         bare = floor(pilot.port, pilot, load, seconds)
-    report(vehicles, flying, seconds, load, bare, pace, sorted(spoken.values()))
-
-
-def report(
-    vehicles: int, flying: int, seconds: float, load: Load, bare: Load, pace: dict[str, float], counts: Sequence[int]
-) -> None:
-    """For people."""
-    share = load.cpu / pace["achieved"] * pace["wanted"]
+    achieved = (after.vehicle_s - before.vehicle_s) / (after.wall_s - before.wall_s)
     lines = {
         "vehicles": f"{vehicles}, {flying} of them on a mission; load average {os.getloadavg()[0]:.1f}",
-        "speed": f"{pace['achieved']:.2f}x of {pace['wanted']:g}x, given up so far {pace['lost_s']:.2f} s",
-        "latest step": f"{pace['latest_s'] * 1000:.0f} ms late, in the last 5 s",
+        "speed": f"{achieved:.2f}x of {speed:g}x, {after.lost_s - before.lost_s:.2f} s given up in {seconds:g} s",
+        "latest step": f"{after.latest_s * 1000:.0f} ms late, in the last 5 s",
         "messages per vehicle": f"{load.datagrams_per_s / vehicles:.1f} /s "
         f"({counts[0] / seconds:.1f} to {counts[-1] / seconds:.1f})",
-        "CPU": f"{load.cpu:.1%} of one core, so {share:.1%} for the wanted speed",
+        "CPU": f"{load.cpu:.1%} of one core, so {load.cpu / achieved * speed:.1%} for the wanted speed",
         "floor, bare sending": f"{bare.cpu:.1%} for {bare.datagrams_per_s:.0f} datagrams/s of {bare.bytes_each} bytes",
         "ratio": f"{load.cpu / bare.cpu:.1f}" if bare.cpu else "the floor is too low to be measured",
     }

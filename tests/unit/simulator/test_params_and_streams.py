@@ -8,7 +8,7 @@ import pytest
 
 from app.simulator.dialect import mavlink
 from app.simulator.wire import Cmd, Result
-from tests.unit.simulator.cockpit import Cockpit
+from tests.unit.simulator.cockpit import Cockpit, takeoff, waypoint
 
 
 @pytest.fixture
@@ -70,6 +70,16 @@ def test_the_list_is_complete_and_indexed(cockpit: Cockpit) -> None:
 def test_parameters_of_another_vehicle_are_none_of_its_business(cockpit: Cockpit) -> None:
     cockpit.send(mavlink.MAVLink_param_set_message(2, 1, b"NAV_ACC_RAD", 3.0, 9))
     assert cockpit.vehicle.params["NAV_ACC_RAD"] == 10.0
+
+
+def test_an_acceptance_radius_that_is_changed_in_flight_counts_from_then_on() -> None:
+    cockpit = Cockpit()
+    cockpit.start([takeoff(10), waypoint(100, 0, 10), waypoint(100, 50, 10)])
+    cockpit.until(lambda: cockpit.vehicle.store.current_seq == 1)
+    cockpit.fly(3.0)
+    cockpit.send(mavlink.MAVLink_param_set_message(1, 1, b"NAV_ACC_RAD", 3.0, 9))
+    cockpit.until(lambda: cockpit.vehicle.store.current_seq == 2)
+    assert cockpit.distance_to(100, 0) < 3.0, "10 m before"
 
 
 def test_airframes_and_firmware_bring_their_own_parameters() -> None:
