@@ -9,14 +9,15 @@ import time
 from collections import Counter
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
 
-from pymavlink.dialects.v20 import common as mavlink
+from app.simulator.dialect import Message, mavlink
 
 LOCAL = "127.0.0.1"
 SYSTEM_AT, MESSAGE_AT = 5, 7
 """Where a MAVLink 2 frame has its sender's system id and the lowest byte of its message id."""
 MISSION_REQUEST_INT, MISSION_ACK, HEARTBEAT = 51, 47, 0
+MAVLINK_2, ARMED = 0xFD, 128
 WAYPOINT, TAKEOFF, ARM, SET_MODE = 16, 22, 400, 176
 MISSION_MODE = (1.0, 4.0, 4.0)
 CIRCUIT = ((0.0, 0.001), (0.001, 0.001), (0.001, 0.0), (0.0, 0.0)) * 20
@@ -94,14 +95,14 @@ class Pilot:
             heard.bytes += len(data)
             system = data[SYSTEM_AT]
             self.heard_per_vehicle[system] += 1
-            if data[0] == mavlink.PROTOCOL_MARKER_V2 and data[MESSAGE_AT + 1] == 0:
+            if data[0] == MAVLINK_2 and data[MESSAGE_AT + 1] == 0:
                 self._hear(system, data[MESSAGE_AT], data, address)
 
     def _hear(self, system: int, kind: int, data: bytes, address: tuple[str, int]) -> None:
         if kind == HEARTBEAT:
             self._address[system] = address
             beat = mavlink.MAVLink(None).decode(bytearray(data))
-            if beat.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED and beat.custom_mode == 4 << 16 | 4 << 24:
+            if beat.base_mode & ARMED and beat.custom_mode == 4 << 16 | 4 << 24:
                 self._flying.add(system)
         elif kind == MISSION_REQUEST_INT:
             seq = mavlink.MAVLink(None).decode(bytearray(data)).seq
@@ -112,18 +113,18 @@ class Pilot:
     def _ask(self, system: int) -> None:
         self._send(system, mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))
         if system not in self._uploaded:
-            self._send(system, mavlink.MAVLink_mission_count_message(system, 1, len(CIRCUIT) + 1, 0))
+            self._send(system, mavlink.MAVLink_mission_count_message(system, 1, len(CIRCUIT) + 1, 0, 0))
             return
         for command, params in ((ARM, (1.0, 0.0, 0.0)), (SET_MODE, MISSION_MODE)):
             rest = (0.0,) * 4
             self._send(system, mavlink.MAVLink_command_long_message(system, 1, command, 0, *params, *rest))
 
-    def _item(self, system: int, seq: int) -> Any:
+    def _item(self, system: int, seq: int) -> Message:
         command, (north, east) = (TAKEOFF, (0.001, 0.0)) if seq == 0 else (WAYPOINT, CIRCUIT[seq - 1])
         x, y = round((HOME[0] + north) * 1e7), round((HOME[1] + east + system * 1e-4) * 1e7)
         return mavlink.MAVLink_mission_item_int_message(
             system, 1, seq, 6, command, int(seq == 0), 1, 0.0, 0.0, 0.0, math.nan, x, y, 30.0, 0
         )
 
-    def _send(self, system: int, message: Any) -> None:
+    def _send(self, system: int, message: Message) -> None:
         self._socket.sendto(message.pack(self._packer), self._address[system])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import gc
 import signal
 import sys
 from collections.abc import Coroutine, Sequence
@@ -44,6 +45,7 @@ async def serve(options: Options, out: TextIO) -> None:
             _say(out, _embedded_only(options.speed))
         for vehicle, (local, remote) in zip(fleet.vehicles, fleet.addresses(), strict=True):
             _say(out, f"ready: {vehicle.spec.airframe.name} system {vehicle.system_id} {local} -> {remote}")
+        gc.freeze()  # the vehicles live as long as the process: the collector need not look at them again and again
         watch = PaceWatch(fleet.pace, lambda line: _say(sys.stderr, line))
         await _run_until(stopped, fleet.run(), watch.run())
     finally:

@@ -109,6 +109,7 @@ class Vehicle:
             self.context, self.store, self.mission, self._hold, self._takeoff, offboard, self.commander.change_mode
         )
         self._detector = land_detector_for(spec.airframe, state, self.params, self.clock, self.faults)
+        self._wind = Wind(0.0, 0.0)
         self._dynamics = dynamics_for(spec.airframe, self.params, state.status)
 
     def _build_failsafes(self) -> None:
@@ -243,7 +244,9 @@ class Vehicle:
     def _move(self) -> None:
         body, dt_s = self.state.body, VehicleClock.STEP_S
         if self.state.status.armed:
-            wind = Wind(self.faults.wind_north_m_s, self.faults.wind_east_m_s)
+            faults, wind = self.faults, self._wind
+            if wind.north_m_s != faults.wind_north_m_s or wind.east_m_s != faults.wind_east_m_s:
+                wind = self._wind = Wind(faults.wind_north_m_s, faults.wind_east_m_s)
             self._dynamics.step(body, self.context.setpoint, dt_s, wind)
             return
         body.v_north_m_s = body.v_east_m_s = body.throttle = body.climb_command_m_s = 0.0
