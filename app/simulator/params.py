@@ -118,6 +118,8 @@ class Params:
                 known = self._values.get(name, value)
                 self._values[name] = float(value) if isinstance(known, float) else int(value)
         self._names = sorted(self._values)
+        self.version = 0
+        """Counts the changes: what is derived from parameters in every cycle is derived once."""
 
     def __getitem__(self, name: str) -> Value:
         return self._values[name]
@@ -148,6 +150,7 @@ class Params:
     def set(self, name: str, value: Value) -> None:
         """Out-of-range values are taken, as PX4 takes them [01_connect]."""
         self._values[name] = float(value) if isinstance(self._values[name], float) else int(value)
+        self.version += 1
 
     def encode(self, name: str) -> tuple[float, int]:
         """`param_value` and `param_type`; an int32 is packed bytewise into the float. Raises ParamError."""

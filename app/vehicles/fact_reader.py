@@ -63,6 +63,7 @@ class FactReader:
             uid=self._identity.uid,
             home=self._measurements.home,
             parameters=self._values,
+            least_clock_rate=self._measurements.clock.least_rate,
         )
 
     async def _type(self) -> VehicleType:

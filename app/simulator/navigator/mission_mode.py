@@ -15,6 +15,7 @@ from app.simulator.navigator.preparation import Preparation
 from app.simulator.navigator.target import Target, target_of
 from app.simulator.payload import PayloadDeliverer
 from app.simulator.setpoint import SetpointKind
+from app.simulator.state import Home
 from app.simulator.wire import Cmd, Severity
 
 CLIMB_TOLERANCE_M = 0.8
@@ -52,6 +53,7 @@ class MissionMode:
         """The next leg begins where the vehicle is, not at the last waypoint."""
         self._activated = False
         self._pending_seq: int | None = None
+        self._resolved: tuple[Item, Home, int, Target] | None = None
 
     # requests -----------------------------------------------------------------------------------------------
 
@@ -128,7 +130,13 @@ class MissionMode:
         return self._store.mission.items[self._store.current_seq]
 
     def _target(self, item: Item) -> Target:
-        return target_of(item, self._context.frame, self._context.home, self._context.params)
+        """Asked for in every cycle, and resolved again only when the item, home or a parameter has changed."""
+        home, params = self._context.home, self._context.params
+        known = self._resolved
+        if known is None or known[0] is not item or known[1] is not home or known[2] != params.version:
+            known = (item, home, params.version, target_of(item, self._context.frame, home, params))
+            self._resolved = known
+        return known[3]
 
     def _go_to(self, seq: int) -> None:
         self._store.current_seq = seq
