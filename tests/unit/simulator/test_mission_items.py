@@ -50,15 +50,6 @@ def test_items_are_taken_or_refused_as_recorded(cockpit: Cockpit, plan: Plan, an
         assert cockpit.texts()[-1] == "IGN MISSION_ITEM: Invalid item"
 
 
-def test_older_firmware_does_not_know_masks_nor_ids() -> None:
-    cockpit = Cockpit(firmware="px4-1.14")
-    assert cockpit.upload([takeoff(15), Plan(16, 10, 0, 15, (0, 0, 7, 0))]) == MissionAck.ACCEPTED
-    assert cockpit.last("MISSION_ACK").opaque_id == 0
-    cockpit.fly(1.1)
-    current = cockpit.last("MISSION_CURRENT")
-    assert (current.mission_id, current.mission_state) == (0, 0)
-
-
 def test_float_items_are_taken(cockpit: Cockpit) -> None:
     count(cockpit, 1)
     cockpit.send(
