@@ -13,9 +13,8 @@ from tests.unit.simulator.cockpit import RELEASE, RETURN, Cockpit, takeoff, wayp
 
 
 def test_the_command_line_names_the_vehicles() -> None:
-    options = parse(
-        ["--fleet", "quad,quad:sysid=7:gripper=external,plane:winch=1", "--speed", "10", "--home", "47,8.5,400"]
-    )
+    home = ["--home", "47,8.5,400"]
+    options = parse(["--fleet", "quad,quad:sysid=7:gripper=external,plane:winch=1", "--speed", "10", *home])
     assert options.fleet == (
         VehicleOptions("quad", 1),
         VehicleOptions("quad", 7, external_gripper=True),
