@@ -1,0 +1,89 @@
+"""Offboard setpoints that are refused or held: each rule alone. What is followed is in test_offboard."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.simulator.dialect import Message, mavlink
+from app.simulator.wire import Mode
+from tests.unit.simulator.cockpit import Cockpit
+
+POSITION, ACCELERATION = 3576, 3135
+
+
+def lives(cockpit: Cockpit, message: Message) -> bool:
+    """Whether this setpoint is a proof of life."""
+    cockpit.send(message)
+    return cockpit.set_mode(Mode.LOITER) == [0] and cockpit.set_mode(Mode.OFFBOARD) == [0]
+
+
+@pytest.fixture
+def flying() -> Cockpit:
+    cockpit = Cockpit(params={"MIS_TAKEOFF_ALT": 5.0})
+    cockpit.set_mode(Mode.TAKEOFF)
+    cockpit.arm()
+    cockpit.until(lambda: cockpit.vehicle.state.status.mode is Mode.LOITER, 40.0)
+    return cockpit
+
+
+def local(system: int = 1, component: int = 1, frame: int = 1, mask: int = POSITION) -> Message:
+    return mavlink.MAVLink_set_position_target_local_ned_message(
+        0, system, component, frame, mask, 0, 0, -5, 0, 0, 0, 0, 0, 0, 0, 0
+    )
+
+
+def world(frame: int) -> Message:
+    return mavlink.MAVLink_set_position_target_global_int_message(
+        0, 1, 1, frame, POSITION, 473977420, 85455940, 5, 0, 0, 0, 0, 0, 0, 0, 0
+    )
+
+
+@pytest.mark.parametrize(
+    ("message", "proof"),
+    [
+        (local(), True),
+        (local(component=0), True),
+        (local(system=0, component=0), True),
+        (local(component=169), False),
+        (local(system=2), False),
+        (local(frame=8), False),  # a body frame has no positions
+        (local(frame=9), False),
+        (local(mask=ACCELERATION), True),  # taken, though no model follows it
+        (local(mask=4095), False),
+        (world(0), True),
+        (world(5), True),
+        (world(6), True),
+        (world(11), False),
+        (world(3), False),
+        (mavlink.MAVLink_set_attitude_target_message(0, 1, 1, 128, [1, 0, 0, 0], 0, 0, 0.1, 0.5), True),  # rates
+        (mavlink.MAVLink_set_attitude_target_message(0, 1, 1, 7, [1, 0, 0, 0], 0, 0, 0, 0.5), True),
+        (mavlink.MAVLink_set_attitude_target_message(0, 1, 1, 7 | 64, [1, 0, 0, 0], 0, 0, 0, 0.5), False),
+        (mavlink.MAVLink_set_attitude_target_message(0, 1, 1, 7 | 128, [1, 0, 0, 0], 0, 0, 0, 0.5), False),
+    ],
+)
+def test_what_is_taken_is_a_proof_of_life(flying: Cockpit, message: Message, proof: bool) -> None:
+    assert lives(flying, message) is proof
+
+
+def test_a_height_above_terrain_is_dropped_without_a_word(flying: Cockpit) -> None:
+    before = flying.texts()
+    flying.send(world(11))
+    assert flying.texts() == before
+
+
+def test_a_height_above_home_needs_a_home(flying: Cockpit) -> None:
+    flying.vehicle.state.status.home = None
+    assert not lives(flying, world(6))
+
+
+def test_acceleration_alone_holds_a_hovering_vehicle(flying: Cockpit) -> None:
+    there, alone = local(), local(mask=ACCELERATION)
+    there.x, alone.afx = 15.0, 2.0
+    flying.send(there)
+    flying.set_mode(Mode.OFFBOARD)
+    for message in (*(there,) * 100, *(alone,) * 50):
+        flying.send(message)
+        flying.fly(0.1)
+    body = flying.vehicle.state.body
+    assert flying.vehicle.state.status.mode is Mode.OFFBOARD
+    assert (body.north_m, body.up_m) == pytest.approx((15.0, 5.0), abs=0.6)
