@@ -211,7 +211,10 @@ def test_legs_between_waypoints_are_not_looked_at() -> None:
 
 def test_a_polygon_that_lacks_vertices_contains_nothing() -> None:
     """Scenario 05: three vertices sent with count 4 are taken."""
-    assert found(checked("quad", [TAKEOFF], square(70, 5002)[:3])) == []
+    mission = [TAKEOFF, waypoint(42, -5, 15)]
+    for vertices, violated in ((3, False), (4, True)):
+        fence = square(15, 5002, 35)[:vertices]
+        assert found(checked("quad", mission, fence)) == ["geofence_violation"] * violated
 
 
 def test_a_fence_without_home_is_said() -> None:

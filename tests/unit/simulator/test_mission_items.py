@@ -35,6 +35,7 @@ def cockpit() -> Cockpit:
         (Plan(16, 10, 0, 15, frame=10), MissionAck.UNSUPPORTED_FRAME),
         (Plan(5001, 10, 0, 0, (4, 0, 0, 0)), MissionAck.ERROR),
         (Plan(16, 10, 0, 15, (0, 0, 7, 0)), MissionAck.INVALID_PARAM1 + 2),
+        (Plan(16, 10, 0, 15, (0, 0, math.nan, math.nan)), MissionAck.ACCEPTED),
         (Plan(16, 10, 0, 15, frame=5), MissionAck.ACCEPTED),
         (Plan(16, 10, 0, math.nan), MissionAck.ACCEPTED),
         (do(Cmd.NAV_DELAY, 3), MissionAck.ACCEPTED),
