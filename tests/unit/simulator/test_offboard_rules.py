@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from app.simulator.dialect import Message, mavlink
@@ -74,6 +76,20 @@ def test_a_height_above_terrain_is_dropped_without_a_word(flying: Cockpit) -> No
 def test_a_height_above_home_needs_a_home(flying: Cockpit) -> None:
     flying.vehicle.state.status.home = None
     assert not lives(flying, world(6))
+
+
+def test_body_velocities_are_turned_by_the_heading(flying: Cockpit) -> None:
+    body = flying.vehicle.state.body
+    body.yaw_rad = math.pi / 2.0
+    forward = local(frame=8, mask=3527)
+    forward.vx = 2.0
+    flying.send(forward)
+    flying.set_mode(Mode.OFFBOARD)
+    for _ in range(30):
+        flying.send(forward)
+        flying.fly(0.1)
+    assert body.east_m > 2.0
+    assert body.north_m == pytest.approx(0.0, abs=0.5)
 
 
 def test_acceleration_alone_holds_a_hovering_vehicle(flying: Cockpit) -> None:
