@@ -36,11 +36,11 @@ def test_only_older_firmware_brakes_at_the_waypoint_before_a_gripper_item() -> N
     speeds = {}
     for firmware in ("px4-main", "px4-1.14"):
         cockpit = Cockpit(firmware=firmware)
-        cockpit.start([DROP[0], waypoint(60, 0, 15, radius_m=3.0), *DROP[2:]])
+        cockpit.start([DROP[0], waypoint(60, 0, 15, radius_m=3.0), RELEASE, waypoint(120, 0, 15)])  # straight on
         cockpit.until(lambda: cockpit.vehicle.state.gripper.output_released)  # noqa: B023
-        assert cockpit.distance_to(60, 0) == pytest.approx(2.7, abs=0.5)
         speeds[firmware] = cockpit.vehicle.state.body.ground_speed_m_s
-    assert speeds["px4-1.14"] < speeds["px4-main"] - 0.3
+    assert speeds["px4-main"] > 4.0
+    assert speeds["px4-1.14"] < 3.0
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from app.simulator.mission.item import Item
-from app.simulator.navigator.lookahead import brakes, next_point
+from app.simulator.navigator.lookahead import brakes, next_target
 from app.simulator.wire import Cmd, VtolState
 from tests.unit.simulator.cockpit import RELEASE, RETURN, Cockpit, Plan, do, takeoff, waypoint
 
@@ -63,5 +63,5 @@ def test_a_payload_item_behind_brakes_on_older_firmware_only(payload: Plan) -> N
 )
 def test_the_track_goes_on_to_the_next_position_over_commands(following: list[Plan], on: bool) -> None:
     cockpit = Cockpit(ready=False)
-    found = next_point(cockpit.vehicle.context, items(cockpit, waypoint(30, 0, 10), *following), 0)
-    assert found == (pytest.approx((60, 30), abs=0.1) if on else None)
+    found = next_target(cockpit.vehicle.context, items(cockpit, waypoint(30, 0, 10), *following), 0)
+    assert (found.point if found else None) == (pytest.approx((60, 30), abs=0.1) if on else None)
