@@ -7,6 +7,9 @@ import math
 import pytest
 
 from app.simulator.dialect import Message, mavlink
+from app.simulator.offboard.mode import OffboardMode
+from app.simulator.offboard.stream import OffboardStream
+from app.simulator.offboard.target import OffboardTarget, Vector
 from app.simulator.wire import Mode
 from tests.unit.simulator.cockpit import Cockpit
 
@@ -103,3 +106,19 @@ def test_acceleration_alone_holds_a_hovering_vehicle(flying: Cockpit) -> None:
     body = flying.vehicle.state.body
     assert flying.vehicle.state.status.mode is Mode.OFFBOARD
     assert (body.north_m, body.up_m) == pytest.approx((15.0, 5.0), abs=1.0)
+
+
+@pytest.mark.parametrize(("velocity", "east"), [((0.0, 0.0, 0.0), True), ((10.0, 0.0, 0.0), False), (None, False)])
+def test_a_plane_flies_the_line_of_a_velocity_keeps_its_course_without_any_and_north_without_the_part(
+    velocity: Vector | None, east: bool
+) -> None:
+    """On its way to the east. Scenarios 20 and 20b: type masks 12288, 3520, 3576."""
+    vehicle = Cockpit("plane", ready=False).vehicle
+    vehicle.state.body.v_east_m_s, vehicle.state.body.up_m = 12.0, 40.0
+    stream = OffboardStream(vehicle.params, vehicle.clock)
+    mode = OffboardMode(vehicle.context, stream)
+    mode.activate()
+    stream.hear(OffboardTarget(position=(0.0, 0.0, 50.0), velocity=velocity))
+    mode.step()
+    towards = vehicle.context.setpoint
+    assert (towards.east_m > 500.0, towards.north_m > 500.0, towards.up_m) == (east, not east, 50.0)
