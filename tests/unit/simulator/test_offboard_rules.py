@@ -122,3 +122,14 @@ def test_a_plane_flies_the_line_of_a_velocity_keeps_its_course_without_any_and_n
     mode.step()
     towards = vehicle.context.setpoint
     assert (towards.east_m > 500.0, towards.north_m > 500.0, towards.up_m) == (east, not east, 50.0)
+
+
+def test_a_rover_does_not_move_for_an_attitude() -> None:
+    """Scenario 21."""
+    vehicle = Cockpit("rover", ready=False).vehicle
+    stream = OffboardStream(vehicle.params, vehicle.clock)
+    mode = OffboardMode(vehicle.context, stream)
+    mode.activate()
+    stream.hear(OffboardTarget(thrust=0.7, tilt_rad=(0.2, -0.2)))
+    mode.step()
+    assert vehicle.context.setpoint.point == (0.0, 0.0)
