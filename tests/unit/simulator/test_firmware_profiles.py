@@ -62,11 +62,11 @@ def test_how_long_a_mission_stays_at_its_gripper_item(firmware: str, params: dic
 
 
 def test_an_ack_counts_for_its_own_item_alone() -> None:
-    """After the release's ack the mission waits for the grab's too."""
-    cockpit = Cockpit(firmware="px4-1.14", params={"PD_GRIPPER_TO": 2.0})
-    cockpit.start([*DROP[:3], do(Cmd.DO_GRIPPER, 1, 1), waypoint(60, 45, 15)])
+    """The release's is no answer to the winch item behind it, which nobody answers."""
+    cockpit = Cockpit(firmware="px4-1.14", params={"MIS_PD_TO": 4.0})
+    cockpit.start([takeoff(5), waypoint(10, 0, 5), RELEASE, do(Cmd.DO_WINCH, 1, 4), waypoint(10, 45, 5)])
     cockpit.until(lambda: cockpit.vehicle.store.current_seq == 3)
-    assert cockpit.until(lambda: cockpit.vehicle.store.current_seq == 4) == pytest.approx(2.0, abs=0.1)
+    assert cockpit.until(lambda: cockpit.vehicle.store.current_seq == 4) == pytest.approx(4.0, abs=0.1)
 
 
 def test_px4_1_14_goes_on_at_once_when_the_gripper_is_open_already() -> None:
