@@ -13,6 +13,7 @@ from app.simulator.offboard.target import OffboardTarget, Vector
 from app.simulator.wire import Mode
 from tests.unit.simulator.cockpit import Cockpit
 
+NAN = math.nan
 POSITION, ACCELERATION = 3576, 3135
 
 
@@ -133,3 +134,20 @@ def test_a_rover_does_not_move_for_an_attitude() -> None:
     stream.hear(OffboardTarget(thrust=0.7, tilt_rad=(0.2, -0.2)))
     mode.step()
     assert vehicle.context.setpoint.point == (0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("position", "held"),
+    [((NAN, 5.0, 12.0), (20.0, 5.0, 12.0)), ((3.0, NAN, 12.0), (3.0, -7.0, 12.0)), ((3.0, 5.0, NAN), (3.0, 5.0, 9.0))],
+)
+def test_a_coordinate_that_is_not_a_number_stays_where_the_vehicle_was(position: Vector, held: Vector) -> None:
+    vehicle = Cockpit(ready=False).vehicle
+    body = vehicle.state.body
+    body.north_m, body.east_m, body.up_m = 20.0, -7.0, 9.0
+    stream = OffboardStream(vehicle.params, vehicle.clock)
+    mode = OffboardMode(vehicle.context, stream)
+    mode.activate()
+    stream.hear(OffboardTarget(position=position))
+    mode.step()
+    towards = vehicle.context.setpoint
+    assert (*towards.point, towards.up_m) == held
