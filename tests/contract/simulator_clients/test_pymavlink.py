@@ -27,7 +27,7 @@ PLAN = """QGC WPL 110
 @pytest.fixture(scope="module")
 def vehicle() -> Iterator[Any]:
     """A connection that has heard the vehicle and sends heartbeats at 1 Hz whenever it waits."""
-    with SimulatedFleet("quad", speed=8.0, params="RTL_RETURN_ALT=12.0") as fleet:
+    with SimulatedFleet("quad", speed=4.0, params="RTL_RETURN_ALT=12.0") as fleet:
         port = fleet.connections[0].rpartition(":")[2]
         with mavutil.mavlink_connection(f"udpin:127.0.0.1:{port}", dialect="common") as connection:
             assert not hasattr(mavutil.mavlink, "MAVLink_event_message"), "the released dialect, not ours"
@@ -40,7 +40,7 @@ def heard(vehicle: Any, kind: str, wanted: Callable[[Any], bool] = lambda messag
     deadline_s, beat_s = time.monotonic() + HANG_S, 0.0
     while time.monotonic() < deadline_s:
         if time.monotonic() >= beat_s:
-            beat_s = time.monotonic() + 0.125  # 1 Hz of vehicle time
+            beat_s = time.monotonic() + 0.25  # 1 Hz of vehicle time
             vehicle.mav.heartbeat_send(6, 8, 0, 0, 4)
         message = vehicle.recv_match(type=kind, blocking=True, timeout=0.1)
         if message is not None and wanted(message):
