@@ -38,6 +38,7 @@ class PayloadDeliverer:
         self._clock = clock
         self._action: _Action | None = None
         self._output_due_s: float | None = None
+        self._jaws_due_s: float | None = None
         self.valid = False
         """There is a gripper; read at power-up only."""
         self.boot()
@@ -47,10 +48,9 @@ class PayloadDeliverer:
         enabled = "PD_GRIPPER_EN" not in self._params or self._params.integer("PD_GRIPPER_EN") == 1
         self.valid = enabled and self._params.integer("PD_GRIPPER_TYPE") >= 0
         self._action = None
-        self._output_due_s = None
-        self._gripper.released = False
-        if not self._faults.stuck_gripper:
-            self._gripper.output_released = False
+        self._output_due_s = self._jaws_due_s = None
+        self._gripper.released = self._gripper.output_released = False
+        self._move_jaws()
 
     def command(self, param2: float, ack: Ack) -> None:
         """DO_GRIPPER: param2 0 releases, 1 grabs; instance and everything else are ignored."""
@@ -72,22 +72,29 @@ class PayloadDeliverer:
             return
         self._action = _Action(release, self._clock.now_s, ack)
         self._gripper.released = release
-        self._output_due_s = self._clock.now_s + OUTPUT_DELAY_S + self._faults.slow_gripper_s
+        self._output_due_s = self._clock.now_s + OUTPUT_DELAY_S
+        self._jaws_due_s = self._output_due_s + self._faults.slow_gripper_s
         ack(Result.IN_PROGRESS)
 
     def step(self) -> None:
-        """Move the output, end the timer."""
+        """Move the output, then the jaws, end the timer."""
         now_s = self._clock.now_s
         if self._output_due_s is not None and now_s >= self._output_due_s:
             self._output_due_s = None
-            if not self._faults.stuck_gripper:
-                self._gripper.output_released = self._gripper.released
+            self._gripper.output_released = self._gripper.released
+        if self._jaws_due_s is not None and now_s >= self._jaws_due_s:
+            self._jaws_due_s = None
+            self._move_jaws()
         action = self._action
         if action is not None:
             duration_s = float(self._params["PD_GRIPPER_TO"]) + self._faults.slow_gripper_s
             if now_s - action.started_s >= duration_s:
                 self._action = None
                 action.ack(Result.ACCEPTED)
+
+    def _move_jaws(self) -> None:
+        if not self._faults.stuck_gripper:
+            self._gripper.is_open = self._gripper.output_released
 
 
 def _releases(param2: float) -> bool | None:

@@ -67,7 +67,7 @@ class ExternalGripper:
         if self._faults.stuck_gripper:
             action.answer(Result.FAILED)
             return
-        self._gripper.released = self._gripper.output_released = action.release
+        self._gripper.released = self._gripper.output_released = self._gripper.is_open = action.release
         action.answer(Result.ACCEPTED)
 
     def status(self) -> Message | None:

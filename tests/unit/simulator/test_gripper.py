@@ -158,16 +158,21 @@ def test_it_stays_released_after_landing() -> None:
     assert cockpit.last("SERVO_OUTPUT_RAW").servo5_raw == 1000
 
 
-def test_a_stuck_gripper_acknowledges_by_its_timer_and_does_not_move(cockpit: Cockpit) -> None:
+def test_a_stuck_gripper_looks_on_the_link_like_one_that_opened(cockpit: Cockpit) -> None:
     cockpit.arm()
     cockpit.vehicle.faults.stuck_gripper = True
     assert gripper(cockpit, 0) == [Result.IN_PROGRESS, Result.ACCEPTED]
-    assert cockpit.last("SERVO_OUTPUT_RAW").servo5_raw == 2000
+    assert cockpit.last("SERVO_OUTPUT_RAW").servo5_raw == 1000
+    assert not cockpit.vehicle.state.gripper.is_open
 
 
 def test_a_slow_gripper_takes_longer(cockpit: Cockpit) -> None:
     cockpit.vehicle.faults.slow_gripper_s = 2.0
-    assert gripper(cockpit, 0, wait_s=4.5) == [Result.IN_PROGRESS]
+    assert gripper(cockpit, 0, wait_s=1.5) == [Result.IN_PROGRESS]
+    assert not cockpit.vehicle.state.gripper.is_open
+    cockpit.fly(3.0)
+    assert cockpit.vehicle.state.gripper.is_open
+    assert len([m for m in cockpit.messages("COMMAND_ACK") if m.result == Result.ACCEPTED]) == 1
     cockpit.fly(1.0)
     assert cockpit.last("COMMAND_ACK").result == Result.ACCEPTED
 
