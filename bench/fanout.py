@@ -25,7 +25,7 @@ from aiohttp import web
 
 from app.api import ApiServices, ApiSettings, build_app
 from app.domain.events import Event, EventKind, NewEvent
-from app.domain.ports import Unsubscribe, VehicleLink
+from app.domain.ports import StoredPlan, Unsubscribe, VehicleLink
 from app.domain.run import Run
 from app.services.access import Access
 from app.services.clock import SystemClock
@@ -50,7 +50,9 @@ class ListStore:
     def __init__(self) -> None:
         self.events: list[Event] = []
 
-    async def append(self, events: Sequence[NewEvent], runs: Sequence[Run] = ()) -> Sequence[Event]:
+    async def append(
+        self, events: Sequence[NewEvent], runs: Sequence[Run] = (), plans: Sequence[StoredPlan] = ()
+    ) -> Sequence[Event]:
         """See EventStore."""
         stored = numbered(events, len(self.events) + 1)
         self.events += stored

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from app.domain.events import Event, EventKind, NewEvent
-from app.domain.ports import EventStore
+from app.domain.ports import EventStore, StoredPlan
 from app.domain.run import Run
 from app.services.clock import SystemClock
 from app.services.fanout import EventSubscription
@@ -41,10 +41,12 @@ class CountingStore:
         self._store = store
         self.commits: list[int] = []
 
-    async def append(self, events: Sequence[NewEvent], runs: Sequence[Run] = ()) -> Sequence[Event]:
+    async def append(
+        self, events: Sequence[NewEvent], runs: Sequence[Run] = (), plans: Sequence[StoredPlan] = ()
+    ) -> Sequence[Event]:
         """See EventStore."""
         self.commits.append(len(events))
-        return await self._store.append(events, runs)
+        return await self._store.append(events, runs, plans)
 
     async def read(self, *, after: int, limit: int, run_id: str | None = None) -> Sequence[Event]:
         """See EventStore."""

@@ -11,9 +11,9 @@ from rich.markup import escape
 
 from app.cli.exit_status import ExitStatus
 from app.cli.serve import DataDirOption
-from app.cli.terminal import count, err, out
+from app.cli.terminal import count, err, out, show_error
 from app.config import load_settings
-from app.domain.errors import InvalidInputError
+from app.domain.errors import InvalidInputError, StorageError
 from app.domain.journal_chain import JournalHead
 
 AnchorOption = Annotated[
@@ -31,7 +31,11 @@ def verify_journal(anchor: AnchorOption = None, data_dir: DataDirOption = None) 
     from app.application import verify
 
     anchors = [_anchor(text) for text in anchor or []]
-    found = asyncio.run(verify(load_settings(data_dir=data_dir), anchors))
+    try:
+        found = asyncio.run(verify(load_settings(data_dir=data_dir), anchors))
+    except StorageError as error:  # 1 is kept for a journal that was altered
+        show_error(error)
+        raise typer.Exit(ExitStatus.UNUSABLE) from error
     for alteration in found.alterations:
         err().print(f"[bold red]altered[/]: {escape(alteration)}")
     events, plans, runs = count(found.head.seq, "event"), count(found.plans, "plan"), count(found.runs, "run")
@@ -39,9 +43,9 @@ def verify_journal(anchor: AnchorOption = None, data_dir: DataDirOption = None) 
         "as written" if not found.alterations else f"NOT as written: {count(len(found.alterations), 'alteration')}"
     )
     err().print(f"{found.gateway}: {events}, {plans}, {runs}: {verdict}", markup=False)
-    out().out(f"{found.head.seq}:{found.head.hash}", highlight=False)
     if found.alterations:
         raise typer.Exit(ExitStatus.NOT_ACHIEVED)
+    out().out(f"{found.head.seq}:{found.head.hash}", highlight=False)
 
 
 def _anchor(text: str) -> JournalHead:

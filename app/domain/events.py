@@ -32,7 +32,7 @@ class EventKind(StrEnum):
     VEHICLE_COMMAND = "vehicle.command"
     """data: command, params, by, outcome. A command that a user gave outside a run (hold, return, land)."""
     PLAN_CREATED = "plan.created"
-    """data: plan_id, hash, name."""
+    """data: plan_id, hash, name, vehicle_type, created_at, created_by."""
     RUN_CREATED = "run.created"
     """data: the whole run."""
     RUN_CHANGED = "run.changed"

@@ -204,8 +204,10 @@ class LinkSource(Protocol):
 class EventStore(Protocol):
     """The journal on disk. One writer."""
 
-    async def append(self, events: Sequence[NewEvent], runs: Sequence[Run] = ()) -> Sequence[Event]:
-        """Number and store events, and the runs they changed, in one transaction. Raises StorageError."""
+    async def append(
+        self, events: Sequence[NewEvent], runs: Sequence[Run] = (), plans: Sequence[StoredPlan] = ()
+    ) -> Sequence[Event]:
+        """Number and store events, the runs they changed, the plans they announce, in one commit. Raises StorageError."""
 
     async def read(self, *, after: int, limit: int, run_id: str | None = None) -> Sequence[Event]:
         """Events with seq > after, in order, at most `limit`."""
@@ -238,10 +240,7 @@ class StoredPlan:
 
 
 class PlanStore(Protocol):
-    """Accepted plans; never changed after they are stored."""
-
-    async def add(self, plan: StoredPlan) -> None:
-        """Store. Raises StorageError."""
+    """Accepted plans; never changed after they are stored (with their event: EventStore.append)."""
 
     async def get(self, plan_id: str) -> StoredPlan | None:
         """One plan."""

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, Final
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, ValidationError
 
 from app.domain.drop import DropRecord
 from app.domain.events import Event, EventKind
 from app.domain.plan import Order
+from app.domain.plan.identity import document_hash
 from app.domain.run import Run, RunState
+from app.domain.run_fold import RunFold
 from app.domain.vehicle import VehicleType
 
 
@@ -18,10 +21,15 @@ class _Part(BaseModel):
 
 
 class PlanProof(_Part):
-    """The plan that was flown. `hash` is the SHA-256 of its canonical JSON, as when it was posted."""
+    """The plan that was flown. `hash` is the SHA-256 of its canonical JSON when the run was made.
+
+    `is_as_flown` says whether the plan that is stored now still has this hash: if not, somebody altered it, and order,
+    name and map are not to be trusted.
+    """
 
     id: str
     hash: str
+    is_as_flown: bool
     name: str | None = None
     order: Order | None = None
 
@@ -81,14 +89,19 @@ _STATES: Final = frozenset({EventKind.RUN_CREATED, EventKind.RUN_CHANGED})
 
 
 class Story:
-    """Collects a run's entries from its events, in order. Of the run itself only its changes of state are told."""
+    """Collects a run's entries from its events, in order. Of the run itself only its changes of state are told.
+
+    `fold` is the run as these events left it: the proof rests on the chain and not on the table of runs.
+    """
 
     def __init__(self) -> None:
+        self.fold = RunFold()
         self._entries: list[Entry] = []
         self._state: tuple[object, object] | None = None
 
     def take(self, event: Event) -> None:
         """One event of the run."""
+        self.fold.take(event.kind, event.data)
         if event.kind in _WHOLE:
             self._add(event, event.data)
         elif event.kind in _STATES:
@@ -105,8 +118,9 @@ class Story:
         self._entries.append(Entry(seq=event.seq, hash=event.hash, time=event.time, kind=event.kind, data=data))
 
 
-def proof_of(run: Run, story: Story, *, gateway: str, name: str | None, order: Order | None, issued_at: float) -> Proof:
-    """The proof of a run as it is now."""
+def proof_of(run: Run, story: Story, *, gateway: str, document: Mapping[str, Any], issued_at: float) -> Proof:
+    """The proof of a run as its events tell it; `document` is the plan that is stored for it."""
+    run = story.fold.run() or run  # events of another version may tell less than this one can read
     return Proof(
         gateway=gateway,
         issued_at=issued_at,
@@ -118,7 +132,7 @@ def proof_of(run: Run, story: Story, *, gateway: str, name: str | None, order: O
         created_at=run.created_at,
         started_at=run.started_at,
         ended_at=run.ended_at,
-        plan=PlanProof(id=run.plan_id, hash=run.plan_hash, name=name, order=order),
+        plan=_plan_proof(run, document),
         mission=MissionProof(hash=run.mission_hash, id=run.mission_id),
         vehicle=VehicleProof(
             id=run.vehicle_id, uid=run.vehicle_uid, vehicle_type=run.vehicle_type, firmware=run.firmware
@@ -126,3 +140,22 @@ def proof_of(run: Run, story: Story, *, gateway: str, name: str | None, order: O
         drops=run.drops,
         entries=story.told(),
     )
+
+
+def _plan_proof(run: Run, document: Mapping[str, Any]) -> PlanProof:
+    name = document.get("name")
+    return PlanProof(
+        id=run.plan_id,
+        hash=run.plan_hash,
+        is_as_flown=document_hash(document) == run.plan_hash,
+        name=name if isinstance(name, str) else None,
+        order=_order(document),
+    )
+
+
+def _order(document: Mapping[str, Any]) -> Order | None:
+    """The plan's order; None too for one of another version that this one cannot read."""
+    try:
+        return None if document.get("order") is None else Order.model_validate(document["order"])
+    except ValidationError:
+        return None

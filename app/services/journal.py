@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from app.domain.errors import StorageError, WaydropError
 from app.domain.events import Event, EventKind, NewEvent
-from app.domain.ports import EventStore
+from app.domain.ports import EventStore, StoredPlan
 from app.domain.run import Run
 from app.services.clock import Clock
 from app.services.fanout import EventSubscription, Fanout
@@ -27,6 +27,7 @@ class _Call:
 
     events: Sequence[NewEvent]
     runs: Sequence[Run]
+    plans: Sequence[StoredPlan]
     stored: asyncio.Future[Sequence[Event]]
 
 
@@ -87,8 +88,10 @@ class Journal:
         """An event that happens now. `data` as the kind documents it, JSON-able."""
         return NewEvent(kind=kind, time=self._clock.now(), vehicle_id=vehicle_id, run_id=run_id, data=data)
 
-    async def record(self, *events: NewEvent, runs: Sequence[Run] = ()) -> Sequence[Event]:
-        """Store events, with the runs they changed, fan them out, and return them numbered.
+    async def record(
+        self, *events: NewEvent, runs: Sequence[Run] = (), plans: Sequence[StoredPlan] = ()
+    ) -> Sequence[Event]:
+        """Store events, with the runs they changed and the plans they announce, fan them out, and return them numbered.
 
         One call's events have consecutive numbers and are stored together or not at all. If the caller is cancelled
         meanwhile, they may still be stored.
@@ -97,7 +100,7 @@ class Journal:
             StorageError: they are not stored, and nobody was told of them.
             InvalidInputError: an event's data is not JSON; they are not stored.
         """
-        call = _Call(events, runs, asyncio.get_running_loop().create_future())
+        call = _Call(events, runs, plans, asyncio.get_running_loop().create_future())
         async with self._entry:
             self._refuse_if_closed()
             await self._queue.put(call)
@@ -151,8 +154,9 @@ class Journal:
     async def _store_batch(self, batch: Sequence[_Call]) -> None:
         events = [event for call in batch for event in call.events]
         runs = [run for call in batch for run in call.runs]
+        plans = [plan for call in batch for plan in call.plans]
         try:
-            stored = await self._store.append(events, runs)
+            stored = await self._store.append(events, runs, plans)
         except WaydropError as error:
             self._healthy = not isinstance(error, StorageError)
             if len(batch) == 1:

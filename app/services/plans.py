@@ -96,10 +96,16 @@ class Plans:
             created_by=by,
             document=plan.model_dump(mode="json"),
         )
-        await self._store.add(stored)
-        await self._journal.record(
-            self._journal.new_event(EventKind.PLAN_CREATED, plan_id=stored.id, hash=stored.hash, name=stored.name)
+        announced = self._journal.new_event(
+            EventKind.PLAN_CREATED,
+            plan_id=stored.id,
+            hash=stored.hash,
+            name=stored.name,
+            vehicle_type=stored.vehicle_type.value,
+            created_at=stored.created_at,
+            created_by=by,
         )
+        await self._journal.record(announced, plans=(stored,))
         return self._keep(_view(stored, check))
 
     async def get(self, plan_id: str) -> PlanView:

@@ -5,9 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Final
 
-from pydantic import ValidationError
-
-from app.domain.plan import Order
 from app.domain.ports import PlanStore
 from app.domain.proof import Proof, Story, proof_of
 from app.services.clock import Clock
@@ -49,16 +46,7 @@ class Proofs:
             run,
             story,
             gateway=self._gateway_id,
-            name=None if stored is None else stored.name,
-            order=_order(document),
+            document=document,
             issued_at=self._clock.now(),
         )
         return IssuedProof(proof, document)
-
-
-def _order(document: dict[str, Any]) -> Order | None:
-    """The plan's order; None too for one of another version that this one cannot read."""
-    try:
-        return None if document.get("order") is None else Order.model_validate(document["order"])
-    except ValidationError:
-        return None

@@ -11,11 +11,13 @@ from sqlalchemy.ext.asyncio import AsyncConnection
 
 from app.domain.events import Event, NewEvent
 from app.domain.journal_chain import JournalHead, event_hash
+from app.domain.ports import StoredPlan
 from app.domain.run import Run
 from app.storage.database import Database
 from app.storage.documents import to_json, unreadable
+from app.storage.plans import plan_row
 from app.storage.runs import upsert_runs
-from app.storage.schema import EVENTS
+from app.storage.schema import EVENTS, PLANS
 
 _LAST_SEQ = sa.select(sa.func.coalesce(sa.func.max(EVENTS.c.seq), 0).label("last_seq"))
 _HEAD = sa.select(EVENTS.c.seq, EVENTS.c.hash).order_by(EVENTS.c.seq.desc()).limit(1)
@@ -28,22 +30,27 @@ class SqliteEventStore:
         self._database = database
         self._gateway_id = gateway_id
 
-    async def append(self, events: Sequence[NewEvent], runs: Sequence[Run] = ()) -> Sequence[Event]:
+    async def append(
+        self, events: Sequence[NewEvent], runs: Sequence[Run] = (), plans: Sequence[StoredPlan] = ()
+    ) -> Sequence[Event]:
         """See EventStore. If it raises, nothing of the call is stored.
 
         Raises:
-            StorageError: the file cannot be written.
+            StorageError: the file cannot be written, or a plan's id is taken.
             InvalidInputError: an event's data is not JSON.
         """
-        if not events and not runs:
+        if not events and not runs and not plans:
             return ()
         rows = [_row(event) for event in events]
+        plan_rows = [plan_row(plan) for plan in plans]
 
         async def insert(connection: AsyncConnection) -> tuple[Event, ...]:
             # read anew each time: whatever became of an earlier commit, the next number and link are the right ones
             chained = self._chained(await _head(connection), rows) if rows else []
             if chained:
                 await connection.execute(sa.insert(EVENTS), chained)
+            if plan_rows:
+                await connection.execute(sa.insert(PLANS), plan_rows)
             await upsert_runs(connection, runs)
             return tuple([self._numbered(event, row) for event, row in zip(events, chained, strict=True)])
 

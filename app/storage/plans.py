@@ -1,9 +1,10 @@
-"""Plans on disk; implements PlanStore."""
+"""Plans on disk; implements PlanStore. They are written with the events that announce them (events.py)."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict
+from typing import Any
 
 import sqlalchemy as sa
 
@@ -14,19 +15,17 @@ from app.storage.documents import object_from_json, to_json, unreadable
 from app.storage.schema import PLANS
 
 
+def plan_row(plan: StoredPlan) -> dict[str, Any]:
+    """The plan as a row; events.py stores it with its event. Raises InvalidInputError if it is not JSON."""
+    document = to_json(f"plan {plan.id}", plan.document)
+    return asdict(plan) | {"vehicle_type": plan.vehicle_type.value, "document": document}
+
+
 class SqlitePlanStore:
     """PlanStore on one SQLite file."""
 
     def __init__(self, database: Database) -> None:
         self._database = database
-
-    async def add(self, plan: StoredPlan) -> None:
-        """See PlanStore. Raises StorageError too if the id is taken: a plan is never replaced."""
-        row = asdict(plan) | {
-            "vehicle_type": plan.vehicle_type.value,
-            "document": to_json(f"plan {plan.id}", plan.document),
-        }
-        await self._database.write(lambda connection: connection.execute(sa.insert(PLANS), row))
 
     async def get(self, plan_id: str) -> StoredPlan | None:
         """See PlanStore."""

@@ -2,73 +2,108 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import sqlite3
+from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from typing import Any, Final
 
-from app.domain.events import EventKind
+from pydantic import ValidationError
 
-_WHOLE_RUN: Final = (EventKind.RUN_CREATED, EventKind.RUN_CHANGED)
-_NOT_TOLD: Final = "updated_at"
-"""A drop's event does not carry it."""
+from app.domain.events import EventKind
+from app.domain.plan.identity import document_hash
+from app.domain.run import Run
+from app.domain.run_fold import RunFold
+
+_PLAN_COLUMNS: Final = ("hash", "name", "vehicle_type", "created_at", "created_by")
+_RUN_KINDS: Final = frozenset({EventKind.RUN_CREATED, EventKind.RUN_CHANGED, EventKind.RUN_DROP})
+_RUN_COLUMNS: Final = ("plan_id", "vehicle_id", "is_over")
 
 
 class Told:
-    """Filled event by event, in order. Every change of a run is told by an event, stored in the same transaction."""
+    """Filled event by event, in order. A plan and a run are stored in one transaction with what tells of them."""
 
     def __init__(self) -> None:
-        self._plans: dict[str, object] = {}
-        self._runs: dict[str, dict[str, Any]] = {}
+        self._plans: dict[str, dict[str, Any]] = {}
+        self._runs: defaultdict[str, RunFold] = defaultdict(RunFold)
 
     def take(self, kind: str, run_id: str | None, data: str) -> None:
         """One event. `data` is its JSON text."""
         if kind == EventKind.PLAN_CREATED:
-            told = _object(data)
-            self._plans[str(told.get("plan_id"))] = told.get("hash")
-        elif run_id is not None and kind in _WHOLE_RUN:
-            self._runs[run_id] = _object(data)
-        elif run_id in self._runs and kind == EventKind.RUN_DROP:
-            drop, run = _object(data), self._runs[run_id]
-            item = drop.get("plan_item_id")
-            run["drops"] = [drop if old.get("plan_item_id") == item else old for old in run.get("drops", [])]
+            told = object_of(data)
+            self._plans[str(told.get("plan_id"))] = told
+        elif run_id is not None and kind in _RUN_KINDS:
+            self._runs[run_id].take(kind, object_of(data))
 
     def altered_plans(self, rows: Iterable[sqlite3.Row]) -> Iterator[str]:
-        """Plans that are not the ones that were posted. A plan whose event was never stored is held to its own hash."""
-        missing = dict(self._plans)
+        """Plans that are not the ones that were posted, or not the ones that a run flew."""
+        missing, flown = dict(self._plans), self._flown_hashes()
         for row in rows:
-            told = missing.pop(row["id"], row["hash"])
-            if not _hash(row["document"]) == row["hash"] == told:
+            told = missing.pop(row["id"], None)
+            if told is None:
+                yield f"plan {row['id']} is told of by no event"
+                continue
+            document = object_of(row["document"])
+            known = {name: told[name] for name in _PLAN_COLUMNS if name in told}  # the first versions told less
+            same = all(row[name] == value for name, value in known.items())
+            same = same and _is_document(document, row) and flown.get(row["id"], {row["hash"]}) == {row["hash"]}
+            if not same:
                 yield f"plan {row['id']} is not the one that was posted"
         for plan_id in missing:
             yield f"plan {plan_id} was posted, and is missing"
 
     def altered_runs(self, rows: Iterable[sqlite3.Row]) -> Iterator[str]:
-        """Runs that are not as their events left them. A field that only one side knows came with another version."""
+        """Runs that are not as their events left them, in the document or in the columns that are searched."""
         missing = dict(self._runs)
         for row in rows:
-            told, stored = missing.pop(row["id"], None), _object(row["document"])
-            if told is None:
+            fold = missing.pop(row["id"], None)
+            if fold is None or not fold.is_told:
                 yield f"run {row['id']} is told of by no event"
                 continue
-            names = (told.keys() & stored.keys()) - {_NOT_TOLD}
-            differing = sorted(name for name in names if told[name] != stored[name])
-            if differing or not names:
-                yield f"run {row['id']} is not as its events left it: {', '.join(differing) or 'nothing is left'}"
+            differing = _differences(row, fold)
+            if differing:
+                yield f"run {row['id']} is not as its events left it: {', '.join(differing)}"
         for run_id in missing:
             yield f"run {run_id} is told of by events, and is missing"
 
+    def _flown_hashes(self) -> dict[str, set[str]]:
+        flown: defaultdict[str, set[str]] = defaultdict(set)
+        for fold in self._runs.values():
+            if (run := fold.run()) is not None:
+                flown[run.plan_id].add(run.plan_hash)
+        return flown
 
-def _hash(document: str) -> str:
-    """As domain/plan/identity.py does it, over what is stored."""
-    text = json.dumps(_object(document), sort_keys=True, separators=(",", ":"), ensure_ascii=False)
-    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
 
-
-def _object(text: str) -> dict[str, Any]:
+def object_of(text: object) -> dict[str, Any]:
+    """The JSON object in a column, empty if there is none: a check must not end at rubbish."""
     try:
-        value = json.loads(text)
-    except ValueError:
+        value = json.loads(text) if isinstance(text, str) else None
+    except (ValueError, RecursionError):
         return {}
     return value if isinstance(value, dict) else {}
+
+
+def _is_document(document: dict[str, Any], row: sqlite3.Row) -> bool:
+    try:
+        hashed = document_hash(document)
+    except (ValueError, RecursionError):
+        return False
+    return hashed == row["hash"] and (document.get("name"), document.get("vehicle_type")) == (
+        row["name"],
+        row["vehicle_type"],
+    )
+
+
+def _differences(row: sqlite3.Row, fold: RunFold) -> list[str]:
+    """What differs, by name. Both are read by the same model, so a field that a version added counts as its default."""
+    told = fold.run()
+    if told is None:
+        return ["its events cannot be read by this version"]
+    try:
+        stored = Run.model_validate(object_of(row["document"]))
+    except ValidationError:
+        return ["it cannot be read"]
+    exempt = set() if fold.knows_when else {"updated_at"}
+    fields = [name for name in Run.model_fields if getattr(told, name) != getattr(stored, name) and name not in exempt]
+    columns = [name for name in _RUN_COLUMNS if row[name] != getattr(told, name)]
+    return sorted({*fields, *columns})

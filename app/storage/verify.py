@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import sqlite3
+from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
@@ -52,33 +53,46 @@ def _verify(path: Path, anchors: Sequence[JournalHead]) -> Verification:
         row = connection.execute("SELECT id FROM gateway").fetchone()
         gateway = "" if row is None else str(row["id"])
         told, head, found = Told(), JournalHead(), list[str]()
-        kept = {anchor.seq: anchor.hash for anchor in anchors}
+        kept = defaultdict[int, set[str]](set)
+        for anchor in anchors:
+            kept[anchor.seq].add(anchor.hash)
         for event in connection.execute(_EVENTS):
             found += _altered(event, gateway, head)
-            head = JournalHead(seq=event["seq"], hash=event["hash"])
-            if kept.pop(head.seq, head.hash) != head.hash:
+            head = JournalHead(seq=event["seq"], hash=str(event["hash"]))
+            if kept.pop(head.seq, {head.hash}) != {head.hash}:
                 found.append(f"event {head.seq}: its hash is not the one that was kept elsewhere")
             told.take(event["kind"], event["run_id"], event["data"])
         found += [f"event {seq} was there once, and is missing" for seq in sorted(kept)]
-        plans = connection.execute("SELECT id, hash, document FROM plans ORDER BY position").fetchall()
-        runs = connection.execute("SELECT id, document FROM runs ORDER BY position").fetchall()
-    found += [*told.altered_plans(plans), *told.altered_runs(runs)]
-    return Verification(gateway, head, len(plans), len(runs), found)
+        found += told.altered_plans(connection.execute("SELECT * FROM plans ORDER BY position"))
+        found += told.altered_runs(connection.execute("SELECT * FROM runs ORDER BY position"))
+        plans, runs = (connection.execute(f"SELECT count(*) FROM {name}").fetchone()[0] for name in ("plans", "runs"))
+    return Verification(gateway, head, plans, runs, found)
 
 
 def _altered(event: sqlite3.Row, gateway: str, head: JournalHead) -> Iterator[str]:
     if event["seq"] != head.seq + 1:
-        yield f"event {event['seq']}: the {event['seq'] - head.seq - 1} before it are missing"
-    elif event_hash(head.hash, gateway=gateway, **{name: event[name] for name in _HASHED}) != event["hash"]:
+        yield f"event {event['seq']}: it does not follow event {head.seq}; what stood between them is missing"
+    elif not _fits(event, gateway, head):
         yield f"event {event['seq']}: its hash does not fit; it is not what was written, or the hash before it is not"
+
+
+def _fits(event: sqlite3.Row, gateway: str, head: JournalHead) -> bool:
+    try:
+        hashed = event_hash(head.hash, gateway=gateway, **{name: event[name] for name in _HASHED})
+    except (TypeError, ValueError):  # a blob, or an infinite time: nothing that was ever written
+        return False
+    return bool(hashed == event["hash"])
 
 
 @contextmanager
 def _opened(path: Path) -> Iterator[sqlite3.Connection]:
     if not path.is_file():
         raise StorageError(f"there is no journal at {path}", hint="name the folder that Waydrop uses: --data-dir")
-    with closing(sqlite3.connect(path, timeout=5.0, isolation_level=None)) as connection:
+    # mode=ro: what a killed process left is read as it is, and nothing of it is tidied up
+    uri = f"{path.absolute().as_uri()}?mode=ro"
+    with closing(sqlite3.connect(uri, uri=True, timeout=5.0, isolation_level=None)) as connection:
         connection.row_factory = sqlite3.Row
+        connection.text_factory = lambda text: text.decode("utf-8", "surrogateescape")
         connection.execute("PRAGMA query_only = ON")
         if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
             raise StorageError(f"{path} is a database of another program, not a journal")

@@ -17,7 +17,9 @@ from app.services.views import VehicleView
 class BrokenDisk:
     """EventStore and AnswerStore on a disk that takes nothing."""
 
-    async def append(self, events: Sequence[NewEvent], runs: Sequence[object] = ()) -> Sequence[Event]:
+    async def append(
+        self, events: Sequence[NewEvent], runs: Sequence[object] = (), plans: Sequence[object] = ()
+    ) -> Sequence[Event]:
         raise StorageError("no space left on the disk")
 
     async def read(self, *, after: int, limit: int, run_id: str | None = None) -> Sequence[Event]:

@@ -27,12 +27,8 @@ async def test_a_proof_names_order_plan_mission_vehicle_and_every_drop(service: 
     status, _, proof = await service.call("GET", f"/api/v1/runs/{run_id}/proof")
     _, _, run = await service.call("GET", f"/api/v1/runs/{run_id}")
     assert status == 200
-    assert proof["plan"] == {
-        "id": run["plan_id"],
-        "hash": run["plan_hash"],
-        "name": plan["name"],
-        "order": plan["order"],
-    }
+    flown = {"id": run["plan_id"], "hash": run["plan_hash"], "is_as_flown": True}
+    assert proof["plan"] == {**flown, "name": plan["name"], "order": plan["order"]}
     assert len(proof["mission"]["hash"]) == 64
     assert proof["vehicle"]["vehicle_type"] == plan["vehicle_type"]
     assert [drop["plan_item_id"] for drop in proof["drops"]] == ["drop"]

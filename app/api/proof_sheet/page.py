@@ -74,6 +74,10 @@ def _head(proof: Proof) -> str:
             ("Vehicle's unique id", proof.vehicle.uid),
             ("Plan", f"{proof.plan.id}, SHA-256 {proof.plan.hash}"),
             (
+                "WARNING",
+                None if proof.plan.is_as_flown else "the stored plan is not the one that was flown: see verify-journal",
+            ),
+            (
                 "Mission",
                 proof.mission.hash and f"SHA-256 {proof.mission.hash}, PX4's id {proof.mission.id or 'not given'}",
             ),

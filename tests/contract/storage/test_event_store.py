@@ -61,26 +61,26 @@ async def test_read_of_a_run_gives_only_its_events(stores: Stores) -> None:
 
 
 async def test_runs_are_stored_with_their_events(stores: Stores) -> None:
-    await stores.plans.add(plan())
+    await stores.events.append([], plans=[plan()])
     await stores.events.append([event(1, "run-1")], [run()])
     assert await stores.runs.get("run-1") == run()
 
 
 async def test_a_run_may_change_without_an_event(stores: Stores) -> None:
-    await stores.plans.add(plan())
+    await stores.events.append([], plans=[plan()])
     assert list(await stores.events.append([], [run()])) == []
     assert await stores.runs.get("run-1") == run()
     assert await stores.events.last_seq() == 0
 
 
 async def test_of_a_run_given_twice_the_last_counts(stores: Stores) -> None:
-    await stores.plans.add(plan())
+    await stores.events.append([], plans=[plan()])
     await stores.events.append([event()], [run(), run(state=RunState.UPLOADING)])
     assert (await stores.runs.get("run-1")) == run(state=RunState.UPLOADING)
 
 
 async def test_an_append_that_cannot_be_stored_stores_nothing_and_takes_no_number(stores: Stores) -> None:
-    await stores.plans.add(plan())
+    await stores.events.append([], plans=[plan()])
     with pytest.raises(StorageError):
         await stores.events.append([event(1), event(2)], [run(1), run(2, plan_id="no such plan")])
     assert await stores.events.last_seq() == 0

@@ -16,7 +16,7 @@ async def test_an_unknown_run_is_none(stores: Stores) -> None:
 
 
 async def test_a_run_comes_back_as_it_was_stored_last(stores: Stores) -> None:
-    await stores.plans.add(plan())
+    await stores.events.append([], plans=[plan()])
     await store(stores, run())
     flown = run(state=RunState.FLYING).model_copy(
         update={"flown_item_ids": ("a", "b"), "reached_seq": 4, "mission_id": 2**32 - 1, "updated_at": 1234.5678}
@@ -27,14 +27,14 @@ async def test_a_run_comes_back_as_it_was_stored_last(stores: Stores) -> None:
 
 async def test_a_run_survives_a_restart(opener: Opener) -> None:
     async with opener() as stores:
-        await stores.plans.add(plan())
+        await stores.events.append([], plans=[plan()])
         await store(stores, run())
     async with opener() as stores:
         assert await stores.runs.get("run-1") == run()
 
 
 async def test_runs_are_listed_newest_first_and_a_change_moves_none(stores: Stores) -> None:
-    await stores.plans.add(plan())
+    await stores.events.append([], plans=[plan()])
     for number in (3, 1, 2):
         await store(stores, run(number))
     await store(stores, run(3, state=RunState.UPLOADING))
@@ -44,7 +44,7 @@ async def test_runs_are_listed_newest_first_and_a_change_moves_none(stores: Stor
 
 
 async def test_runs_are_listed_by_vehicle_and_by_being_open(stores: Stores) -> None:
-    await stores.plans.add(plan())
+    await stores.events.append([], plans=[plan()])
     await store(
         stores,
         run(1, vehicle_id="v1", state=RunState.COMPLETED),
@@ -58,7 +58,7 @@ async def test_runs_are_listed_by_vehicle_and_by_being_open(stores: Stores) -> N
 
 
 async def test_a_run_that_ends_is_open_no_more(stores: Stores) -> None:
-    await stores.plans.add(plan())
+    await stores.events.append([], plans=[plan()])
     await store(stores, run(state=RunState.FLYING))
     await store(stores, run(state=RunState.ABORTED))
     assert list(await stores.runs.list_runs(limit=10, open_only=True)) == []

@@ -194,8 +194,8 @@ def test_an_anchor_that_is_none_ends_with_2_and_is_repeated_as_typed(
     assert f"--anchor {anchor}: not SEQ:HASH" in capsys.readouterr().err
 
 
-def test_no_journal_to_verify_ends_with_1_and_says_where_it_looked(
+def test_no_journal_to_verify_ends_with_2_and_says_where_it_looked(
     monkeypatch: pytest.MonkeyPatch, capsys: Capture, tmp_path: Path
 ) -> None:
-    assert status_of(monkeypatch, "verify-journal", "--data-dir", str(tmp_path / "none")) == 1
+    assert status_of(monkeypatch, "verify-journal", "--data-dir", str(tmp_path / "none")) == 2
     assert "there is no journal at" in capsys.readouterr().err

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 
 from app.domain.errors import WaydropError
 from app.domain.events import Event, NewEvent
+from app.domain.ports import StoredPlan
 from app.domain.run import Run
 
 
@@ -31,6 +32,7 @@ class MemoryEventStore:
     def __init__(self, turns: Callable[[], int] = lambda: 0) -> None:
         self.events: list[Event] = []
         self.runs: dict[str, Run] = {}
+        self.plans: dict[str, StoredPlan] = {}
         self.batches: list[int] = []
         self.failures: list[WaydropError] = []
         self.refuse: Callable[[NewEvent], WaydropError | None] = lambda event: None
@@ -42,7 +44,9 @@ class MemoryEventStore:
         """Hold appends back until `open` is set."""
         self.open.clear()
 
-    async def append(self, events: Sequence[NewEvent], runs: Sequence[Run] = ()) -> Sequence[Event]:
+    async def append(
+        self, events: Sequence[NewEvent], runs: Sequence[Run] = (), plans: Sequence[StoredPlan] = ()
+    ) -> Sequence[Event]:
         """See EventStore. Fails with the next of `failures`, or as `refuse` says of any event."""
         await self._pass_time()
         await self.open.wait()
@@ -57,6 +61,7 @@ class MemoryEventStore:
         ]
         self.events += stored
         self.runs |= {run.id: run for run in runs}
+        self.plans |= {plan.id: plan for plan in plans}
         self.batches.append(len(events))
         await self._pass_time()  # on disk, but the journal does not know yet
         return stored

@@ -34,15 +34,11 @@ DOCUMENT: dict[str, Any] = {
 
 
 class MemoryPlanStore:
-    """PlanStore in a dict."""
+    """PlanStore over what the event store was given."""
 
-    def __init__(self) -> None:
-        self.plans: dict[str, StoredPlan] = {}
+    def __init__(self, plans: dict[str, StoredPlan]) -> None:
+        self.plans = plans
         self.reads = 0
-
-    async def add(self, plan: StoredPlan) -> None:
-        """See PlanStore."""
-        self.plans[plan.id] = plan
 
     async def get(self, plan_id: str) -> StoredPlan | None:
         """See PlanStore."""
@@ -66,13 +62,13 @@ def a_bad_plan() -> Plan:
 
 
 @pytest.fixture
-def store() -> MemoryPlanStore:
-    return MemoryPlanStore()
+def events() -> MemoryEventStore:
+    return MemoryEventStore()
 
 
 @pytest.fixture
-def events() -> MemoryEventStore:
-    return MemoryEventStore()
+def store(events: MemoryEventStore) -> MemoryPlanStore:
+    return MemoryPlanStore(events.plans)
 
 
 @pytest.fixture
@@ -99,7 +95,14 @@ async def test_a_new_plan_is_announced(plans: Plans, events: MemoryEventStore) -
     view = await plans.create(a_plan(), by="ward 3")
     (event,) = events.events
     assert event.kind is EventKind.PLAN_CREATED
-    assert event.data == {"plan_id": view.id, "hash": view.hash, "name": view.name}
+    assert event.data == {
+        "plan_id": view.id,
+        "hash": view.hash,
+        "name": view.name,
+        "vehicle_type": "multicopter",
+        "created_at": 1234.5,
+        "created_by": "ward 3",
+    }
 
 
 async def test_a_plan_with_an_error_is_refused_with_all_findings(
@@ -152,17 +155,18 @@ async def test_a_stored_plan_that_this_version_does_not_take_is_shown_with_the_r
 ) -> None:
     view = await plans.create(a_plan(), by="ward 3")
     old = replace(store.plans[view.id], id="plan-old", document={**view.plan, "colour": "red"})
-    await store.add(old)
+    store.plans[old.id] = old
     shown = await plans.get("plan-old")
     assert shown.plan == old.document
     assert shown.timeline is None
     assert [finding.pointer for finding in shown.findings] == ["/colour"]
 
 
-async def test_a_plan_that_cannot_be_announced_is_not_reported_as_made(plans: Plans, events: MemoryEventStore) -> None:
+async def test_a_plan_that_cannot_be_announced_is_not_made(plans: Plans, events: MemoryEventStore) -> None:
     events.failures.append(StorageError("the disk is full"))
     with pytest.raises(StorageError):
         await plans.create(a_plan(), by="ward 3")
+    assert events.plans == {}
 
 
 def test_a_check_against_a_vehicle_of_another_type_says_so_and_still_predicts(plans: Plans) -> None:

@@ -20,7 +20,7 @@ async def journal(tmp_path: Path) -> Path:
     """A closed journal with a plan, a run and some pages of events."""
     path = tmp_path / "journal.db"
     async with open_storage(path) as storage:
-        await storage.plans.add(plan())
+        await storage.events.append([], plans=[plan()])
         await storage.events.append([event(n, padding="x" * 1000) for n in range(200)], [run()])
     return path
 

@@ -20,7 +20,7 @@ async def connection(tmp_path: Path) -> AsyncIterator[sqlite3.Connection]:
     path = tmp_path / "journal.db"
     async with open_storage(path) as storage:
         await storage.events.append([event(1), event(2), event(3)])
-        await storage.plans.add(plan())
+        await storage.events.append([], plans=[plan()])
     with closing(sqlite3.connect(path)) as connection:
         yield connection
 

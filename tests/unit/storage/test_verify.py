@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import json
+import shutil
 import sqlite3
 from contextlib import closing
 from dataclasses import replace
@@ -14,13 +16,16 @@ from app.domain.drop import DropOutcome
 from app.domain.errors import StorageError
 from app.domain.events import EventKind, NewEvent
 from app.domain.journal_chain import GENESIS, JournalHead
+from app.domain.plan.identity import document_hash
+from app.domain.ports import StoredPlan
 from app.storage import Verification, open_storage, verify_journal
 from app.storage.migrate import migrate
-from app.storage.told import _hash
 from app.storage.verify import _HASHED
 from tests.contract.storage.samples import event, plan, run
 
-OTHER_PLAN = '{"version":2}'
+DOCUMENT = {"version": 1, "name": "clinic run 1", "vehicle_type": "multicopter"}
+OTHER = DOCUMENT | {"version": 2}
+OTHER_PLAN = json.dumps(OTHER)
 TRIGGERS = ("events_are_gapless", "events_never_change", "events_never_go", "plans_never_change", "plans_never_go")
 
 
@@ -40,17 +45,22 @@ async def journal(tmp_path: Path) -> Path:
 
 
 async def _write(path: Path) -> None:
-    stored = replace(plan(), hash=_hash('{"version":1}'), document={"version": 1})
-    flown = run()
+    stored = replace(plan(), hash=document_hash(DOCUMENT), document=DOCUMENT)
+    flown = run().model_copy(update={"plan_hash": stored.hash})
     done = flown.drops[0].model_copy(update={"outcome": DropOutcome.RELEASED})
     async with open_storage(path) as storage:
         await storage.events.append([event(1), event(2, größe="☂"), event(3)])
-        await storage.plans.add(stored)
-        await storage.events.append([told(EventKind.PLAN_CREATED, plan_id=stored.id, hash=stored.hash)])
+        await storage.events.append([told(EventKind.PLAN_CREATED, **announced(stored))], plans=[stored])
         await storage.events.append([told(EventKind.RUN_CREATED, **flown.model_dump(mode="json"))], [flown])
         await storage.events.append(
             [told(EventKind.RUN_DROP, **done.model_dump(mode="json"))], [flown.with_drop(done, now=2000.0)]
         )
+
+
+def announced(stored: StoredPlan) -> dict[str, object]:
+    """As services/plans.py does it."""
+    names = ("hash", "name", "created_at", "created_by")
+    return {"plan_id": stored.id, "vehicle_type": "multicopter", **{name: getattr(stored, name) for name in names}}
 
 
 def told(kind: EventKind, **data: object) -> NewEvent:
@@ -121,13 +131,13 @@ async def test_every_column_of_an_event_is_covered_by_its_hash(journal: Path) ->
 @pytest.mark.parametrize(
     ("statements", "said"),
     [
-        (["DELETE FROM events WHERE seq = 2"], "event 3: the 1 before it are missing"),
-        (["DELETE FROM events WHERE seq < 3"], "event 3: the 2 before it are missing"),
+        (["DELETE FROM events WHERE seq = 2"], "event 3: it does not follow event 1"),
+        (["DELETE FROM events WHERE seq < 3"], "event 3: it does not follow event 0"),
         (["DELETE FROM events WHERE seq = 2", "UPDATE events SET seq = seq - 1 WHERE seq > 2"], "event 2: its hash"),
         (["UPDATE gateway SET id = 'gw-other'"], "event 1: its hash"),
         ([f"UPDATE plans SET document = '{OTHER_PLAN}'"], "plan plan-1 is not the one that was posted"),
         (
-            [f"UPDATE plans SET document = '{OTHER_PLAN}', hash = '{_hash(OTHER_PLAN)}'"],
+            [f"UPDATE plans SET document = '{OTHER_PLAN}', hash = '{document_hash(OTHER)}'"],
             "plan plan-1 is not the one that was posted",
         ),
         (["DELETE FROM plans"], "plan plan-1 was posted, and is missing"),
@@ -135,7 +145,7 @@ async def test_every_column_of_an_event_is_covered_by_its_hash(journal: Path) ->
             ["UPDATE runs SET document = replace(document, 'released', 'kept')"],
             "run run-1 is not as its events left it",
         ),
-        (["UPDATE runs SET document = '{}'"], "run run-1 is not as its events left it: nothing is left"),
+        (["UPDATE runs SET document = '{}'"], "run run-1 is not as its events left it: it cannot be read"),
         (["DELETE FROM runs"], "run run-1 is told of by events, and is missing"),
         (["UPDATE runs SET id = 'run-2'"], "run run-2 is told of by no event"),
     ],
@@ -194,3 +204,89 @@ async def test_a_journal_from_before_the_chain_is_chained_at_its_upgrade(journal
     assert (found.head, found.alterations) == (kept, [])
     with closing(sqlite3.connect(journal)) as connection, pytest.raises(sqlite3.IntegrityError, match="never change"):
         connection.execute("UPDATE events SET hash = ''")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "json_remove(document, '$.drops')",
+        "json_remove(document, '$.plan_hash')",
+        "json_set(document, '$.firmware', 'x')",
+    ],
+)
+async def test_a_run_that_lost_or_gained_a_field_is_found(journal: Path, change: str) -> None:
+    alter(journal, f"UPDATE runs SET document = {change}")
+    assert (await verify_journal(journal)).alterations
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "runs SET is_over = 1",
+        "runs SET vehicle_id = 'v2'",
+        "plans SET name = 'another'",
+        "plans SET created_by = 'nobody'",
+        "plans SET created_at = 0",
+        "plans SET vehicle_type = 'rover'",
+    ],
+)
+async def test_a_column_beside_a_document_is_held_to_it(journal: Path, change: str) -> None:
+    alter(journal, f"UPDATE {change}")
+    assert len((await verify_journal(journal)).alterations) == 1
+
+
+async def test_a_plan_that_no_event_announced_is_found_and_one_that_was_flown_is_held_to_the_run(journal: Path) -> None:
+    alter(
+        journal,
+        "INSERT INTO plans SELECT 9, 'plan-9', hash, name, vehicle_type, created_at, created_by, document FROM plans",
+    )
+    assert (await verify_journal(journal)).alterations == ["plan plan-9 is told of by no event"]
+
+
+@pytest.mark.parametrize(
+    "rubbish",
+    [
+        "events SET data = x'00ff' WHERE seq = 2",
+        "events SET kind = x'00ff' WHERE seq = 2",
+        "events SET hash = x'00ff' WHERE seq = 2",
+        "events SET time = 9e999 WHERE seq = 2",
+        "events SET data = CAST(x'22ff22' AS TEXT) WHERE seq = 2",
+        "events SET data = '{\"drops\":5}' WHERE seq = 5",
+        "events SET data = '{\"drops\":[5]}' WHERE seq = 5",
+        "runs SET document = '" + "[" * 20_000 + "'",
+        "plans SET document = x'00'",
+    ],
+)
+async def test_rubbish_ends_in_a_verdict_and_not_in_a_crash(journal: Path, rubbish: str) -> None:
+    alter(journal, f"UPDATE {rubbish}")
+    assert (await verify_journal(journal)).alterations
+
+
+async def test_two_clients_that_kept_different_hashes_of_one_event_are_both_heard(journal: Path) -> None:
+    kept = await head(journal)
+    for anchors in ([kept, JournalHead(seq=6, hash="ab" * 32)], [JournalHead(seq=6, hash="ab" * 32), kept]):
+        assert (await verify_journal(journal, anchors)).alterations
+
+
+async def test_a_run_that_an_older_version_began_and_this_one_goes_on_with_is_as_written(journal: Path) -> None:
+    """The older version's events lack fields that the whole document has since its first rewrite."""
+    async with open_storage(journal) as storage:
+        flown = run(2).model_copy(update={"plan_hash": document_hash(DOCUMENT)})
+        old = flown.model_dump(mode="json", exclude={"mission_hash", "firmware", "vehicle_type"})
+        old["drops"] = [{"plan_item_id": "drop-1", "supervised": True}]
+        created = NewEvent(kind=EventKind.RUN_CREATED, time=1.0, vehicle_id="v1", run_id="run-2", data=old)
+        await storage.events.append([created], [flown])
+    assert (await verify_journal(journal)).alterations == []
+
+
+async def test_what_a_killed_service_left_is_checked_and_stays_as_it_is(journal: Path, tmp_path: Path) -> None:
+    left = tmp_path / "left"
+    await asyncio.to_thread(left.mkdir)
+    async with open_storage(journal) as storage:
+        await storage.events.append([event(7)])
+        for name in ("journal.db", "journal.db-wal"):
+            await asyncio.to_thread(shutil.copy, tmp_path / name, left / name)
+    before = {path.name: path.read_bytes() for path in left.iterdir()}
+    found = await verify_journal(left / "journal.db")
+    assert (found.head.seq, found.alterations) == (7, [])
+    assert {name: (left / name).read_bytes() for name in before} == before

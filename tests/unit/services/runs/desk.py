@@ -51,9 +51,6 @@ class MemoryPlans:
 
     plans: dict[str, StoredPlan] = field(default_factory=dict)
 
-    async def add(self, plan: StoredPlan) -> None:
-        self.plans[plan.id] = plan
-
     async def get(self, plan_id: str) -> StoredPlan | None:
         return self.plans.get(plan_id)
 
