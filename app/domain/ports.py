@@ -207,7 +207,7 @@ class EventStore(Protocol):
     async def append(
         self, events: Sequence[NewEvent], runs: Sequence[Run] = (), plans: Sequence[StoredPlan] = ()
     ) -> Sequence[Event]:
-        """Number and store events, the runs they changed, the plans they announce, in one commit. Raises StorageError."""
+        """Number and store events, the runs they changed and the plans they announce. Raises StorageError."""
 
     async def read(self, *, after: int, limit: int, run_id: str | None = None) -> Sequence[Event]:
         """Events with seq > after, in order, at most `limit`."""

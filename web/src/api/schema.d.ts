@@ -1630,13 +1630,18 @@ export interface components {
         };
         /**
          * PlanProof
-         * @description The plan that was flown. `hash` is the SHA-256 of its canonical JSON, as when it was posted.
+         * @description The plan that was flown. `hash` is the SHA-256 of its canonical JSON when the run was made.
+         *
+         *     `is_as_flown` says whether the plan that is stored now still has this hash: if not, somebody altered it, and order,
+         *     name and map are not to be trusted.
          */
         PlanProof: {
             /** Id */
             id: string;
             /** Hash */
             hash: string;
+            /** Is As Flown */
+            is_as_flown: boolean;
             /**
              * Name
              * @default null
