@@ -111,3 +111,31 @@ class SimulatorSilentError(WaydropError):
     """The simulator did not answer, or not in its own protocol."""
 
     code = "simulator.no_answer"
+
+
+class SetpointRefusedError(InvalidInputError):
+    """The setpoint is not sent: this vehicle does not follow it, or it leads beyond a limit. The code says which."""
+
+    code = "setpoint.refused"
+
+    def __init__(self, code: str, detail: str, *, hint: str = "", **extra: object) -> None:
+        super().__init__(detail, hint=hint, **extra)
+        self.code = code
+
+
+class LeaseHeldError(ConflictError):
+    """Another client has the vehicle's offboard lease."""
+
+    code = "offboard.lease_held"
+
+
+class LeaseLostError(ConflictError):
+    """The lease is not, or no longer, the client's."""
+
+    code = "offboard.lease_lost"
+
+
+class OffboardNotReadyError(ConflictError):
+    """The vehicle or its run is in a state in which offboard control may not begin."""
+
+    code = "offboard.not_ready"

@@ -54,11 +54,14 @@ class GlobalPositionInt:
 
 @dataclass(frozen=True, slots=True)
 class HomePosition:
-    """HOME_POSITION: 1e7 deg, mm AMSL."""
+    """HOME_POSITION: 1e7 deg, mm AMSL; x, y, z: the same place from the EKF origin, m north, east, down."""
 
     latitude: int
     longitude: int
     altitude: int
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -40,6 +40,7 @@ class Measurements:
     position: GlobalPositionInt | None = None
     position_s: float | None = None
     home: GlobalPosition | None = None
+    home_ned_m: tuple[float, float, float] | None = None
     battery_percent: float | None = None
     battery_from_battery: bool = False
     mission: MissionCurrentReport | None = None
@@ -78,6 +79,7 @@ class Measurements:
     def take_home(self, message: HomePosition) -> None:
         """HOME_POSITION: it moves to where the vehicle disarms."""
         self.home = GlobalPosition(message.latitude / 1e7, message.longitude / 1e7, message.altitude / 1e3)
+        self.home_ned_m = (message.x, message.y, message.z)
 
     def take_battery(self, message: BatteryStatus | SysStatus) -> None:
         """The first battery's charge; SYS_STATUS only while there is no BATTERY_STATUS."""
@@ -121,6 +123,7 @@ class Measurements:
             heartbeat_age_s=_age(self.heartbeat_s, now_s),
             battery_percent=self.battery_percent,
             home=self.home,
+            home_ned_m=self.home_ned_m,
             mission_seq=None if mission is None else mission.seq,
             mission_total=total,
             mission_state=MissionState.UNKNOWN if mission is None else mission_state(mission),
