@@ -139,3 +139,9 @@ class OffboardNotReadyError(ConflictError):
     """The vehicle or its run is in a state in which offboard control may not begin."""
 
     code = "offboard.not_ready"
+
+
+class AuditFailedError(OffboardNotReadyError):
+    """The vehicle's own parameters would make a lost stream dangerous; `extra["audit"]` lists them."""
+
+    code = "offboard.audit_failed"

@@ -9,8 +9,8 @@ from typing import Any, Protocol
 from app.domain.commands import CommandAck, CommandRequest
 from app.domain.events import Event, NewEvent
 from app.domain.mission import Mission, MissionItem, MissionType
-from app.domain.run import Run
 from app.domain.offboard_port import OffboardLink
+from app.domain.run import Run
 from app.domain.vehicle import FirmwareVersion, VehicleFacts, VehicleState, VehicleType
 
 Unsubscribe = Callable[[], None]

@@ -100,7 +100,7 @@ class VehicleState:
     Sources: HEARTBEAT (mode, armed), EXTENDED_SYS_STATE, GLOBAL_POSITION_INT, BATTERY_STATUS, MISSION_CURRENT.
     `boot_time_s` is the vehicle's own clock (GLOBAL_POSITION_INT.time_boot_ms) at the newest position: it runs faster
     than ours in a simulation with a speed factor, and a bounded hold is counted on it.
-    `home_ned_m` is home from the EKF origin, where local setpoints count from: north, east, down (HOME_POSITION.x, y, z).
+    `home_ned_m` is home from the EKF origin, from where local setpoints count: north, east, down (HOME_POSITION.x ...).
     `gripper_output_us` is SERVO_OUTPUT_RAW of the gripper's output (2000 grab, 1000 release, 900 disarmed); None while
     its channel is not known. It is what the autopilot commands, not what a sensor saw.
     """

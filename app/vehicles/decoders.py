@@ -197,6 +197,11 @@ def _plain(kind: type[Any]) -> Callable[[Fields], Any]:
     return lambda fields: kind(*(int(fields.get(name, 0)) for name in names))
 
 
+def _home(fields: Fields) -> HomePosition:
+    place = (int(fields["latitude"]), int(fields["longitude"]), int(fields["altitude"]))
+    return HomePosition(*place, *(float(fields.get(name) or 0.0) for name in ("x", "y", "z")))
+
+
 def _servo(fields: Fields) -> ServoOutputRaw:
     outputs = tuple(int(fields.get(f"servo{n}_raw", 0)) for n in range(1, 17))
     return ServoOutputRaw(port=int(fields.get("port", 0)), outputs_us=outputs)
@@ -240,7 +245,7 @@ DECODERS: Final[Mapping[str, Callable[[Fields], Any]]] = {
     "CURRENT_MODE": _plain(CurrentMode),
     "EXTENDED_SYS_STATE": _plain(ExtendedSysState),
     "GLOBAL_POSITION_INT": _plain(GlobalPositionInt),
-    "HOME_POSITION": _plain(HomePosition),
+    "HOME_POSITION": _home,
     "BATTERY_STATUS": _plain(BatteryStatus),
     "SYS_STATUS": _plain(SysStatus),
     "SYSTEM_TIME": _plain(SystemTime),

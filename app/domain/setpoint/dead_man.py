@@ -30,5 +30,10 @@ class DeadMan:
         """The stage at this age of the newest setpoint. What cannot stand still is given up at once."""
         if age_s <= self.max_age_s:
             return Silence.SPEAKS
-        can_stand = kind in (FlightKind.ROTARY, FlightKind.ROVER) and has_estimate
-        return Silence.SILENT if can_stand and age_s < self.gone_s else Silence.GONE
+        waits = can_stand(kind) and has_estimate and age_s < self.gone_s
+        return Silence.SILENT if waits else Silence.GONE
+
+
+def can_stand(kind: FlightKind) -> bool:
+    """Whether a velocity of zero makes it stand still."""
+    return kind in (FlightKind.ROTARY, FlightKind.ROVER)
