@@ -23,6 +23,7 @@ from app.services.access import Access
 from app.services.clock import SystemClock
 from app.services.fleet import Fleet
 from app.services.journal import Journal
+from app.services.offboard import Offboard, OffboardSettings
 from app.services.plans import Plans
 from app.services.runs import Runs
 from app.services.simulation import Simulation
@@ -67,6 +68,9 @@ async def running(settings: Settings) -> AsyncIterator[str]:
         runs = Runs(fleet, storage.plans, storage.runs, journal, clock)
         stack.push_async_callback(runs.close)
         await runs.begin()
+        by_hand = OffboardSettings(rate_hz=settings.offboard_rate_hz, limits=settings.offboard_limits)
+        offboard = Offboard(fleet, runs, clock, by_hand)
+        stack.push_async_callback(offboard.close)
         telemetry = TelemetryFeed(fleet, settings.telemetry_period_s)
         stack.push_async_callback(telemetry.close)
         await telemetry.start()
@@ -78,6 +82,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
             telemetry=telemetry,
             runs=runs,
             commands=VehicleCommands(fleet, journal),
+            offboard=offboard,
             simulation=Simulation(_simulator_control(settings), fleet, journal),
             answers=storage.answers,
             clock=clock,

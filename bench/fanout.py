@@ -31,6 +31,7 @@ from app.services.access import Access
 from app.services.clock import SystemClock
 from app.services.fleet import Fleet
 from app.services.journal import Journal
+from app.services.offboard import Offboard
 from app.services.plans import Plans
 from app.services.runs import Runs
 from app.services.simulation import Simulation
@@ -103,14 +104,16 @@ async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
         journal = Journal(ListStore(), clock)
         await journal.start()
         fleet = Fleet(NoVehicles(), journal)
+        runs = Runs(fleet, storage.plans, storage.runs, journal, clock)
         services = ApiServices(
             journal=journal,
             plans=Plans(storage.plans, journal, clock),
             access=Access(storage.tokens, clock, None),
             fleet=fleet,
             telemetry=TelemetryFeed(fleet, 3600.0),
-            runs=Runs(fleet, storage.plans, storage.runs, journal, clock),
+            runs=runs,
             commands=VehicleCommands(fleet, journal),
+            offboard=Offboard(fleet, runs, clock),
             simulation=Simulation(None, fleet, journal),
             answers=storage.answers,
             clock=clock,

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Final
 
-from app.api import documents, events, health, plan_checks, plans, runs, schemas, simulator, vehicles
+from app.api import documents, events, health, offboard, plan_checks, plans, runs, schemas, simulator, vehicles
 from app.api.routing import AnyRoute
 
 ROUTES: Final[tuple[AnyRoute, ...]] = (
     *vehicles.ROUTES,
+    *offboard.ROUTES,
     *plans.ROUTES,
     *plan_checks.ROUTES,
     *runs.ROUTES,

@@ -114,13 +114,16 @@ class SimulatorSilentError(WaydropError):
 
 
 class SetpointRefusedError(InvalidInputError):
-    """The setpoint is not sent: this vehicle does not follow it, or it leads beyond a limit. The code says which."""
+    """The setpoint is not sent: this vehicle does not follow it, or it leads beyond a limit.
+
+    `refusal` is the stable code of the reason, such as `setpoint.not_followed` or `limit.fence`.
+    """
 
     code = "setpoint.refused"
 
-    def __init__(self, code: str, detail: str, *, hint: str = "", **extra: object) -> None:
-        super().__init__(detail, hint=hint, **extra)
-        self.code = code
+    def __init__(self, refusal: str, detail: str, *, hint: str = "", **extra: object) -> None:
+        super().__init__(detail, hint=hint, refusal=refusal, **extra)
+        self.refusal = refusal
 
 
 class LeaseHeldError(ConflictError):

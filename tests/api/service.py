@@ -17,6 +17,7 @@ from app.services.access import Access, Role
 from app.services.clock import SystemClock
 from app.services.fleet import Fleet
 from app.services.journal import Journal
+from app.services.offboard import Offboard
 from app.services.plans import Plans
 from app.services.runs import Runs
 from app.services.simulation import Simulation
@@ -81,6 +82,7 @@ async def run_service(
         await fleet.start()
         telemetry = TelemetryFeed(fleet, period_s=0.02)
         await telemetry.start()
+        runs = Runs(fleet, storage.plans, storage.runs, journal, clock)
         services = change(
             ApiServices(
                 journal=journal,
@@ -88,8 +90,9 @@ async def run_service(
                 access=Access(storage.tokens, clock, bootstrap_token),
                 fleet=fleet,
                 telemetry=telemetry,
-                runs=Runs(fleet, storage.plans, storage.runs, journal, clock),
+                runs=runs,
                 commands=VehicleCommands(fleet, journal),
+                offboard=Offboard(fleet, runs, clock),
                 simulation=Simulation(None, fleet, journal),
                 answers=storage.answers,
                 clock=clock,
@@ -100,6 +103,7 @@ async def run_service(
             async with _served(services, settings, vehicles, storage) as service:
                 yield service
         finally:
+            await services.offboard.close()
             await services.runs.close()
             await telemetry.close()
             await fleet.close()

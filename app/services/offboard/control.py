@@ -15,7 +15,7 @@ from app.domain.setpoint.capability import firmware_profile
 from app.domain.setpoint.dead_man import Silence, can_stand
 from app.domain.setpoint.encode import encode
 from app.domain.setpoint.forms import Setpoint
-from app.domain.setpoint.limits import Clamp, limit
+from app.domain.setpoint.limiter import Clamp, limit
 from app.domain.vehicle import FlightMode
 from app.services.clock import Clock
 from app.services.fleet import Fleet, FleetVehicle

@@ -9,7 +9,7 @@ from typing import Literal
 
 from app.domain.setpoint.encode import Follower, encode
 from app.domain.setpoint.forms import ZERO_VELOCITY, Setpoint
-from app.domain.setpoint.limits import Clamp
+from app.domain.setpoint.limiter import Clamp
 from app.domain.setpoint.message import SetpointMessage
 from app.services.offboard.cadence import Cadence
 from app.services.offboard_view import SentView

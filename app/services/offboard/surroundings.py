@@ -8,7 +8,7 @@ from app.domain.fence_area import FenceArea
 from app.domain.geo import LocalProjection
 from app.domain.setpoint.capability import FirmwareProfile, FlightKind, flight_kind
 from app.domain.setpoint.encode import Follower
-from app.domain.setpoint.limits import Whereabouts
+from app.domain.setpoint.limiter import Whereabouts
 from app.domain.setpoint.message import Vector
 from app.domain.vehicle import VehicleState, VehicleType
 
