@@ -28,6 +28,7 @@ export function sampleState(fields: Partial<VehicleState> = {}): VehicleState {
     mission_id: null,
     vtol_state: null,
     gripper_output_us: null,
+    offboard: null,
     ...fields,
   };
 }
