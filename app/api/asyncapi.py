@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Final, get_args
 
 from pydantic import BaseModel
@@ -52,32 +53,41 @@ def asyncapi_document(*, version: str) -> dict[str, Any]:
                 "messages": {_name(model): _ref(f"messages/{_name(model)}") for model in (*SERVER_FRAMES, *said)},
             },
         },
-        "operations": {
-            "receive": {
-                "action": "send",
-                "summary": "What the service sends; the client only listens",
-                "channel": {"$ref": "#/channels/stream"},
-                "messages": [{"$ref": f"#/channels/stream/messages/{name}"} for name in messages],
-            },
-            "fly": {
-                "action": "receive",
-                "summary": "What a pilot sends; each is answered by granted, taken, done or refused with its id",
-                "channel": {"$ref": "#/channels/offboard"},
-                "messages": [{"$ref": f"#/channels/offboard/messages/{_name(model)}"} for model in said],
-            },
-            "tell": {
-                "action": "send",
-                "summary": "What the service answers and tells a pilot",
-                "channel": {"$ref": "#/channels/offboard"},
-                "messages": [{"$ref": f"#/channels/offboard/messages/{_name(model)}"} for model in SERVER_FRAMES],
-            },
-        },
+        "operations": _operations(),
         "components": {
             "messages": named,
             "schemas": document.get("$defs", {}),
             "securitySchemes": {"token": {"type": "http", "scheme": "bearer"}},
         },
     }
+
+
+def _operations() -> dict[str, Any]:
+    """Who sends what on which channel, as the service sees it."""
+    return {
+        "receive": {
+            "action": "send",
+            "summary": "What the service sends; the client only listens",
+            "channel": {"$ref": "#/channels/stream"},
+            "messages": [{"$ref": f"#/channels/stream/messages/{name}"} for name in _names(FRAMES)],
+        },
+        "fly": {
+            "action": "receive",
+            "summary": "What a pilot sends; each is answered by granted, taken, done or refused with its id",
+            "channel": {"$ref": "#/channels/offboard"},
+            "messages": [{"$ref": f"#/channels/offboard/messages/{_name(model)}"} for model in CLIENT_FRAMES],
+        },
+        "tell": {
+            "action": "send",
+            "summary": "What the service answers and tells a pilot",
+            "channel": {"$ref": "#/channels/offboard"},
+            "messages": [{"$ref": f"#/channels/offboard/messages/{_name(model)}"} for model in SERVER_FRAMES],
+        },
+    }
+
+
+def _names(models: Sequence[type[BaseModel]]) -> list[str]:
+    return [_name(model) for model in models]
 
 
 def _name(model: type[BaseModel]) -> str:
@@ -104,5 +114,6 @@ def _description() -> str:
     by_hand = "\n".join(f"- {code}: {text}" for code, text in CLOSE_REASONS.items())
     return (
         "Order: hello, snapshot, then events (each once, in order) and telemetry as they come. A browser gives its "
-        f'token as a subprotocol: ["{SUBPROTOCOL}", "bearer.<token>"].\n\nClose codes:\n{codes}'
+        f'token as a subprotocol: ["{SUBPROTOCOL}", "bearer.<token>"].\n\nClose codes of the stream:\n{codes}\n\n'
+        f"Close codes of the offboard socket, whose lease ends with it:\n{by_hand}"
     )

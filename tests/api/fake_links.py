@@ -56,6 +56,7 @@ class FakeLink:
         )
         self._listeners: list[Callable[[LinkFact], None]] = []
         self.setpoints: list[SetpointMessage] = []
+        self.parameters: dict[str, float | int] = {"COM_OBL_RC_ACT": 5, "COM_OF_LOSS_T": 1.0, "COM_RC_IN_MODE": 4}
         self.refusal: WaydropError | None = None
         self.upload_refusal: WaydropError | None = None
 
@@ -131,7 +132,7 @@ class FakeLink:
 
     async def read_parameters(self, names: Sequence[str]) -> Mapping[str, float | int]:
         self._refuse()
-        return {"COM_OBL_RC_ACT": 5, "COM_OF_LOSS_T": 1.0, "COM_RC_IN_MODE": 4}
+        return self.parameters
 
     async def command(self, request: CommandRequest) -> AsyncGenerator[CommandAck, None]:
         self._refuse()
