@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from dataclasses import asdict
 
 from app.domain.errors import AuditFailedError, OffboardNotReadyError
@@ -38,6 +39,28 @@ async def refuse_unsafe_parameters(link: VehicleLink, *, sticks_held: bool) -> t
     return entries
 
 
+async def until_calm(link: VehicleLink, within_s: float) -> None:
+    """Return when the vehicle, in Hold by our command, says that no failsafe acts: HEARTBEAT tells it at 1 Hz.
+
+    Raises:
+        OffboardNotReadyError: one still acts: a stream could pull the vehicle out of it.
+    """
+    changed = asyncio.Event()
+    end = link.subscribe(lambda _fact: changed.set())
+    try:
+        async with asyncio.timeout(within_s):
+            while link.state().in_failsafe:
+                changed.clear()
+                await changed.wait()
+    except TimeoutError:
+        raise OffboardNotReadyError(
+            "a failsafe still acts, in Hold too",
+            hint="mend what it is about; a stream would pull the vehicle out of it",
+        ) from None
+    finally:
+        end()
+
+
 async def read_fence(link: VehicleLink) -> FenceArea | None:
     """The fence on board around home; None without one. Raises LinkError."""
     items = await link.download(MissionType.FENCE)
@@ -52,8 +75,6 @@ def _why_not(vehicle_id: str, state: VehicleState, kind: FlightKind, run: Run | 
         return f"the link to vehicle {vehicle_id} is lost", "wait until it is connected"
     if not state.armed:
         return f"vehicle {vehicle_id} is not armed", "start a run and pause it in the air, or take off by RC"
-    if state.in_failsafe:
-        return f"vehicle {vehicle_id} is in a failsafe", "a stream could pull it out of it: wait until it is over"
     if kind is FlightKind.AIRSHIP:
         return "PX4 names no setpoint that an airship follows", ""
     if state.vtol_state is not None and state.vtol_state.startswith(IN_TRANSITION):

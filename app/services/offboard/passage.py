@@ -12,7 +12,7 @@ from app.domain.run import Run
 from app.domain.setpoint.audit import AuditEntry
 from app.domain.vehicle import FlightMode
 from app.services.offboard.control import OffboardControl
-from app.services.offboard.entry import read_fence, refuse_unready, refuse_unsafe_parameters
+from app.services.offboard.entry import read_fence, refuse_unready, refuse_unsafe_parameters, until_calm
 from app.services.offboard_view import OffboardState
 from app.services.runs import Runs
 
@@ -74,6 +74,7 @@ class Passage:
             entries = await self._check(sticks_held)
             control.move(_S.HOLDING, "commanding Hold")
             await self._hold()
+            await until_calm(control.link, control.settings.calm_s)
             control.move(_S.STREAMING, "the stream flows before the mode is asked for")
             await control.streamed(control.settings.stream_s)
             control.move(_S.SWITCHING, "asking for the mode")

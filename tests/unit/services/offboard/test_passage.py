@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from dataclasses import replace
 
 import pytest
 
@@ -46,7 +47,6 @@ async def test_hold_comes_before_the_first_setpoint_and_a_second_of_stream_befor
     ("changes", "reason"),
     [
         ({"armed": False}, "not armed"),
-        ({"in_failsafe": True}, "failsafe"),
         ({"connected": False}, "link"),
     ],
 )
@@ -58,6 +58,21 @@ async def test_a_vehicle_that_is_not_ready_is_not_entered_and_nothing_is_sent(
         with pytest.raises(OffboardNotReadyError, match=reason):
             await quad.enter()
         assert (quad.control.state, quad.vehicle.sent, quad.sent) == (OffboardState.LEASED, [], [])
+
+
+async def test_a_failsafe_ends_by_the_hold_that_is_commanded_or_the_vehicle_is_not_entered() -> None:
+    async with cockpit(mode=FlightMode.RETURN, in_failsafe=True, settings=replace(SETTINGS, calm_s=0.05)) as quad:
+        quad.take()
+        with pytest.raises(OffboardNotReadyError, match="failsafe"):
+            await quad.enter()
+        assert (quad.sent, quad.vehicle.truth.mode) == ([], FlightMode.HOLD)
+    async with cockpit(mode=FlightMode.RETURN, in_failsafe=True) as quad:
+        quad.take()
+        entering = asyncio.ensure_future(quad.enter())
+        await quad.until(lambda: quad.vehicle.truth.mode is FlightMode.HOLD, "Hold must be commanded")
+        assert quad.sent == []
+        quad.vehicle.put(in_failsafe=False)
+        await entering
 
 
 async def test_an_airship_and_a_vtol_in_transition_are_refused() -> None:
