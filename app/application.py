@@ -22,6 +22,7 @@ from app.domain.ports import TokenStore
 from app.services.access import Access
 from app.services.clock import SystemClock
 from app.services.fleet import Fleet
+from app.services.hang_watch import hang_watch
 from app.services.journal import Journal
 from app.services.offboard import Offboard, OffboardSettings
 from app.services.plans import Plans
@@ -41,7 +42,7 @@ async def serve(settings: Settings, *, on_ready: Callable[[str], None] = lambda 
     Raises:
         SettingsError, StorageError, LinkError, ListenError: it could not start; what was begun is undone.
     """
-    async with running(settings) as url, _stop_signal() as stop:
+    async with hang_watch(settings.hang_exit_s), running(settings) as url, _stop_signal() as stop:
         log.info("waydrop serves", url=url, version=__version__, connections=list(settings.connections))
         on_ready(url)
         await stop.wait()

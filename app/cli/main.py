@@ -11,6 +11,7 @@ import typer
 from app.cli.down import down
 from app.cli.exit_status import status_of
 from app.cli.fly import fly
+from app.cli.hold import hold
 from app.cli.openapi import openapi
 from app.cli.plan_report import findings_of, show_findings
 from app.cli.runs import runs_app
@@ -55,6 +56,7 @@ app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options"
 app.command()(validate)
 app.command()(fly)
 app.command()(vehicles)
+app.command()(hold)
 app.add_typer(runs_app, name="runs")
 app.add_typer(token_app, name="token")
 app.command()(schema)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import math
+import time
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
@@ -129,3 +130,15 @@ async def test_parameters_are_read_anew_and_those_that_do_not_exist_are_left_out
     async with opened_link(hovering.connections) as link:
         found = await link.read_parameters(("COM_OBL_RC_ACT", "COM_OF_LOSS_T", "NO_SUCH_PARAM"))
         assert found == {"COM_OBL_RC_ACT": 5, "COM_OF_LOSS_T": pytest.approx(4.0)}
+
+
+async def test_while_python_hangs_nothing_is_sent_but_mavsdks_own_heartbeat() -> None:
+    """So a hung process keeps the link alive, and NAV_DLL_ACT never acts: services/hang_watch.py ends it."""
+    async with listening_vehicle() as vehicle, opened_link([vehicle.url]) as link:
+        stream = asyncio.create_task(streamed(link, encode(example("velocity_ned"), follower())))
+        await vehicle.first("SET_POSITION_TARGET_LOCAL_NED")
+        vehicle.heard.clear()
+        time.sleep(2.5)  # noqa: ASYNC251 - the loop hangs; what arrived meanwhile waits in the kernel
+        stream.cancel()
+        await until(lambda: len(vehicle.of("HEARTBEAT")) >= 2, "mavsdk's thread must have gone on", 10.0)
+        assert len(vehicle.of("SET_POSITION_TARGET_LOCAL_NED")) <= 1, "no setpoint comes of a loop that hangs"

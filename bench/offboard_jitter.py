@@ -1,0 +1,146 @@
+"""How steadily setpoints leave: send intervals at 20 and 50 Hz, idle and with 100 websocket clients and a busy core.
+
+Usage: python -m bench.offboard_jitter [--seconds 10] [--clients 100]
+
+The whole service in this process, with a vehicle that only notes the time at which each setpoint reaches its link; the
+clients and the busy loop are processes of their own. Bound: p99 within 20 % of the period. Exit status 1 beyond it.
+The floor is a bare asyncio loop that sleeps to the same grid, measured in the same run.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import multiprocessing
+import sys
+import tempfile
+import time
+from collections.abc import AsyncIterator, Sequence
+from contextlib import asynccontextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import aiohttp
+
+from app.domain.setpoint.forms import ZERO_VELOCITY
+from app.domain.setpoint.message import SetpointMessage
+from app.domain.vehicle import LandedState
+from app.services.offboard.pacer import next_due_s
+from tests.api.service import SETTINGS, Service, run_service
+
+MOST_OFF = 0.2
+LOOK_S = 0.05
+
+
+async def floor(rate_hz: float, seconds: float) -> list[float]:
+    """Times of a bare loop on the same grid."""
+    times: list[float] = []
+    due_s = time.monotonic()
+    until_s = due_s + seconds
+    while time.monotonic() < until_s:
+        times.append(time.monotonic())
+        due_s = next_due_s(due_s, time.monotonic(), 1.0 / rate_hz)
+        await asyncio.sleep(max(0.0, due_s - time.monotonic()))
+    return times
+
+
+async def flown(service: Service, rate_hz: float, seconds: float) -> list[float]:
+    """Times at which setpoints reach the link of a vehicle that is under control."""
+    link, by_hand = service.links[0], service.services.offboard.vehicle("v1")
+    times: list[float] = []
+
+    def note(_: SetpointMessage) -> None:
+        times.append(time.monotonic())
+
+    link.send_setpoint = note  # type: ignore[method-assign]
+    link.change(armed=True, landed=LandedState.IN_AIR, absolute_altitude_m=520.0)
+    lease = by_hand.control.take("bench", rate_hz=rate_hz)
+    await by_hand.passage.enter(lease.id, sticks_held=False)
+    times.clear()
+    until_s = time.monotonic() + seconds
+    while time.monotonic() < until_s:
+        by_hand.control.put(lease.id, ZERO_VELOCITY)
+        await asyncio.sleep(LOOK_S)
+    found = list(times)
+    await by_hand.passage.leave(lease.id, "hold")
+    return found
+
+
+def watch(url: str, clients: int) -> None:
+    """Clients that take everything that the stream tells."""
+
+    async def one(http: aiohttp.ClientSession) -> None:
+        async with http.ws_connect(f"{url}/api/v1/stream") as socket:
+            async for _ in socket:
+                pass
+
+    async def all_of_them() -> None:
+        async with aiohttp.ClientSession(connector=aiohttp.TCPConnector(limit=0)) as http:
+            await asyncio.gather(*(one(http) for _ in range(clients)))
+
+    asyncio.run(all_of_them())
+
+
+def burn() -> None:
+    """One core, busy."""
+    while True:
+        sum(range(1000))
+
+
+@asynccontextmanager
+async def loaded(service: Service, clients: int) -> AsyncIterator[None]:
+    """The clients and the busy core, until the end."""
+    spawn = multiprocessing.get_context("spawn")
+    burden = [
+        spawn.Process(target=watch, args=(service.url, clients), daemon=True),
+        spawn.Process(target=burn, daemon=True),
+    ]
+    for process in burden:
+        process.start()
+    opened = service.services.telemetry
+    while clients and not opened._subscriptions:  # the broadcast's one reader is there from the start
+        await asyncio.sleep(LOOK_S)
+    await asyncio.sleep(3.0)  # until the clients are in
+    try:
+        yield
+    finally:
+        for process in burden:
+            process.terminate()
+            process.join()
+
+
+def told(name: str, rate_hz: float, times: Sequence[float]) -> bool:
+    """One line; whether p99 is within the bound."""
+    period_ms = 1e3 / rate_hz
+    intervals = sorted((b - a) * 1e3 for a, b in zip(times, times[1:], strict=False))
+    p50, p99 = intervals[len(intervals) // 2], intervals[int(len(intervals) * 0.99)]
+    within = p99 <= period_ms * (1 + MOST_OFF)
+    sys.stdout.write(
+        f"{name:28} {rate_hz:3.0f} Hz  n {len(intervals):5}  p50 {p50:6.2f}  p99 {p99:6.2f}  max {intervals[-1]:7.2f} ms"
+        f"  p99/period {p99 / period_ms:.2f}{'' if within else '  BEYOND'}\n"
+    )
+    return within
+
+
+async def main(seconds: float, clients: int) -> int:
+    """All measurements; the exit status."""
+    good = True
+    settings = replace(SETTINGS, max_sockets=clients + 16)
+    with tempfile.TemporaryDirectory() as folder:
+        async with run_service(Path(folder), settings=settings) as service:
+            for rate_hz in (20.0, 50.0):
+                told("bare loop", rate_hz, await floor(rate_hz, seconds))
+                good &= told("idle", rate_hz, await flown(service, rate_hz, seconds))
+            async with loaded(service, clients):
+                for rate_hz in (20.0, 50.0):
+                    told("bare loop, loaded", rate_hz, await floor(rate_hz, seconds))
+                    good &= told(f"{clients} clients, busy core", rate_hz, await flown(service, rate_hz, seconds))
+    return 0 if good else 1
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seconds", type=float, default=10.0)
+    parser.add_argument("--clients", type=int, default=100)
+    given = parser.parse_args()
+    sys.exit(asyncio.run(main(given.seconds, given.clients)))
