@@ -3,8 +3,8 @@
 Usage: python -m bench.offboard_jitter [--seconds 10] [--clients 100]
 
 The whole service in this process, with a vehicle that only notes the time at which each setpoint reaches its link; the
-clients and the busy loop are processes of their own. Bound: p99 within 20 % of the period. Exit status 1 beyond it.
-The floor is a bare asyncio loop that sleeps to the same grid, measured in the same run.
+clients and the busy loop are processes of their own. Bound: p99 within 20 % of the period. The floor is a bare asyncio
+loop that sleeps to the same grid; where the machine keeps even that beyond the bound, the floor is the measure.
 """
 
 from __future__ import annotations
@@ -18,15 +18,17 @@ import time
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import aiohttp
 
+from app.api.health import METRICS
 from app.domain.setpoint.forms import ZERO_VELOCITY
 from app.domain.setpoint.message import SetpointMessage
 from app.domain.vehicle import LandedState
 from app.services.offboard.pacer import next_due_s
-from tests.api.service import SETTINGS, Service, run_service
+from tests.api.service import SETTINGS, Service, run_service, until
 
 MOST_OFF = 0.2
 LOOK_S = 0.05
@@ -97,10 +99,7 @@ async def loaded(service: Service, clients: int) -> AsyncIterator[None]:
     ]
     for process in burden:
         process.start()
-    opened = service.services.telemetry
-    while clients and not opened._subscriptions:  # the broadcast's one reader is there from the start
-        await asyncio.sleep(LOOK_S)
-    await asyncio.sleep(3.0)  # until the clients are in
+    await until(lambda: service.app[METRICS].sockets._value.get() >= clients, timeout_s=60.0)
     try:
         yield
     finally:
@@ -109,17 +108,27 @@ async def loaded(service: Service, clients: int) -> AsyncIterator[None]:
             process.join()
 
 
-def told(name: str, rate_hz: float, times: Sequence[float]) -> bool:
-    """One line; whether p99 is within the bound."""
+def p99_of(name: str, rate_hz: float, times: Sequence[float]) -> float:
+    """One line; p99 as a share of the period."""
     period_ms = 1e3 / rate_hz
-    intervals = sorted((b - a) * 1e3 for a, b in zip(times, times[1:], strict=False))
+    intervals = sorted((b - a) * 1e3 for a, b in pairwise(times))
     p50, p99 = intervals[len(intervals) // 2], intervals[int(len(intervals) * 0.99)]
-    within = p99 <= period_ms * (1 + MOST_OFF)
     sys.stdout.write(
-        f"{name:28} {rate_hz:3.0f} Hz  n {len(intervals):5}  p50 {p50:6.2f}  p99 {p99:6.2f}  max {intervals[-1]:7.2f} ms"
-        f"  p99/period {p99 / period_ms:.2f}{'' if within else '  BEYOND'}\n"
+        f"{name:20} {rate_hz:3.0f} Hz n {len(intervals):4}  p50 {p50:6.2f} p99 {p99:6.2f} max {intervals[-1]:6.2f} ms"
     )
-    return within
+    sys.stdout.write(f"  p99/period {p99 / period_ms:.2f}\n")
+    return p99 / period_ms
+
+
+async def compared(name: str, service: Service, rate_hz: float, seconds: float) -> bool:
+    """Floor and stream, one after the other; whether the stream is within the bound, or as good as the floor is."""
+    bare = p99_of(f"bare loop, {name}", rate_hz, await floor(rate_hz, seconds))
+    stream = p99_of(f"setpoints, {name}", rate_hz, await flown(service, rate_hz, seconds))
+    busy = bare > 1 + MOST_OFF
+    good = stream <= (bare * (1 + MOST_OFF) if busy else 1 + MOST_OFF)
+    why = "the machine is too busy for the bound: measured against the bare loop" if busy else "within the bound"
+    sys.stdout.write(f"    stream/floor {stream / bare:.2f}: {why if good else 'BEYOND'}\n")
+    return good
 
 
 async def main(seconds: float, clients: int) -> int:
@@ -129,12 +138,10 @@ async def main(seconds: float, clients: int) -> int:
     with tempfile.TemporaryDirectory() as folder:
         async with run_service(Path(folder), settings=settings) as service:
             for rate_hz in (20.0, 50.0):
-                told("bare loop", rate_hz, await floor(rate_hz, seconds))
-                good &= told("idle", rate_hz, await flown(service, rate_hz, seconds))
+                good &= await compared("idle", service, rate_hz, seconds)
             async with loaded(service, clients):
                 for rate_hz in (20.0, 50.0):
-                    told("bare loop, loaded", rate_hz, await floor(rate_hz, seconds))
-                    good &= told(f"{clients} clients, busy core", rate_hz, await flown(service, rate_hz, seconds))
+                    good &= await compared("loaded", service, rate_hz, seconds)
     return 0 if good else 1
 
 
