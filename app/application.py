@@ -69,8 +69,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
         runs = Runs(fleet, storage.plans, storage.runs, journal, clock)
         stack.push_async_callback(runs.close)
         await runs.begin()
-        by_hand = OffboardSettings(rate_hz=settings.offboard_rate_hz, limits=settings.offboard_limits)
-        offboard = Offboard(fleet, runs, clock, by_hand)
+        offboard = Offboard(fleet, runs, clock, _offboard_settings(settings))
         stack.push_async_callback(offboard.close)
         telemetry = TelemetryFeed(fleet, settings.telemetry_period_s)
         stack.push_async_callback(telemetry.close)
@@ -115,6 +114,12 @@ def _simulator_control(settings: Settings) -> SimulatorControlSocket | None:
         return None
     host, _, port = settings.simulator_control.rpartition(":")
     return SimulatorControlSocket(host, int(port))
+
+
+def _offboard_settings(settings: Settings) -> OffboardSettings:
+    return OffboardSettings(
+        rate_hz=settings.offboard_rate_hz, limits=settings.offboard_limits, gap_s=settings.offboard_gap_s
+    )
 
 
 def _api_settings(settings: Settings, gateway_id: str) -> ApiSettings:

@@ -31,10 +31,10 @@ class Pilot:
         """Ask for something, and wait for its answer."""
         number = 100 + len(self.answers)
         await self.wire.send_json({"type": kind, "id": number, **fields})
-        found = await until(
-            self._answers, lambda seen: any(a.get("id") == number for a in seen), f"{kind} must be answered", 30
-        )
-        return next(answer for answer in found if answer.get("id") == number)
+        await until(self._closed, lambda closed: closed or self._answer_to(number), f"{kind} must be answered", 30)
+        answer = self._answer_to(number)
+        assert answer, f"{kind}: the socket was closed with {self.wire.close_code}: {self.offboard}"
+        return answer
 
     async def enter(self) -> None:
         """The lease, then OFFBOARD mode."""
@@ -58,8 +58,11 @@ class Pilot:
             task.cancel()
         await self.wire.close()
 
-    async def _answers(self) -> list[dict[str, Any]]:
-        return self.answers
+    async def _closed(self) -> bool:
+        return self._tasks[1].done()
+
+    def _answer_to(self, number: int) -> dict[str, Any] | None:
+        return next((answer for answer in self.answers if answer.get("id") == number), None)
 
     async def _say(self) -> None:
         with suppress(ConnectionError):

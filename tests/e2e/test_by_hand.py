@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import os
 import signal
+import time
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +19,9 @@ from tests.simulated import SimulatedFleet
 PLAN = json.loads((Path(__file__).parents[2] / "plans" / "clinic-run.json").read_text())
 RETURN = "COM_OBL_RC_ACT=3"
 """The vehicle's own answer to a lost stream is another mode than the Hold that Waydrop commands."""
+
+GAP_S = 2.5
+"""More than the default: on a busy machine a healthy process may stand still for longer than that."""
 
 
 async def in_mode(fleet: SimulatedFleet, mode: str, promise: str) -> dict[str, Any]:
@@ -47,7 +52,7 @@ async def paused_in_the_air(dispatcher: Dispatcher) -> str:
 async def test_a_pilot_comes_and_goes_and_the_run_goes_on(tmp_path: Path, http: aiohttp.ClientSession) -> None:
     with (
         SimulatedFleet("quad", speed=4.0, params=RETURN) as simulated,
-        ServiceProcess(tmp_path, simulated.connections) as service,
+        ServiceProcess(tmp_path, simulated.connections, WAYDROP_OFFBOARD_GAP_S=str(GAP_S)) as service,
     ):
         dispatcher = Dispatcher(http, service.url)
         run_id = await paused_in_the_air(dispatcher)
@@ -79,8 +84,10 @@ async def test_a_pilot_comes_and_goes_and_the_run_goes_on(tmp_path: Path, http: 
 async def moves_nothing_after_it_woke(simulated: SimulatedFleet, service: ServiceProcess, ann: Pilot) -> None:
     """SIGSTOP, the vehicle's own failsafe, SIGCONT."""
     os.kill(service.pid, signal.SIGSTOP)
+    stopped_s = time.monotonic()
     try:
         await in_mode(simulated, "RTL", "the vehicle's own failsafe must act while Waydrop hangs")
+        await asyncio.sleep(max(0.0, GAP_S + 0.5 - (time.monotonic() - stopped_s)))
     finally:
         os.kill(service.pid, signal.SIGCONT)
     assert await ann.until_closed() == 4410, "the lease and the buffered frames are dropped"
@@ -92,7 +99,7 @@ async def test_a_hung_and_a_killed_waydrop_leave_the_vehicle_to_its_own_failsafe
 ) -> None:
     with (
         SimulatedFleet("quad", speed=4.0, params=RETURN) as simulated,
-        ServiceProcess(tmp_path, simulated.connections) as service,
+        ServiceProcess(tmp_path, simulated.connections, WAYDROP_OFFBOARD_GAP_S=str(GAP_S)) as service,
     ):
         dispatcher = Dispatcher(http, service.url)
         run_id = await paused_in_the_air(dispatcher)

@@ -16,8 +16,8 @@ FASTEST_HZ: Final = 50.0
 class OffboardSettings:
     """`lease_s`: a lease that its holder does not use or renew ends. `stream_s`: the stream before the mode switch.
 
-    `gap_s`: ticks farther apart mean that the process or the machine stood still. `fresh_s`: how old a position may be
-    to count as an estimate; it comes at 10 Hz. `calm_s`: how long a failsafe may still be told after Hold.
+    `gap_s`: ticks farther apart mean that the process or the machine stood still; less than any COM_OF_LOSS_T.
+    `fresh_s`: how old a position may be to count as an estimate; it comes at 10 Hz. `calm_s`: how long a failsafe may still be told after Hold.
     `goodbye_s`: how long a stop of the service waits for Hold.
     """
 
@@ -26,7 +26,7 @@ class OffboardSettings:
     dead_man: DeadMan = field(default_factory=DeadMan)
     lease_s: float = 10.0
     stream_s: float = 1.0
-    gap_s: float = 0.5
+    gap_s: float = 0.8
     fresh_s: float = 2.0
     calm_s: float = 3.0
     goodbye_s: float = 2.0
