@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import signal
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from typing import Any
 
@@ -18,6 +18,7 @@ from app.api.server import serving
 from app.config import Settings, require_access_control
 from app.domain.errors import StorageError
 from app.domain.events import EventKind
+from app.domain.journal_chain import JournalHead
 from app.domain.ports import TokenStore
 from app.services.access import Access
 from app.services.clock import SystemClock
@@ -26,11 +27,12 @@ from app.services.hang_watch import hang_watch
 from app.services.journal import Journal
 from app.services.offboard import Offboard, OffboardSettings
 from app.services.plans import Plans
+from app.services.proofs import Proofs
 from app.services.runs import Runs
 from app.services.simulation import Simulation
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
-from app.storage import open_storage, open_tokens
+from app.storage import Verification, open_storage, open_tokens, verify_journal
 from app.vehicles import MavsdkLinkSource, SimulatorControlSocket
 
 log = structlog.get_logger(__name__)
@@ -77,6 +79,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
         services = ApiServices(
             journal=journal,
             plans=Plans(storage.plans, journal, clock),
+            proofs=Proofs(runs, storage.plans, journal, clock, storage.gateway_id),
             access=access,
             fleet=fleet,
             telemetry=telemetry,
@@ -97,6 +100,11 @@ async def open_access(settings: Settings) -> AsyncIterator[Access]:
     settings.data_dir.mkdir(parents=True, exist_ok=True)
     async with open_tokens(settings.journal_path) as tokens:
         yield _access(tokens, settings)
+
+
+async def verify(settings: Settings, anchors: Sequence[JournalHead]) -> Verification:
+    """Check this machine's journal, also beside a running service. Raises StorageError."""
+    return await verify_journal(settings.journal_path, anchors)
 
 
 def openapi_document() -> dict[str, Any]:

@@ -124,7 +124,7 @@ async def main(ways: Sequence[str], repeats: int) -> int:
                 late += beyond
                 sys.stdout.write(
                     f"{way:7} n {repeats:3}  min {took[0]:.2f}  p50 {took[len(took) // 2]:.2f}  max {took[-1]:.2f} s "
-                    f"of vehicle time, at most {LATEST_S[way]:.1f}: {beyond} late ({field.busy} begun anew: busy machine)\n"
+                    f"of vehicle time, at most {LATEST_S[way]:.1f}: {beyond} late ({field.busy} anew: busy machine)\n"
                 )
                 sys.stdout.flush()
     return 1 if late else 0

@@ -54,7 +54,7 @@ async def flown(service: Service, rate_hz: float, seconds: float) -> list[float]
     def note(_: SetpointMessage) -> None:
         times.append(time.monotonic())
 
-    link.send_setpoint = note  # type: ignore[method-assign]
+    link.send_setpoint = note  # type: ignore[method-assign, assignment]
     link.change(armed=True, landed=LandedState.IN_AIR, absolute_altitude_m=520.0)
     lease = by_hand.control.take("bench", rate_hz=rate_hz)
     await by_hand.passage.enter(lease.id, sticks_held=False)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from app.api import documents, events, health, offboard, plan_checks, plans, runs, schemas, simulator, vehicles
+from app.api import documents, events, health, offboard, plan_checks, plans, proofs, runs, schemas, simulator, vehicles
 from app.api.routing import AnyRoute
 
 ROUTES: Final[tuple[AnyRoute, ...]] = (
@@ -13,6 +13,7 @@ ROUTES: Final[tuple[AnyRoute, ...]] = (
     *plans.ROUTES,
     *plan_checks.ROUTES,
     *runs.ROUTES,
+    *proofs.ROUTES,
     *events.ROUTES,
     *simulator.ROUTES,
     *schemas.ROUTES,

@@ -15,6 +15,7 @@ from app.services.fleet import Fleet
 from app.services.journal import Journal
 from app.services.offboard import Offboard
 from app.services.plans import Plans
+from app.services.proofs import Proofs
 from app.services.runs import Runs
 from app.services.simulation import Simulation
 from app.services.telemetry import TelemetryFeed
@@ -30,6 +31,7 @@ class ApiServices:
 
     journal: Journal
     plans: Plans
+    proofs: Proofs
     access: Access
     fleet: Fleet
     telemetry: TelemetryFeed
@@ -49,6 +51,7 @@ FLEET: Final = web.AppKey("fleet", Fleet)
 JOURNAL: Final = web.AppKey("journal", Journal)
 OFFBOARD: Final = web.AppKey("offboard", Offboard)
 PLANS: Final = web.AppKey("plans", Plans)
+PROOFS: Final = web.AppKey("proofs", Proofs)
 RUNS: Final = web.AppKey("runs", Runs)
 SIMULATION: Final = web.AppKey("simulation", Simulation)
 
@@ -62,5 +65,6 @@ def install(app: web.Application, services: ApiServices) -> None:
     app[JOURNAL] = services.journal
     app[OFFBOARD] = services.offboard
     app[PLANS] = services.plans
+    app[PROOFS] = services.proofs
     app[RUNS] = services.runs
     app[SIMULATION] = services.simulation

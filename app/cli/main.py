@@ -23,6 +23,7 @@ from app.cli.token import token_app
 from app.cli.up import up
 from app.cli.validate import validate
 from app.cli.vehicles import vehicles
+from app.cli.verify_journal import verify_journal
 from app.domain.errors import WaydropError
 from app.domain.plan import PlanInvalid
 
@@ -59,6 +60,7 @@ app.command()(vehicles)
 app.command()(hold)
 app.add_typer(runs_app, name="runs")
 app.add_typer(token_app, name="token")
+app.command("verify-journal")(verify_journal)
 app.command()(schema)
 app.command()(openapi)
 

@@ -17,12 +17,12 @@ _WIDE: Final = 200
 
 def out() -> Console:
     """Standard output, made anew so that a redirected stdout is honoured."""
-    return Console(highlight=False, soft_wrap=True, width=_width(sys.stdout))
+    return Console(highlight=False, emoji=False, soft_wrap=True, width=_width(sys.stdout))
 
 
 def err() -> Console:
     """Standard error."""
-    return Console(stderr=True, highlight=False, soft_wrap=True, width=_width(sys.stderr))
+    return Console(stderr=True, highlight=False, emoji=False, soft_wrap=True, width=_width(sys.stderr))
 
 
 def count(number: int, thing: str) -> str:

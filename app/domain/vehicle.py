@@ -55,6 +55,20 @@ class FlightMode(StrEnum):
     OTHER = "other"
 
 
+class GnssFix(StrEnum):
+    """GPS_FIX_TYPE, from the weakest to the strongest."""
+
+    NO_GPS = "no_gps"
+    NO_FIX = "no_fix"
+    FIX_2D = "2d"
+    FIX_3D = "3d"
+    DGPS = "dgps"
+    RTK_FLOAT = "rtk_float"
+    RTK_FIXED = "rtk_fixed"
+    STATIC = "static"
+    PPP = "ppp"
+
+
 @dataclass(frozen=True, slots=True, order=True)
 class FirmwareVersion:
     """AUTOPILOT_VERSION.flight_sw_version, as three numbers."""
@@ -97,7 +111,8 @@ class VehicleFacts:
 class VehicleState:
     """The newest measurements. Each `*_age_s` says how old its group is; None means never received.
 
-    Sources: HEARTBEAT (mode, armed), EXTENDED_SYS_STATE, GLOBAL_POSITION_INT, BATTERY_STATUS, MISSION_CURRENT.
+    Sources: HEARTBEAT (mode, armed), EXTENDED_SYS_STATE, GLOBAL_POSITION_INT, BATTERY_STATUS, MISSION_CURRENT,
+    GPS_RAW_INT (gnss).
     `boot_time_s` is the vehicle's own clock (GLOBAL_POSITION_INT.time_boot_ms) at the newest position: it runs faster
     than ours in a simulation with a speed factor, and a bounded hold is counted on it.
     `home_ned_m` is home from the EKF origin, from where local setpoints count: north, east, down (HOME_POSITION.x ...).
@@ -129,6 +144,9 @@ class VehicleState:
     mission_id: int | None = None
     vtol_state: str | None = None
     boot_time_s: float | None = None
+    gnss_fix: GnssFix | None = None
+    gnss_satellites: int | None = None
+    gnss_hdop: float | None = None
     gripper_output_us: int | None = None
     gripper_output_age_s: float | None = None
 

@@ -10,6 +10,7 @@ import sqlalchemy as sa
 from sqlalchemy.ext.asyncio import AsyncConnection
 
 from app.domain.events import Event, NewEvent
+from app.domain.journal_chain import JournalHead, event_hash
 from app.domain.run import Run
 from app.storage.database import Database
 from app.storage.documents import to_json, unreadable
@@ -17,11 +18,7 @@ from app.storage.runs import upsert_runs
 from app.storage.schema import EVENTS
 
 _LAST_SEQ = sa.select(sa.func.coalesce(sa.func.max(EVENTS.c.seq), 0).label("last_seq"))
-
-# numbered by the statement itself, row by row: whatever became of an earlier commit, the next number is the right one
-_INSERT_NEXT = sa.insert(EVENTS).values(
-    seq=sa.select(sa.func.coalesce(sa.func.max(EVENTS.c.seq), 0) + 1).scalar_subquery()
-)
+_HEAD = sa.select(EVENTS.c.seq, EVENTS.c.hash).order_by(EVENTS.c.seq.desc()).limit(1)
 
 
 class SqliteEventStore:
@@ -42,14 +39,15 @@ class SqliteEventStore:
             return ()
         rows = [_row(event) for event in events]
 
-        async def insert(connection: AsyncConnection) -> int:
-            if rows:
-                await connection.execute(_INSERT_NEXT, rows)
+        async def insert(connection: AsyncConnection) -> tuple[Event, ...]:
+            # read anew each time: whatever became of an earlier commit, the next number and link are the right ones
+            chained = self._chained(await _head(connection), rows) if rows else []
+            if chained:
+                await connection.execute(sa.insert(EVENTS), chained)
             await upsert_runs(connection, runs)
-            return int((await connection.execute(_LAST_SEQ)).scalar_one()) if rows else 0
+            return tuple([self._numbered(event, row) for event, row in zip(events, chained, strict=True)])
 
-        last_seq = await self._database.write(insert)
-        return tuple([self._numbered(event, seq) for seq, event in enumerate(events, last_seq - len(rows) + 1)])
+        return await self._database.write(insert)
 
     async def read(self, *, after: int, limit: int, run_id: str | None = None) -> Sequence[Event]:
         """See EventStore."""
@@ -62,15 +60,23 @@ class SqliteEventStore:
         """See EventStore."""
         return int((await self._database.read(_LAST_SEQ))[0]["last_seq"])
 
-    def _numbered(self, event: NewEvent, seq: int) -> Event:
+    def _chained(self, head: JournalHead, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+        chained, previous = [], head.hash
+        for seq, row in enumerate(rows, head.seq + 1):
+            previous = event_hash(previous, gateway=self._gateway_id, seq=seq, **row)
+            chained.append({**row, "seq": seq, "hash": previous})
+        return chained
+
+    def _numbered(self, event: NewEvent, row: dict[str, Any]) -> Event:
         return Event(
             kind=event.kind,
             time=event.time,
             vehicle_id=event.vehicle_id,
             run_id=event.run_id,
             data=event.data,
-            seq=seq,
+            seq=row["seq"],
             gateway=self._gateway_id,
+            hash=row["hash"],
         )
 
     def _stored(self, row: sa.RowMapping) -> Event:
@@ -78,6 +84,11 @@ class SqliteEventStore:
             return Event.model_validate({**row, "data": json.loads(row["data"]), "gateway": self._gateway_id})
         except ValueError as error:  # pydantic's ValidationError and JSONDecodeError are both
             raise unreadable(f"event {row['seq']}") from error
+
+
+async def _head(connection: AsyncConnection) -> JournalHead:
+    row = (await connection.execute(_HEAD)).mappings().one_or_none()
+    return JournalHead() if row is None else JournalHead(**row)
 
 
 def _row(event: NewEvent) -> dict[str, Any]:

@@ -28,9 +28,11 @@ EVENTS = sa.Table(
     sa.Column("vehicle_id", sa.Text),
     sa.Column("run_id", sa.Text),
     sa.Column("data", sa.Text, nullable=False),
+    sa.Column("hash", sa.Text, nullable=False, server_default=sa.text("''")),
     sa.Index("ix_events_run_id_seq", "run_id", "seq", sqlite_where=sa.text("run_id IS NOT NULL")),
 )
-"""Triggers (migrations/versions/v0001) refuse a change, a deletion and a seq that is not the next one."""
+"""Triggers (migrations/versions/v0001) refuse a change, a deletion and a seq that is not the next one.
+`hash` chains the rows (domain/journal_chain.py); storage/verify.py checks it."""
 
 PLANS = sa.Table(
     "plans",

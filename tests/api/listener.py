@@ -22,7 +22,7 @@ class Listener:
 
     async def frame(self, *kinds: str) -> dict[str, Any]:
         """The next frame of these types; others are passed over."""
-        async with asyncio.timeout(10):
+        async with asyncio.timeout(30):
             while True:
                 frame: dict[str, Any] = await self.socket.receive_json()
                 if frame["type"] in kinds:
@@ -42,7 +42,7 @@ class Listener:
 
     async def close_code(self) -> int | None:
         """Read to the end."""
-        async with asyncio.timeout(10):
+        async with asyncio.timeout(30):
             async for _ in self.socket:
                 pass
         return self.socket.close_code

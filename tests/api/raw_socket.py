@@ -14,7 +14,7 @@ HANDSHAKE = (
 )
 
 
-async def exchange(port: int, request: bytes, *, timeout_s: float = 5.0) -> bytes:
+async def exchange(port: int, request: bytes, *, timeout_s: float = 15.0) -> bytes:
     """Send bytes, and read until the server closes or has nothing more to say."""
     reader, writer = await asyncio.open_connection("127.0.0.1", port)
     try:
@@ -48,7 +48,7 @@ class DeafClient:
         await loop.sock_connect(self._socket, ("127.0.0.1", self._port))
         await loop.sock_sendall(self._socket, HANDSHAKE.format(path=path).encode())
 
-    async def read_to_the_end(self, timeout_s: float = 5.0) -> bytes:
+    async def read_to_the_end(self, timeout_s: float = 15.0) -> bytes:
         """All that the server has sent, up to its end."""
         loop, data = asyncio.get_running_loop(), bytearray()
         async with asyncio.timeout(timeout_s):

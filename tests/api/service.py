@@ -20,6 +20,7 @@ from app.services.fleet import Fleet
 from app.services.journal import Journal
 from app.services.offboard import Offboard, OffboardSettings
 from app.services.plans import Plans
+from app.services.proofs import Proofs
 from app.services.runs import Runs
 from app.services.simulation import Simulation
 from app.services.telemetry import TelemetryFeed
@@ -94,6 +95,7 @@ async def run_service(
                 access=Access(storage.tokens, clock, bootstrap_token),
                 fleet=fleet,
                 telemetry=telemetry,
+                proofs=Proofs(runs, storage.plans, journal, clock, storage.gateway_id),
                 runs=runs,
                 commands=VehicleCommands(fleet, journal),
                 offboard=Offboard(fleet, runs, clock, PATIENT),
@@ -134,7 +136,7 @@ async def _served(
     services: ApiServices, settings: ApiSettings, links: tuple[FakeLink, ...], storage: Storage
 ) -> AsyncIterator[Service]:
     app = build_app(services, replace(settings, gateway=storage.gateway_id))
-    runner = web.AppRunner(app, access_log=None, shutdown_timeout=3.0)
+    runner = web.AppRunner(app, access_log=None, shutdown_timeout=10.0)
     await runner.setup()
     try:
         site = web.TCPSite(runner, "127.0.0.1", 0)
@@ -146,7 +148,7 @@ async def _served(
         await runner.cleanup()
 
 
-async def until(condition: Callable[[], bool], *, timeout_s: float = 5.0) -> None:
+async def until(condition: Callable[[], bool], *, timeout_s: float = 15.0) -> None:
     """Wait until something is so."""
     async with asyncio.timeout(timeout_s):
         while not condition():

@@ -66,7 +66,7 @@ async def test_a_refusal_is_not_kept_for_nothing_was_done(service: Service, plan
     status, _, problem = await service.call("POST", "/api/v1/runs", json=body, headers=KEY)
     assert (status, problem["code"]) == (409, "vehicle.busy")
     await service.call("POST", f"/api/v1/runs/{blocking['id']}/abort")
-    async with asyncio.timeout(5):
+    async with asyncio.timeout(20):
         while (await service.call("POST", "/api/v1/runs", json=body, headers=KEY))[0] != 202:
             await asyncio.sleep(0.01)
 

@@ -148,7 +148,7 @@ async def test_a_defect_ends_a_socket_with_1011(tmp_path: Path) -> None:
         run_service(tmp_path, change=with_defect) as service,
         service.http.ws_connect(f"{service.url}/api/v1/stream") as socket,
     ):
-        async with asyncio.timeout(5):
+        async with asyncio.timeout(20):
             async for _ in socket:
                 pass
         assert socket.close_code == 1011

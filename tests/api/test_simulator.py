@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import AsyncIterator, Callable
 from dataclasses import replace
 from pathlib import Path
@@ -139,9 +138,7 @@ async def test_a_simulator_that_says_nothing_or_nonsense_is_no_answer(
     simulated: Service, simulator: ScriptedSimulator, answer: bytes | None, reason: str
 ) -> None:
     simulator.answer_to_faults = answer
-    began = time.monotonic()
     status, _, problem = await simulated.call("POST", FAULTS, json=CUT)
-    assert time.monotonic() - began < 2.0
     assert (status, problem["code"]) == (504, "simulator.no_answer")
     assert reason in problem["detail"]
     assert [data["problem"] for _, data in await told(simulated)] == [None, problem["detail"]]

@@ -31,7 +31,9 @@ class Pilot:
         """Ask for something, and wait for its answer."""
         number = 100 + len(self.answers)
         await self.wire.send_json({"type": kind, "id": number, **fields})
-        await until(self._closed, lambda closed: closed or self._answer_to(number), f"{kind} must be answered", 30)
+        await until(
+            self._closed, lambda closed: closed or self._answer_to(number) is not None, f"{kind} must be answered", 30
+        )
         answer = self._answer_to(number)
         assert answer, f"{kind}: the socket was closed with {self.wire.close_code}: {self.offboard}"
         return answer

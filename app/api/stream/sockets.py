@@ -36,6 +36,7 @@ class StreamEndpoint:
         self._settings = settings
         self._sessions: set[Session] = set()
         self._opening = 0
+        self._closing = False
 
     async def stream(self, request: web.Request) -> web.StreamResponse:
         """The handler."""
@@ -63,7 +64,8 @@ class StreamEndpoint:
         return socket
 
     async def close(self) -> None:
-        """The service stops: end all sockets."""
+        """The service stops: end all sockets, and those that are just being opened as soon as they are."""
+        self._closing = True
         for session in self._sessions:
             session.outbox.end(CloseCode.GOING_AWAY)
 
@@ -86,6 +88,8 @@ class StreamEndpoint:
         if transport is None:
             return None
         _bound_kernel_buffer(transport, self._settings.socket_buffer_bytes)
+        if self._closing:
+            return CloseCode.GOING_AWAY
         session = Session(socket, transport, self._sources, self._settings)
         self._sessions.add(session)
         guard = asyncio.create_task(self._look_again(request, session), name="socket access")

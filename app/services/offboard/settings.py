@@ -17,8 +17,8 @@ class OffboardSettings:
     """`lease_s`: a lease that its holder does not use or renew ends. `stream_s`: the stream before the mode switch.
 
     `gap_s`: ticks farther apart mean that the process or the machine stood still; less than any COM_OF_LOSS_T.
-    `fresh_s`: how old a position may be to count as an estimate; it comes at 10 Hz. `calm_s`: how long a failsafe may still be told after Hold.
-    `goodbye_s`: how long a stop of the service waits for Hold.
+    `fresh_s`: how old a position may be to count as an estimate; it comes at 10 Hz. `calm_s`: how long a failsafe may
+    still be told after Hold. `goodbye_s`: how long a stop of the service waits for Hold.
     """
 
     rate_hz: float = SLOWEST_HZ

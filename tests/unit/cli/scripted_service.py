@@ -18,7 +18,9 @@ CUT = "cut"
 
 def event(seq: int, kind: EventKind = EventKind.RUN_ITEM, run_id: str = "r1", **data: Any) -> Event:
     """An event of run r1 on vehicle v1."""
-    return Event(seq=seq, gateway="gw", kind=kind, time=1000.0 + seq, vehicle_id="v1", run_id=run_id, data=data)
+    return Event(
+        seq=seq, gateway="gw", hash="", kind=kind, time=1000.0 + seq, vehicle_id="v1", run_id=run_id, data=data
+    )
 
 
 def changed(seq: int, run: Run) -> Event:

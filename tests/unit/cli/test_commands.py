@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import sys
 from pathlib import Path
@@ -10,6 +11,8 @@ from typing import Any
 import pytest
 
 from app.cli.main import main
+from app.domain.events import EventKind, NewEvent
+from app.storage import open_storage
 
 ROOT = Path(__file__).resolve().parents[3]
 GOOD = ROOT / "plans" / "clinic-run.json"
@@ -149,3 +152,50 @@ def test_a_token_is_made_listed_and_revoked(monkeypatch: pytest.MonkeyPatch, cap
     assert token_id in listed
     assert made.out.strip() not in listed
     assert status_of(monkeypatch, "token", "revoke", "nobody", *where) == 1
+
+
+@pytest.fixture
+def journal(tmp_path: Path) -> Path:
+    """A folder with the journal of a service that has run once."""
+
+    async def once() -> None:
+        async with open_storage(tmp_path / "waydrop.db") as storage:
+            await storage.events.append([NewEvent(kind=EventKind.SERVICE_STARTED, time=1000.0)])
+
+    asyncio.run(once())
+    return tmp_path
+
+
+def test_a_journal_as_written_ends_with_0_and_prints_the_anchor_to_keep(
+    monkeypatch: pytest.MonkeyPatch, capsys: Capture, journal: Path
+) -> None:
+    assert status_of(monkeypatch, "verify-journal", "--data-dir", str(journal)) == 0
+    shown = capsys.readouterr()
+    assert "1 event, 0 plans, 0 runs: as written" in shown.err
+    anchor = shown.out.strip()
+    assert status_of(monkeypatch, "verify-journal", "--data-dir", str(journal), "--anchor", anchor) == 0
+
+
+def test_an_altered_journal_ends_with_1_and_names_what_was_altered(
+    monkeypatch: pytest.MonkeyPatch, capsys: Capture, journal: Path
+) -> None:
+    later = f"2:{'ab' * 32}"
+    assert status_of(monkeypatch, "verify-journal", "--data-dir", str(journal), "--anchor", later) == 1
+    shown = capsys.readouterr().err
+    assert "event 2 was there once, and is missing" in shown
+    assert "NOT as written: 1 alteration" in shown
+
+
+@pytest.mark.parametrize("anchor", ["3:x", "abc", "0:" + "a" * 64, "", f"1:{'a' * 63}"])
+def test_an_anchor_that_is_none_ends_with_2_and_is_repeated_as_typed(
+    monkeypatch: pytest.MonkeyPatch, capsys: Capture, journal: Path, anchor: str
+) -> None:
+    assert status_of(monkeypatch, "verify-journal", "--data-dir", str(journal), "--anchor", anchor) == 2
+    assert f"--anchor {anchor}: not SEQ:HASH" in capsys.readouterr().err
+
+
+def test_no_journal_to_verify_ends_with_1_and_says_where_it_looked(
+    monkeypatch: pytest.MonkeyPatch, capsys: Capture, tmp_path: Path
+) -> None:
+    assert status_of(monkeypatch, "verify-journal", "--data-dir", str(tmp_path / "none")) == 1
+    assert "there is no journal at" in capsys.readouterr().err

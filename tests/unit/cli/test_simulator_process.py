@@ -47,7 +47,7 @@ def test_it_starts_once_is_found_and_ends(simulator: SimulatorProcess, tmp_path:
         SimulatorProcess(tmp_path).start(ARGUMENTS)
     began = time.monotonic()
     assert simulator.stop()
-    assert time.monotonic() - began < 1.5
+    assert time.monotonic() - began < 5
     assert simulator.find() is None
     assert not simulator.stop()
 

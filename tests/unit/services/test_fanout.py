@@ -11,7 +11,7 @@ from app.services.fanout import Fanout, SubscriptionClosedError, SubscriptionOve
 
 
 def events(*seqs: int) -> list[Event]:
-    return [Event(kind=EventKind.RUN_ITEM, time=0.0, seq=seq, gateway="gw-1") for seq in seqs]
+    return [Event(kind=EventKind.RUN_ITEM, time=0.0, seq=seq, gateway="gw-1", hash="") for seq in seqs]
 
 
 async def test_a_subscriber_gets_what_is_published_after_it_came() -> None:

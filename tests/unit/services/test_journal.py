@@ -260,7 +260,7 @@ async def test_a_defect_in_the_store_leaves_nobody_waiting(store: MemoryEventSto
     journal = Journal(store, ManualClock(), queue_capacity=1, batch_events=1)
     await journal.start()
     store.refuse = defect
-    async with asyncio.timeout(5):
+    async with asyncio.timeout(20):
         answers = await asyncio.gather(*(journal.record(event(n)) for n in range(5)), return_exceptions=True)
     assert [type(answer) for answer in answers] == [StorageError] * 5
     assert not journal.healthy

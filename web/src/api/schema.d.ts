@@ -512,6 +512,46 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/runs/{run_id}/proof": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Proof of delivery: what flew, how each drop ended, and the events that say so
+         * @description Role: viewer or higher.
+         */
+        get: operations["get_proof"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/runs/{run_id}/proof-sheet": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * The proof as a page to print or file, with maps
+         * @description Role: viewer or higher.
+         */
+        get: operations["get_sheet"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/events": {
         parameters: {
             query?: never;
@@ -1098,6 +1138,9 @@ export interface components {
          * DropRecord
          * @description The evidence of one drop. Times are Unix seconds; offsets are metres from the planned point.
          *
+         *     What was measured (`latitude_deg` to `battery_percent`) is of the moment at which the release was sent, or the item
+         *     passed. `relative_altitude_m` is above home, `absolute_altitude_m` above mean sea level.
+         *
          *     `commanded_at` is when a release was sent, `acknowledged_*` what the vehicle answered (COMMAND_ACK of DO_GRIPPER),
          *     `output_*` what the autopilot put out to the gripper (SERVO_OUTPUT_RAW), `sensed_at` when a sensor saw the parcel
          *     go. They are never merged. PX4's grippers have no sensor: `sensed_at` stays None for them.
@@ -1154,6 +1197,16 @@ export interface components {
              */
             sensed_at: number | null;
             /**
+             * Planned Latitude Deg
+             * @default null
+             */
+            planned_latitude_deg: number | null;
+            /**
+             * Planned Longitude Deg
+             * @default null
+             */
+            planned_longitude_deg: number | null;
+            /**
              * Latitude Deg
              * @default null
              */
@@ -1169,6 +1222,16 @@ export interface components {
              */
             relative_altitude_m: number | null;
             /**
+             * Absolute Altitude M
+             * @default null
+             */
+            absolute_altitude_m: number | null;
+            /**
+             * Heading Deg
+             * @default null
+             */
+            heading_deg: number | null;
+            /**
              * Ground Speed M S
              * @default null
              */
@@ -1178,6 +1241,42 @@ export interface components {
              * @default null
              */
             offset_m: number | null;
+            /** @default null */
+            landed: components["schemas"]["LandedState"] | null;
+            /** @default null */
+            gnss_fix: components["schemas"]["GnssFix"] | null;
+            /**
+             * Gnss Satellites
+             * @default null
+             */
+            gnss_satellites: number | null;
+            /**
+             * Gnss Hdop
+             * @default null
+             */
+            gnss_hdop: number | null;
+            /**
+             * Battery Percent
+             * @default null
+             */
+            battery_percent: number | null;
+        };
+        /**
+         * Entry
+         * @description An event of the run that the proof rests on. `seq` and `hash` are its link in the journal's chain.
+         */
+        Entry: {
+            /** Seq */
+            seq: number;
+            /** Hash */
+            hash: string;
+            /** Time */
+            time: number;
+            kind: components["schemas"]["EventKind"];
+            /** Data */
+            data: {
+                [key: string]: unknown;
+            };
         };
         /**
          * EntryRequest
@@ -1207,6 +1306,8 @@ export interface components {
         /**
          * Event
          * @description A stored event. `seq` starts at 1 and has no gaps within one gateway's journal.
+         *
+         *     `hash` is its link of the journal's chain (journal_chain.py): keep it, and it proves what the journal said.
          */
         Event: {
             kind: components["schemas"]["EventKind"];
@@ -1233,6 +1334,8 @@ export interface components {
             seq: number;
             /** Gateway */
             gateway: string;
+            /** Hash */
+            hash: string;
         };
         /**
          * EventKind
@@ -1362,6 +1465,12 @@ export interface components {
              */
             circles: components["schemas"]["FenceCircle"][];
         };
+        /**
+         * GnssFix
+         * @description GPS_FIX_TYPE, from the weakest to the strongest.
+         * @enum {string}
+         */
+        GnssFix: "no_gps" | "no_fix" | "2d" | "3d" | "dgps" | "rtk_float" | "rtk_fixed" | "static" | "ppp";
         /**
          * Gripper
          * @description Release or grab a parcel at the position item before (DO_GRIPPER).
@@ -1706,6 +1815,16 @@ export interface components {
             value: number;
         };
         /**
+         * MissionProof
+         * @description What was uploaded: SHA-256 over mission, fence and rally points; PX4's CRC-32 of the mission, if it gave one.
+         */
+        MissionProof: {
+            /** Hash */
+            hash: string | null;
+            /** Id */
+            id: number | null;
+        };
+        /**
          * MissionState
          * @description MISSION_CURRENT.mission_state. PX4 says `no_mission` for an infeasible mission too.
          * @enum {string}
@@ -1914,6 +2033,23 @@ export interface components {
             created_at: number;
             /** Created By */
             created_by: string;
+        };
+        /**
+         * PlanProof
+         * @description The plan that was flown. `hash` is the SHA-256 of its canonical JSON, as when it was posted.
+         */
+        PlanProof: {
+            /** Id */
+            id: string;
+            /** Hash */
+            hash: string;
+            /**
+             * Name
+             * @default null
+             */
+            name: string | null;
+            /** @default null */
+            order: components["schemas"]["Order"] | null;
         };
         /**
          * PlanView
@@ -2315,6 +2451,41 @@ export interface components {
             [key: string]: unknown;
         };
         /**
+         * Proof
+         * @description One run's proof. Times are Unix seconds. It may change until `is_final`.
+         *
+         *     `entries` are its commands, acks, drops and states, in order. `waydrop verify-journal --anchor SEQ:HASH` with any of
+         *     them shows whether the journal still says the same.
+         */
+        Proof: {
+            /** Gateway */
+            gateway: string;
+            /** Issued At */
+            issued_at: number;
+            /** Is Final */
+            is_final: boolean;
+            /** Run Id */
+            run_id: string;
+            state: components["schemas"]["RunState"];
+            /** Reason */
+            reason: string;
+            /** Requested By */
+            requested_by: string;
+            /** Created At */
+            created_at: number;
+            /** Started At */
+            started_at: number | null;
+            /** Ended At */
+            ended_at: number | null;
+            plan: components["schemas"]["PlanProof"];
+            mission: components["schemas"]["MissionProof"];
+            vehicle: components["schemas"]["VehicleProof"];
+            /** Drops */
+            drops: components["schemas"]["DropRecord"][];
+            /** Entries */
+            entries: components["schemas"]["Entry"][];
+        };
+        /**
          * RallyPoint
          * @description A place the vehicle may return to instead of home.
          */
@@ -2411,7 +2582,8 @@ export interface components {
          * @description One run as stored and shown. Times are Unix seconds.
          *
          *     `item_id` is the plan item that the vehicle flies to or does. `flown_item_ids` are the items passed, in order.
-         *     `mission_id` is PX4's CRC32 of the uploaded items (MISSION_ACK.opaque_id), None where the firmware gives none.
+         *     `mission_id` is PX4's CRC32 of the uploaded items (MISSION_ACK.opaque_id), None where the firmware gives none;
+         *     `mission_hash` is SHA-256 over mission, fence and rally points as they were compiled (mission.py).
          *     `asked` is what a user last asked for in flight: "pause", "return", "land", "resume" until the vehicle is in Mission
          *     mode again, or "" for the mission itself;
          *     "contingency" when a drop failed and the plan says to return.
@@ -2432,6 +2604,13 @@ export interface components {
              * @default null
              */
             vehicle_uid: string | null;
+            /** @default null */
+            vehicle_type: components["schemas"]["VehicleType"] | null;
+            /**
+             * Firmware
+             * @default null
+             */
+            firmware: string | null;
             /** @default created */
             state: components["schemas"]["RunState"];
             /**
@@ -2459,6 +2638,11 @@ export interface components {
              * @default null
              */
             mission_id: number | null;
+            /**
+             * Mission Hash
+             * @default null
+             */
+            mission_hash: string | null;
             /**
              * Upload Percent
              * @default null
@@ -2731,6 +2915,11 @@ export interface components {
             mission_id: number | null;
             /** Vtol State */
             vtol_state: string | null;
+            gnss_fix: components["schemas"]["GnssFix"] | null;
+            /** Gnss Satellites */
+            gnss_satellites: number | null;
+            /** Gnss Hdop */
+            gnss_hdop: number | null;
             /** Gripper Output Us */
             gripper_output_us: number | null;
             offboard: components["schemas"]["OffboardView"] | null;
@@ -2967,6 +3156,19 @@ export interface components {
              * @enum {string}
              */
             setpoint_type: "glide" | "takeoff" | "land" | "loiter" | "idle";
+        };
+        /**
+         * VehicleProof
+         * @description The vehicle that flew, as it reported itself when the run was made. `uid` is AUTOPILOT_VERSION's.
+         */
+        VehicleProof: {
+            /** Id */
+            id: string;
+            /** Uid */
+            uid: string | null;
+            vehicle_type: components["schemas"]["VehicleType"] | null;
+            /** Firmware */
+            firmware: string | null;
         };
         /**
          * VehicleType
@@ -6748,6 +6950,176 @@ export interface operations {
             };
             /** @description `vehicle.timeout`: The vehicle did not answer */
             504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_proof: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                run_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The proof, as of now */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Proof"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_sheet: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                run_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The sheet */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/html": string;
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };

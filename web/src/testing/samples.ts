@@ -27,6 +27,9 @@ export function sampleState(fields: Partial<VehicleState> = {}): VehicleState {
     mission_state: "no_mission",
     mission_id: null,
     vtol_state: null,
+    gnss_fix: "3d",
+    gnss_satellites: 10,
+    gnss_hdop: 0.7,
     gripper_output_us: null,
     offboard: null,
     ...fields,
@@ -63,9 +66,18 @@ export function sampleDrop(fields: Partial<DropRecord> = {}): DropRecord {
     output_at: null,
     output_us: null,
     sensed_at: null,
+    planned_latitude_deg: null,
+    planned_longitude_deg: null,
     latitude_deg: null,
     longitude_deg: null,
     relative_altitude_m: null,
+    absolute_altitude_m: null,
+    heading_deg: null,
+    landed: null,
+    gnss_fix: null,
+    gnss_satellites: null,
+    gnss_hdop: null,
+    battery_percent: null,
     ground_speed_m_s: null,
     offset_m: null,
     ...fields,
@@ -79,12 +91,15 @@ export function sampleRun(fields: Partial<Run> = {}): Run {
     plan_hash: "",
     vehicle_id: "v1",
     vehicle_uid: null,
+    vehicle_type: null,
+    firmware: null,
     state: "flying",
     reason: "",
     item_id: null,
     flown_item_ids: [],
     reached_seq: null,
     mission_id: null,
+    mission_hash: null,
     upload_percent: null,
     requested_by: "local",
     start_requested: false,
@@ -99,5 +114,5 @@ export function sampleRun(fields: Partial<Run> = {}): Run {
 }
 
 export function sampleEvent(seq: number, fields: Partial<StreamEvent> = {}): StreamEvent {
-  return { seq, time: 1_000 + seq, kind: "service.started", gateway: "gw1", vehicle_id: null, run_id: null, data: {}, ...fields };
+  return { seq, time: 1_000 + seq, kind: "service.started", gateway: "gw1", vehicle_id: null, run_id: null, data: {}, hash: "", ...fields };
 }

@@ -1,0 +1,90 @@
+"""Prove that a journal is as it was written: its chain of events, and the plans and runs that the events tell of."""
+
+from __future__ import annotations
+
+import asyncio
+import sqlite3
+from collections.abc import Iterator, Sequence
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from app.domain.errors import StorageError
+from app.domain.journal_chain import JournalHead, event_hash
+from app.storage.errors import storage_errors
+from app.storage.migrate import APPLICATION_ID
+from app.storage.told import Told
+
+_EVENTS: Final = "SELECT seq, kind, time, vehicle_id, run_id, data, hash FROM events ORDER BY seq"
+_HASHED: Final = ("seq", "kind", "time", "vehicle_id", "run_id", "data")
+
+
+@dataclass(frozen=True, slots=True)
+class Verification:
+    """What was found: the journal's head, how many plans and runs were held against its events, and what was altered.
+
+    Each alteration is a sentence that names the event, plan or run.
+    """
+
+    gateway: str
+    head: JournalHead
+    plans: int
+    runs: int
+    alterations: Sequence[str]
+
+
+async def verify_journal(path: Path, anchors: Sequence[JournalHead] = ()) -> Verification:
+    """Check the whole journal at `path`, also while a Waydrop runs on it. It is only read.
+
+    The chain alone cannot show that its end was cut off, or that all of it was written anew: `anchors` are hashes that
+    somebody else kept, and the journal must still have them.
+
+    Raises:
+        StorageError: there is no journal, an older Waydrop wrote it, or it cannot be read.
+    """
+    return await asyncio.to_thread(_verify, path, anchors)
+
+
+def _verify(path: Path, anchors: Sequence[JournalHead]) -> Verification:
+    with storage_errors(path), _opened(path) as connection:
+        connection.execute("BEGIN")  # one snapshot, whatever is written meanwhile
+        row = connection.execute("SELECT id FROM gateway").fetchone()
+        gateway = "" if row is None else str(row["id"])
+        told, head, found = Told(), JournalHead(), list[str]()
+        kept = {anchor.seq: anchor.hash for anchor in anchors}
+        for event in connection.execute(_EVENTS):
+            found += _altered(event, gateway, head)
+            head = JournalHead(seq=event["seq"], hash=event["hash"])
+            if kept.pop(head.seq, head.hash) != head.hash:
+                found.append(f"event {head.seq}: its hash is not the one that was kept elsewhere")
+            told.take(event["kind"], event["run_id"], event["data"])
+        found += [f"event {seq} was there once, and is missing" for seq in sorted(kept)]
+        plans = connection.execute("SELECT id, hash, document FROM plans ORDER BY position").fetchall()
+        runs = connection.execute("SELECT id, document FROM runs ORDER BY position").fetchall()
+    found += [*told.altered_plans(plans), *told.altered_runs(runs)]
+    return Verification(gateway, head, len(plans), len(runs), found)
+
+
+def _altered(event: sqlite3.Row, gateway: str, head: JournalHead) -> Iterator[str]:
+    if event["seq"] != head.seq + 1:
+        yield f"event {event['seq']}: the {event['seq'] - head.seq - 1} before it are missing"
+    elif event_hash(head.hash, gateway=gateway, **{name: event[name] for name in _HASHED}) != event["hash"]:
+        yield f"event {event['seq']}: its hash does not fit; it is not what was written, or the hash before it is not"
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[sqlite3.Connection]:
+    if not path.is_file():
+        raise StorageError(f"there is no journal at {path}", hint="name the folder that Waydrop uses: --data-dir")
+    with closing(sqlite3.connect(path, timeout=5.0, isolation_level=None)) as connection:
+        connection.row_factory = sqlite3.Row
+        connection.execute("PRAGMA query_only = ON")
+        if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
+            raise StorageError(f"{path} is a database of another program, not a journal")
+        if "hash" not in {row["name"] for row in connection.execute("PRAGMA table_info(events)")}:
+            raise StorageError(
+                f"journal {path} was written by a Waydrop that did not chain its events",
+                hint="start this version on it once: it chains what is there",
+            )
+        yield connection

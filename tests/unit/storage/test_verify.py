@@ -1,0 +1,196 @@
+"""`verify-journal` shows whatever was altered behind Waydrop's back, and nothing else."""
+
+from __future__ import annotations
+
+import asyncio
+import sqlite3
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from app.domain.drop import DropOutcome
+from app.domain.errors import StorageError
+from app.domain.events import EventKind, NewEvent
+from app.domain.journal_chain import GENESIS, JournalHead
+from app.storage import Verification, open_storage, verify_journal
+from app.storage.migrate import migrate
+from app.storage.told import _hash
+from app.storage.verify import _HASHED
+from tests.contract.storage.samples import event, plan, run
+
+OTHER_PLAN = '{"version":2}'
+TRIGGERS = ("events_are_gapless", "events_never_change", "events_never_go", "plans_never_change", "plans_never_go")
+
+
+_WRITTEN: list[bytes] = []
+"""Made once: migrating a new file takes longer than a test."""
+
+
+@pytest.fixture
+async def journal(tmp_path: Path) -> Path:
+    """Six events: three of no run, then a plan, a run and its drop. As a service would have stored them."""
+    path = tmp_path / "journal.db"
+    if not _WRITTEN:
+        await _write(path)
+        _WRITTEN.append(await asyncio.to_thread(path.read_bytes))
+    await asyncio.to_thread(path.write_bytes, _WRITTEN[0])
+    return path
+
+
+async def _write(path: Path) -> None:
+    stored = replace(plan(), hash=_hash('{"version":1}'), document={"version": 1})
+    flown = run()
+    done = flown.drops[0].model_copy(update={"outcome": DropOutcome.RELEASED})
+    async with open_storage(path) as storage:
+        await storage.events.append([event(1), event(2, größe="☂"), event(3)])
+        await storage.plans.add(stored)
+        await storage.events.append([told(EventKind.PLAN_CREATED, plan_id=stored.id, hash=stored.hash)])
+        await storage.events.append([told(EventKind.RUN_CREATED, **flown.model_dump(mode="json"))], [flown])
+        await storage.events.append(
+            [told(EventKind.RUN_DROP, **done.model_dump(mode="json"))], [flown.with_drop(done, now=2000.0)]
+        )
+
+
+def told(kind: EventKind, **data: object) -> NewEvent:
+    run_id = None if kind is EventKind.PLAN_CREATED else "run-1"
+    return NewEvent(kind=kind, time=1000.25, vehicle_id="v1", run_id=run_id, data=data)
+
+
+def alter(path: Path, *statements: str) -> None:
+    """As somebody with a SQLite shell would."""
+    with closing(sqlite3.connect(path)) as connection:
+        for trigger in TRIGGERS:
+            connection.execute(f"DROP TRIGGER IF EXISTS {trigger}")
+        for statement in statements:
+            connection.execute(statement)
+        connection.commit()
+
+
+async def head(path: Path) -> JournalHead:
+    return (await verify_journal(path)).head
+
+
+async def test_a_journal_as_written_is_found_so_with_all_its_parts_counted(journal: Path) -> None:
+    found = await verify_journal(journal)
+    assert found.alterations == []
+    assert (found.head.seq, found.plans, found.runs) == (6, 1, 1)
+    assert found.gateway.startswith("gw-")
+
+
+async def test_the_head_is_the_hash_that_the_newest_event_carries(journal: Path) -> None:
+    async with open_storage(journal) as storage:
+        (newest,) = await storage.events.append([event(7)])
+        assert await storage.events.read(after=6, limit=9) == (newest,)
+        assert await head(journal) == JournalHead(seq=7, hash=newest.hash)
+
+
+async def test_an_empty_journal_is_as_written(tmp_path: Path) -> None:
+    async with open_storage(tmp_path / "journal.db"):
+        pass
+    found = await verify_journal(tmp_path / "journal.db")
+    assert (found.alterations, found.head) == ([], JournalHead(seq=0, hash=GENESIS))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "kind = 'run.ack'",
+        "time = time + 0.001",
+        "vehicle_id = 'v2'",
+        "vehicle_id = NULL",
+        "run_id = 'run-9'",
+        "data = replace(data, '2', '3')",
+        "data = data || ' '",
+        "hash = upper(hash)",
+        f"hash = '{GENESIS}'",
+    ],
+)
+async def test_any_altered_field_of_an_event_is_found_and_named(journal: Path, change: str) -> None:
+    alter(journal, f"UPDATE events SET {change} WHERE seq = 2")
+    assert any(line.startswith("event 2: ") for line in (await verify_journal(journal)).alterations)
+
+
+async def test_every_column_of_an_event_is_covered_by_its_hash(journal: Path) -> None:
+    with closing(sqlite3.connect(journal)) as connection:
+        columns = {row[1] for row in connection.execute("PRAGMA table_info(events)")}
+    assert columns - {"hash"} == set(_HASHED)
+
+
+@pytest.mark.parametrize(
+    ("statements", "said"),
+    [
+        (["DELETE FROM events WHERE seq = 2"], "event 3: the 1 before it are missing"),
+        (["DELETE FROM events WHERE seq < 3"], "event 3: the 2 before it are missing"),
+        (["DELETE FROM events WHERE seq = 2", "UPDATE events SET seq = seq - 1 WHERE seq > 2"], "event 2: its hash"),
+        (["UPDATE gateway SET id = 'gw-other'"], "event 1: its hash"),
+        ([f"UPDATE plans SET document = '{OTHER_PLAN}'"], "plan plan-1 is not the one that was posted"),
+        (
+            [f"UPDATE plans SET document = '{OTHER_PLAN}', hash = '{_hash(OTHER_PLAN)}'"],
+            "plan plan-1 is not the one that was posted",
+        ),
+        (["DELETE FROM plans"], "plan plan-1 was posted, and is missing"),
+        (
+            ["UPDATE runs SET document = replace(document, 'released', 'kept')"],
+            "run run-1 is not as its events left it",
+        ),
+        (["UPDATE runs SET document = '{}'"], "run run-1 is not as its events left it: nothing is left"),
+        (["DELETE FROM runs"], "run run-1 is told of by events, and is missing"),
+        (["UPDATE runs SET id = 'run-2'"], "run run-2 is told of by no event"),
+    ],
+)
+async def test_what_is_taken_out_or_swapped_is_found(journal: Path, statements: list[str], said: str) -> None:
+    alter(journal, *statements)
+    assert any(line.startswith(said) for line in (await verify_journal(journal)).alterations)
+
+
+async def rewritten(path: Path) -> Verification:
+    """The last event is cut off, with what it told; the chain itself has no flaw then."""
+    alter(
+        path, "DELETE FROM events WHERE seq = 6", "UPDATE runs SET document = replace(document, 'released', 'pending')"
+    )
+    return await verify_journal(path)
+
+
+async def test_an_end_that_was_cut_off_shows_against_an_anchor_that_somebody_kept(journal: Path) -> None:
+    kept = await head(journal)
+    await rewritten(journal)
+    found = await verify_journal(journal, [kept])
+    assert "event 6 was there once, and is missing" in found.alterations
+
+
+async def test_a_journal_written_anew_shows_against_an_anchor(journal: Path) -> None:
+    found = await verify_journal(journal, [JournalHead(seq=3, hash="ab" * 32)])
+    assert found.alterations == ["event 3: its hash is not the one that was kept elsewhere"]
+
+
+async def test_an_anchor_that_is_still_there_proves_all_up_to_it(journal: Path) -> None:
+    kept = await head(journal)
+    async with open_storage(journal) as storage:
+        await storage.events.append([event(7)])
+        assert (await verify_journal(journal, [kept])).alterations == []
+
+
+async def test_verifying_changes_nothing_and_makes_no_journal(journal: Path, tmp_path: Path) -> None:
+    before = await asyncio.to_thread(journal.read_bytes)
+    await verify_journal(journal)
+    assert await asyncio.to_thread(journal.read_bytes) == before
+    with pytest.raises(StorageError, match="there is no journal"):
+        await verify_journal(tmp_path / "other.db")
+    assert not (tmp_path / "other.db").exists()
+
+
+async def test_a_journal_from_before_the_chain_is_chained_at_its_upgrade(journal: Path) -> None:
+    kept = await head(journal)
+    alter(journal, "ALTER TABLE events DROP COLUMN hash", "UPDATE alembic_version SET version_num = 'v0001'")
+    with pytest.raises(StorageError, match="did not chain") as refused:
+        await verify_journal(journal)
+    assert "start this version" in refused.value.hint
+    with closing(sqlite3.connect(journal)) as connection:
+        connection.execute("CREATE TRIGGER events_never_change BEFORE UPDATE ON events BEGIN SELECT 1; END")
+    migrate(journal)
+    found = await verify_journal(journal, [kept])
+    assert (found.head, found.alterations) == (kept, [])
+    with closing(sqlite3.connect(journal)) as connection, pytest.raises(sqlite3.IntegrityError, match="never change"):
+        connection.execute("UPDATE events SET hash = ''")
