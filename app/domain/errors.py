@@ -121,7 +121,7 @@ class SetpointRefusedError(InvalidInputError):
 
     code = "setpoint.refused"
 
-    def __init__(self, refusal: str, detail: str, *, hint: str = "", **extra: object) -> None:
+    def __init__(self, detail: str, *, refusal: str = "setpoint.refused", hint: str = "", **extra: object) -> None:
         super().__init__(detail, hint=hint, refusal=refusal, **extra)
         self.refusal = refusal
 

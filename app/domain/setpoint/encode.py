@@ -89,16 +89,16 @@ def type_mask_of(setpoint: Setpoint, known: Capability) -> int:
 def _refuse_unfit(setpoint: Setpoint, known: Capability, follower: Follower) -> None:
     if not known.verdict.is_taken:
         detail = f"{setpoint.type} is not sent to a {follower.kind.value}: {known.verdict.reason}"
-        raise SetpointRefusedError(known.verdict.code, detail, form=setpoint.type)
+        raise SetpointRefusedError(refusal=known.verdict.code, detail=detail, form=setpoint.type)
     if known.wire.estimate is not Estimate.NONE and not follower.has_estimate:
         raise SetpointRefusedError(
-            "setpoint.no_estimate",
-            f"{setpoint.type} needs a {known.wire.estimate.value} estimate, and the vehicle reports no fresh position",
+            refusal="setpoint.no_estimate",
+            detail=f"{setpoint.type} needs a {known.wire.estimate.value} estimate, and the vehicle reports no fresh position",
             form=setpoint.type,
         )
     if isinstance(setpoint, NedPlace) and setpoint.down_m is None and follower.kind is not FlightKind.ROVER:
         raise SetpointRefusedError(
-            "setpoint.height_needed", "PX4 needs all three coordinates: give down_m", form=setpoint.type
+            refusal="setpoint.height_needed", detail="PX4 needs all three coordinates: give down_m", form=setpoint.type
         )
 
 
@@ -141,11 +141,15 @@ def amsl_of(place: GlobalPlace, follower: Follower) -> float:
         return place.altitude_m
     if place.altitude_type == "agl":
         raise SetpointRefusedError(
-            "setpoint.frame_unsupported", "PX4 drops terrain altitudes without a word", hint="use amsl or rel_home"
+            refusal="setpoint.frame_unsupported",
+            detail="PX4 drops terrain altitudes without a word",
+            hint="use amsl or rel_home",
         )
     if follower.home_altitude_m is None:
         raise SetpointRefusedError(
-            "setpoint.home_unknown", "the vehicle's home is not known, so rel_home has no meaning", hint="use amsl"
+            refusal="setpoint.home_unknown",
+            detail="the vehicle's home is not known, so rel_home has no meaning",
+            hint="use amsl",
         )
     return follower.home_altitude_m + place.altitude_m
 

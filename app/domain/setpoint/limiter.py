@@ -109,7 +109,9 @@ class _Judge:
         if most is None or self._where.kind is FlightKind.ROVER:
             return setpoint
         if isinstance(setpoint, BodyRates):
-            raise SetpointRefusedError("limit.tilt", "with body rates the tilt cannot be bounded", hint="send attitude")
+            raise SetpointRefusedError(
+                refusal="limit.tilt", detail="with body rates the tilt cannot be bounded", hint="send attitude"
+            )
         if not isinstance(setpoint, Attitude) or tilt_deg(setpoint.roll_deg, setpoint.pitch_deg) <= most:
             return setpoint
         roll, pitch = setpoint.roll_deg, setpoint.pitch_deg
@@ -124,7 +126,9 @@ class _Judge:
         point = self._point_of(setpoint)
         if point is None:
             if self._bounds_places():
-                raise SetpointRefusedError("limit.home_unknown", "home is not known, so no distance can be checked")
+                raise SetpointRefusedError(
+                    refusal="limit.home_unknown", detail="home is not known, so no distance can be checked"
+                )
             return setpoint  # type: ignore[return-value]
         within = self._within(point)
         self._refuse_beyond_fence(within)
@@ -135,7 +139,9 @@ class _Judge:
         here = self._where.here
         if here is None:
             if self._bounds_places():
-                raise SetpointRefusedError("limit.position_unknown", "the vehicle's place from home is not known")
+                raise SetpointRefusedError(
+                    refusal="limit.position_unknown", detail="the vehicle's place from home is not known"
+                )
             return setpoint
         velocity = self._velocity_of(setpoint)
         if velocity is None:
@@ -156,7 +162,7 @@ class _Judge:
 
     def _exceeded(self, code: str, detail: str) -> None:
         if self._limits.beyond == "refuse":
-            raise SetpointRefusedError(code, detail, hint="send less, or configure the limits to clamp")
+            raise SetpointRefusedError(refusal=code, detail=detail, hint="send less, or configure the limits to clamp")
         self.clamps.append(Clamp(code, detail))
 
     def _bounds_places(self) -> bool:
@@ -215,7 +221,7 @@ class _Judge:
         end = (point[1], point[0])
         start = end if here is None else (here[1], here[0])
         if not fence.allows(Point(end) if start == end else LineString((start, end))):
-            raise SetpointRefusedError("limit.fence", "the straight way there leaves the fence on board")
+            raise SetpointRefusedError(refusal="limit.fence", detail="the straight way there leaves the fence on board")
 
     def _velocity_of(self, setpoint: Setpoint) -> Vector | None:
         """North, east, up."""
@@ -262,13 +268,13 @@ class _Judge:
         speed = math.hypot(velocity[0], velocity[1])
         most = limits.max_speed_m_s
         if most is not None and speed > most and self._where.kind is not FlightKind.WING:
-            raise SetpointRefusedError("limit.speed", f"the vehicle already moves with {speed:.1f} m/s")
+            raise SetpointRefusedError(refusal="limit.speed", detail=f"the vehicle already moves with {speed:.1f} m/s")
         there = tuple(place + part * LOOK_AHEAD_S for place, part in zip(here, velocity, strict=True))
         judge = _Judge(limits.model_copy(update={"beyond": "refuse"}), self._where)
         judge._within((there[0], there[1], there[2]))
         fence = self._where.fence
         if fence is not None and not fence.allows(Point(there[1], there[0])):
-            raise SetpointRefusedError("limit.fence", "the vehicle is about to leave the fence on board")
+            raise SetpointRefusedError(refusal="limit.fence", detail="the vehicle is about to leave the fence on board")
 
 
 def tilt_deg(roll_deg: float, pitch_deg: float) -> float:
