@@ -93,7 +93,7 @@ def _refuse_unfit(setpoint: Setpoint, known: Capability, follower: Follower) -> 
     if known.wire.estimate is not Estimate.NONE and not follower.has_estimate:
         raise SetpointRefusedError(
             refusal="setpoint.no_estimate",
-            detail=f"{setpoint.type} needs a {known.wire.estimate.value} estimate, and the vehicle reports no fresh position",
+            detail=f"{setpoint.type} needs a {known.wire.estimate.value} estimate, and no fresh position is reported",
             form=setpoint.type,
         )
     if isinstance(setpoint, NedPlace) and setpoint.down_m is None and follower.kind is not FlightKind.ROVER:

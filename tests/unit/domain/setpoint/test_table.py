@@ -13,8 +13,10 @@ from app.domain.setpoint.capability import (
     firmware_profile,
     flight_kind,
 )
+from app.domain.setpoint.document import with_tables
 from app.domain.setpoint.wire_form import WIRE_FORMS, Estimate
 from app.domain.vehicle import FirmwareVersion, VehicleType
+from tests.unit.domain.golden_mission import OFFBOARD_PAGE
 from tests.unit.domain.setpoint.examples import EXAMPLES
 
 DOCUMENTED, FLOWN, UNSURE = FirmwareProfile
@@ -106,3 +108,9 @@ def test_the_firmware_says_which_column_counts(version: tuple[int, int, int] | N
 )
 def test_a_vtol_counts_by_its_state(state: str | None, kind: FlightKind) -> None:
     assert flight_kind(VehicleType.VTOL, state) is kind
+
+
+def test_the_page_has_the_table_as_it_is() -> None:
+    page = OFFBOARD_PAGE.read_text(encoding="utf-8")
+    assert page == with_tables(page), "python -m tests.unit.domain.regenerate"
+    assert all(f"`{form}`" in page for form in WIRE_FORMS)
