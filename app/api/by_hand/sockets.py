@@ -84,6 +84,8 @@ class ByHandEndpoint:
         guard = asyncio.create_task(self._look_again(request, session), name="offboard socket access")
         try:
             return await session.run()
+        except ConnectionError:
+            return None  # the client has gone while something was told to it
         finally:
             self._sessions.discard(session)
             guard.cancel()

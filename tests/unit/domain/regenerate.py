@@ -1,4 +1,7 @@
-"""Writes the golden missions, docs/rules.md and the tables of docs/offboard.md anew: `python -m tests.unit.domain.regenerate`. Read the difference."""
+"""Writes golden missions, docs/rules.md and docs/offboard.md anew: `python -m tests.unit.domain.regenerate`.
+
+Read the difference.
+"""
 
 from __future__ import annotations
 
