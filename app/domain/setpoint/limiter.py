@@ -130,6 +130,8 @@ class _Judge:
                     refusal="limit.home_unknown", detail="home is not known, so no distance can be checked"
                 )
             return setpoint  # type: ignore[return-value]
+        if self._where.kind is FlightKind.WING:
+            return self._path_point(setpoint, point)
         within = self._within(point)
         self._refuse_beyond_fence(within)
         return setpoint if within == point else self._moved(setpoint, within)  # type: ignore[return-value]
@@ -185,6 +187,17 @@ class _Judge:
         east, north = LocalProjection(latitude, longitude).to_local(setpoint.latitude_deg, setpoint.longitude_deg)
         above = setpoint.altitude_m if setpoint.altitude_type == "rel_home" else setpoint.altitude_m - altitude
         return north, east, above
+
+    def _path_point(self, setpoint: NedPlace | GlobalPlace, point: Vector) -> Setpoint:
+        """To a wing it is a point of its path: moved it would be another path, and the wing flies on beyond it."""
+        self._strict()._within(point)
+        self._refuse_beyond_fence(point)
+        if self._where.here is not None:
+            self._refuse_drift(self._where.here)
+        return setpoint  # type: ignore[return-value]
+
+    def _strict(self) -> _Judge:
+        return _Judge(self._limits.model_copy(update={"beyond": "refuse"}), self._where)
 
     def _within(self, point: Vector) -> Vector:
         north, east, up = point
@@ -264,17 +277,13 @@ class _Judge:
 
     def _refuse_drift(self, here: Vector) -> None:
         """Attitude and acceleration cannot be clamped to a place: they end where the vehicle would leave its limits."""
-        limits, velocity = self._limits, self._where.velocity
+        velocity = self._where.velocity
         speed = math.hypot(velocity[0], velocity[1])
-        most = limits.max_speed_m_s
+        most = self._limits.max_speed_m_s
         if most is not None and speed > most and self._where.kind is not FlightKind.WING:
             raise SetpointRefusedError(refusal="limit.speed", detail=f"the vehicle already moves with {speed:.1f} m/s")
-        there = tuple(place + part * LOOK_AHEAD_S for place, part in zip(here, velocity, strict=True))
-        judge = _Judge(limits.model_copy(update={"beyond": "refuse"}), self._where)
-        judge._within((there[0], there[1], there[2]))
-        fence = self._where.fence
-        if fence is not None and not fence.allows(Point(there[1], there[0])):
-            raise SetpointRefusedError(refusal="limit.fence", detail="the vehicle is about to leave the fence on board")
+        self._strict()._leads_on(here, (velocity[0], velocity[1]))
+        self._strict()._climbs_on(here[2], velocity[2])
 
 
 def tilt_deg(roll_deg: float, pitch_deg: float) -> float:

@@ -62,11 +62,13 @@ async def until_calm(link: VehicleLink, within_s: float) -> None:
 
 
 async def read_fence(link: VehicleLink) -> FenceArea | None:
-    """The fence on board around home; None without one. Raises LinkError."""
+    """The fence on board around home; None without one. Raises OffboardNotReadyError without a home, LinkError."""
     items = await link.download(MissionType.FENCE)
     home = link.state().home
-    if not items or home is None:
+    if not items:
         return None
+    if home is None:
+        raise OffboardNotReadyError("the vehicle has a fence but no home to measure it from", hint="wait for its fix")
     return onboard_fence(items, LocalProjection(home.latitude_deg, home.longitude_deg))
 
 

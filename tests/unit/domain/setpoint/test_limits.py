@@ -138,6 +138,17 @@ def test_what_cannot_be_bounded_is_refused() -> None:
     assert refusal_of(example("attitude"), leaving) == "limit.distance"
 
 
+def test_a_wing_is_never_sent_along_another_path_than_was_asked() -> None:
+    wing = replace(HERE, kind=FlightKind.WING, here=(900.0, 0.0, 50.0))
+    assert refusal_of(example("position_velocity_ned", north_m=2000.0, down_m=-50.0), wing) == "limit.distance"
+    near = example("position_velocity_ned", north_m=900.0, down_m=-50.0)
+    assert limit(near, LIMITS, wing).setpoint == near
+    beyond_the_point = replace(wing, here=(990.0, 0.0, 50.0), velocity=(12.0, 0.0, 0.0))
+    assert refusal_of(near, beyond_the_point) == "limit.distance"
+    coming_back = replace(beyond_the_point, here=(1200.0, 0.0, 50.0), velocity=(-12.0, 0.0, 0.0))
+    assert limit(near, LIMITS, coming_back).setpoint == near
+
+
 def test_without_home_or_a_place_nothing_can_be_measured_so_it_is_refused() -> None:
     lost = Whereabouts(FlightKind.ROTARY)
     assert refusal_of(example("position_ned"), lost) == "limit.home_unknown"
