@@ -17,7 +17,7 @@ from typing import Any, Self
 import aiohttp
 
 ROOT = Path(__file__).parents[1]
-START_S = 30.0
+START_S = 60.0
 STOP_S = 10.0
 
 
