@@ -44,7 +44,7 @@ async def serve(settings: Settings, *, on_ready: Callable[[str], None] = lambda 
     Raises:
         SettingsError, StorageError, LinkError, ListenError: it could not start; what was begun is undone.
     """
-    async with hang_watch(settings.hang_exit_s), running(settings) as url, _stop_signal() as stop:
+    async with running(settings) as url, hang_watch(settings.hang_exit_s), _stop_signal() as stop:
         log.info("waydrop serves", url=url, version=__version__, connections=list(settings.connections))
         on_ready(url)
         await stop.wait()

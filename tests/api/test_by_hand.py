@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
@@ -88,6 +89,24 @@ async def test_the_end_of_the_socket_is_hold_at_once(service: Service, link: Fak
     async with pilot(service) as ben:
         assert (await ben.say("take"))["type"] == "granted"
         assert len(link.setpoints) == sent
+
+
+async def test_a_socket_that_closes_while_leaving_is_hold_too(service: Service, link: FakeLink) -> None:
+    async with pilot(service) as ann:
+        await ann.say("take")
+        await ann.say("enter")
+        waits, original = asyncio.Event(), link.return_to_launch
+
+        async def slow() -> None:
+            waits.set()
+            await asyncio.Event().wait()
+
+        link.return_to_launch = slow  # type: ignore[method-assign]
+        await ann.socket.send_json({"type": "leave", "to": "return"})
+        await asyncio.wait_for(waits.wait(), 10)
+        link.return_to_launch = original  # type: ignore[method-assign]
+    await until(lambda: link.state().mode is FlightMode.HOLD, timeout_s=10)
+    assert service.services.offboard.vehicle("v1").control.lease is None
 
 
 async def test_a_second_socket_is_told_who_flies(service: Service, link: FakeLink) -> None:

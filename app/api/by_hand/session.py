@@ -46,6 +46,7 @@ class ByHandSession:
         self._control = vehicle.control
         self._principal = principal
         self._lease_id: str | None = None
+        self._leaving = False
         self._passing: asyncio.Task[None] | None = None
         self._news = asyncio.Event()
         self._news.set()
@@ -88,6 +89,10 @@ class ByHandSession:
         lease = self._control.lease
         return lease is not None and lease.id == self._lease_id
 
+    def _has_lost_it(self) -> bool:
+        """Whether a lease of this socket has ended otherwise than asked."""
+        return self._lease_id is not None and not self._leaving and not self._holds()
+
     # reading --------------------------------------------------------------------------------------------------
 
     async def _read(self) -> None:
@@ -95,7 +100,7 @@ class ByHandSession:
             message = await self._socket.receive()
             if message.type is not WSMsgType.TEXT:
                 return None
-            if self._lease_id is not None and not self._holds():
+            if self._has_lost_it():
                 return self.end(ByHandCloseCode.LEASE_ENDED)  # frames of a lease that ended mean nothing any more
             await self._answer(message.data)
 
@@ -163,12 +168,12 @@ class ByHandSession:
         return DoneFrame(id=frame.id, what="enter", audit=[AuditView.of(entry) for entry in entries])
 
     async def _leave(self, lease_id: str, frame: LeaveFrame) -> BaseModel:
-        self._lease_id = None  # its end is what was asked for
+        self._leaving = True  # the lease's end is what was asked for
         try:
             await self._vehicle.passage.leave(lease_id, frame.to)
-        except WaydropError:
-            self._lease_id = lease_id
-            raise
+            self._lease_id = None
+        finally:
+            self._leaving = False
         return DoneFrame(id=frame.id, what="leave")
 
     # telling --------------------------------------------------------------------------------------------------
@@ -177,7 +182,7 @@ class ByHandSession:
         """The state on every change, and conflated while setpoints are sent. A lost lease ends the socket."""
         while True:
             self._news.clear()
-            if self._lease_id is not None and not self._holds():
+            if self._has_lost_it():
                 return self.end(ByHandCloseCode.LEASE_ENDED)
             view = self._control.view()
             await self._send(StateFrame(offboard=view))

@@ -71,6 +71,7 @@ class OffboardControl:
         who, now_s = self.vehicle.link.identity, self._clock.monotonic()
         if who.vehicle_type is None:
             raise OffboardNotReadyError(f"the type of vehicle {self.vehicle.id} is not known yet", hint="wait a moment")
+        self._end_expired(now_s)
         before = self._leases.lease
         lease = self._leases.take(holder, now_s, override=override)
         self._stream.clear()
@@ -209,15 +210,17 @@ class OffboardControl:
     # ticks and facts ------------------------------------------------------------------------------------------
 
     def _tick(self, now_s: float) -> None:
-        if self._leases.has_expired(now_s):
-            self.give_up("expired", f"not renewed for {self.settings.lease_s:g} s")
-            return
+        self._end_expired(now_s)
         if self.state not in SENDING or self.surroundings is None:
             return
         try:
             self._send(now_s, self.surroundings)
         except WaydropError as error:
             self.give_up("revoked", f"cannot send: {error.detail}")
+
+    def _end_expired(self, now_s: float) -> None:
+        if self._leases.has_expired(now_s):
+            self.give_up("expired", f"not renewed for {self.settings.lease_s:g} s")
 
     def _send(self, now_s: float, surroundings: Surroundings) -> None:
         state = self.link.state()

@@ -34,6 +34,16 @@ async def test_an_unused_lease_expires_and_a_used_one_does_not() -> None:
         quad.take("ben")
 
 
+async def test_who_comes_as_a_lease_expires_takes_no_flight_over() -> None:
+    async with cockpit() as quad:
+        await quad.flown()
+        quad.clock.time_s += 10.0
+        quad.take("ben")  # before the tick that would have noticed
+        assert quad.control.state is OffboardState.LEASED
+        await quad.until(lambda: quad.vehicle.sent[-1] == "hold", "what ann flew must hold")
+        assert [lease["change"] for lease in await quad.told("offboard.lease")] == ["taken", "expired", "taken"]
+
+
 async def test_a_released_lease_is_free_and_its_id_worthless() -> None:
     async with cockpit() as quad:
         old = quad.take("ann")
