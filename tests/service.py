@@ -108,6 +108,7 @@ class ServiceProcess:
                 if probe.connect_ex(("127.0.0.1", self.port)) == 0:
                     return
             time.sleep(0.05)
+        self.kill()
         raise AssertionError(f"the service did not listen within {START_S} s:\n{self.log()}")
 
 

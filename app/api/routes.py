@@ -4,14 +4,30 @@ from __future__ import annotations
 
 from typing import Final
 
-from app.api import documents, events, health, offboard, plan_checks, plans, proofs, runs, schemas, simulator, vehicles
+from app.api import (
+    documents,
+    events,
+    health,
+    offboard,
+    plan_checks,
+    plan_conversions,
+    plan_exports,
+    plans,
+    proofs,
+    runs,
+    schemas,
+    simulator,
+    vehicles,
+)
 from app.api.routing import AnyRoute
 
 ROUTES: Final[tuple[AnyRoute, ...]] = (
     *vehicles.ROUTES,
     *offboard.ROUTES,
     *plans.ROUTES,
+    *plan_exports.ROUTES,
     *plan_checks.ROUTES,
+    *plan_conversions.ROUTES,
     *runs.ROUTES,
     *proofs.ROUTES,
     *events.ROUTES,

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+from app.domain.vehicle_clock import UNHEARD, VehicleClock
+
 
 class VehicleType(StrEnum):
     """The vehicle types whose braking semantics differ. From MAV_TYPE of the HEARTBEAT."""
@@ -95,6 +97,7 @@ class VehicleFacts:
     """What a plan is checked against. Unknown things are None; rules must then take the strict side.
 
     `parameters` holds PX4 parameters by name as read from the vehicle (`NAV_ACC_RAD`, `MIS_TKO_LAND_REQ` ...).
+    `least_clock_rate`: see VehicleClock.least_rate.
     """
 
     vehicle_type: VehicleType
@@ -105,6 +108,7 @@ class VehicleFacts:
     max_mission_items: int = 500
     max_fence_items: int = 64
     max_rally_points: int = 32
+    least_clock_rate: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +118,7 @@ class VehicleState:
     Sources: HEARTBEAT (mode, armed), EXTENDED_SYS_STATE, GLOBAL_POSITION_INT, BATTERY_STATUS, MISSION_CURRENT,
     GPS_RAW_INT (gnss).
     `boot_time_s` is the vehicle's own clock (GLOBAL_POSITION_INT.time_boot_ms) at the newest position: it runs faster
-    than ours in a simulation with a speed factor, and a bounded hold is counted on it.
+    than ours in a simulation with a speed factor, and a bounded hold is counted on it. `clock` is how fast.
     `home_ned_m` is home from the EKF origin, from where local setpoints count: north, east, down (HOME_POSITION.x ...).
     `gripper_output_us` is SERVO_OUTPUT_RAW of the gripper's output (2000 grab, 1000 release, 900 disarmed); None while
     its channel is not known. It is what the autopilot commands, not what a sensor saw.
@@ -147,6 +151,7 @@ class VehicleState:
     gnss_fix: GnssFix | None = None
     gnss_satellites: int | None = None
     gnss_hdop: float | None = None
+    clock: VehicleClock = UNHEARD
     gripper_output_us: int | None = None
     gripper_output_age_s: float | None = None
 

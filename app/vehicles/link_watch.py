@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 
+from app.domain.mav_type import vehicle_type
 from app.domain.ports import (
     DuplicateSystem,
     GripperOutput,
@@ -38,7 +39,6 @@ from app.vehicles.gripper_output import GripperChannel, output_us
 from app.vehicles.identity import Identity
 from app.vehicles.inbox import Inbox
 from app.vehicles.item_visits import ItemVisits
-from app.vehicles.mav_type import vehicle_type
 from app.vehicles.measurements import Measurements, mission_state
 from app.vehicles.settings import LinkSettings
 from app.vehicles.status_texts import StatusTexts

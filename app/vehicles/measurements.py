@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 from app.domain.ports import LinkFact, MissionCurrent, StateChanged
 from app.domain.vehicle import FlightMode, GlobalPosition, GnssFix, LandedState, MissionState, VehicleState
+from app.domain.vehicle_clock import VehicleClock
 from app.vehicles.custom_mode import flight_mode
 from app.vehicles.decoders import (
     BatteryStatus,
@@ -30,6 +31,8 @@ _NO_MISSION_TOTAL: Final = 65535
 _HEADING_UNKNOWN: Final = 65535
 _HDOP_UNKNOWN: Final = 65535
 _SATELLITES_UNKNOWN: Final = 255
+CLOCK_WINDOW_S: Final = 10.0
+"""Long enough to tell 5x from 4x although a message may be late."""
 
 
 @dataclass(slots=True)
@@ -44,6 +47,7 @@ class Measurements:
     position: GlobalPositionInt | None = None
     position_s: float | None = None
     gnss: GpsRawInt | None = None
+    clock: VehicleClock = field(default_factory=lambda: VehicleClock(window_s=CLOCK_WINDOW_S))
     home: GlobalPosition | None = None
     home_ned_m: tuple[float, float, float] | None = None
     battery_percent: float | None = None
@@ -80,6 +84,7 @@ class Measurements:
     def take_position(self, message: GlobalPositionInt, received_s: float) -> None:
         """GLOBAL_POSITION_INT."""
         self.position, self.position_s = message, received_s
+        self.clock = self.clock.seen(received_s, message.time_boot_ms / 1e3)
 
     def take_gnss(self, message: GpsRawInt) -> None:
         """GPS_RAW_INT: how good the position is."""
@@ -139,6 +144,7 @@ class Measurements:
             mission_state=MissionState.UNKNOWN if mission is None else mission_state(mission),
             mission_id=None if mission is None or not mission.mission_id else mission.mission_id,
             vtol_state=None if system is None or system.vtol_state >= len(_VTOL) else _VTOL[system.vtol_state],
+            clock=self.clock,
             boot_time_s=None if place is None else place.time_boot_ms / 1e3,
             gnss_fix=None if gnss is None or gnss.fix_type >= len(_FIX) else _FIX[gnss.fix_type],
             gnss_satellites=None

@@ -26,7 +26,7 @@ CHROMIUM_ARGS = (
 )
 
 FLEET = "quad,quad,plane,vtol"
-SPEED = 5.0
+SPEED = 4.0
 
 
 def chromium_args() -> list[str]:

@@ -71,7 +71,7 @@ def data_dir(tmp_path: Path) -> Iterator[Path]:
 
 
 def test_it_says_what_it_started_and_three_commands_that_work(data_dir: Path) -> None:
-    up = Up(data_dir, free_tcp_port(), "--speed", "8")
+    up = Up(data_dir, free_tcp_port(), "--speed", "4")
     try:
         commands = up.until_ready()
         assert "two multicopters, one fixed wing, one VTOL" in up.said()

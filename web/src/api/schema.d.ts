@@ -308,6 +308,86 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/plans/{plan_id}/exports": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * The formats that a plan can be had in, and what each leaves out
+         * @description Role: viewer or higher.
+         */
+        get: operations["list_exports"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/plans/{plan_id}/exports/qgc": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * A plan as a QGroundControl .plan
+         * @description Role: viewer or higher.
+         */
+        get: operations["export_qgc"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/plans/{plan_id}/exports/geojson": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * A plan and its prediction as GeoJSON
+         * @description Role: viewer or higher.
+         */
+        get: operations["export_geojson"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/plans/{plan_id}/exports/kml": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * A plan and its predicted route as KML
+         * @description Role: viewer or higher.
+         */
+        get: operations["export_kml"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/plan-checks": {
         parameters: {
             query?: never;
@@ -322,6 +402,26 @@ export interface paths {
          * @description Role: dispatcher or higher.
          */
         post: operations["check_plan"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/plan-conversions": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Read a QGroundControl .plan or a waypoint file as a plan
+         * @description Role: dispatcher or higher.
+         */
+        post: operations["convert_plan"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1086,6 +1186,24 @@ export interface components {
             on_link_loss: ("continue" | "hold" | "return" | "land") | null;
         };
         /**
+         * ConversionFinding
+         * @description One thing that a conversion changed. `pointer` is a JSON pointer into the source, `code` is stable.
+         */
+        ConversionFinding: {
+            kind: components["schemas"]["FindingKind"];
+            /** Code */
+            code: string;
+            /** Pointer */
+            pointer: string;
+            /** Message */
+            message: string;
+            /**
+             * Hint
+             * @default
+             */
+            hint: string;
+        };
+        /**
          * Delay
          * @description Wait where the vehicle is (NAV_DELAY). The only way to stop a rover.
          */
@@ -1354,6 +1472,27 @@ export interface components {
             last_seq: number;
         };
         /**
+         * ExportView
+         * @description One format. `findings` are what the document leaves out, or has in a place that only Waydrop reads.
+         */
+        ExportView: {
+            format: components["schemas"]["TargetFormat"];
+            /** Media Type */
+            media_type: string;
+            /** Path */
+            path: string;
+            /** Findings */
+            findings: components["schemas"]["ConversionFinding"][];
+        };
+        /**
+         * ExportsView
+         * @description All formats that a plan can be had in.
+         */
+        ExportsView: {
+            /** Exports */
+            exports: components["schemas"]["ExportView"][];
+        };
+        /**
          * FaultKind
          * @description A fault that the simulator knows. `value_schema` is the JSON Schema of its value.
          */
@@ -1444,11 +1583,26 @@ export interface components {
             item_id: string | null;
         };
         /**
+         * FindingKind
+         * @description `lost` is not in the result. `assumed` is in the result and was not in the source. `kept` is in the result, but
+         *
+         *     only where Waydrop reads it: other software passes over it.
+         * @enum {string}
+         */
+        FindingKind: "lost" | "assumed" | "kept";
+        /**
          * FlightMode
          * @description PX4's custom_mode in the words that matter to Waydrop.
          * @enum {string}
          */
         FlightMode: "mission" | "hold" | "return" | "land" | "takeoff" | "offboard" | "position" | "altitude" | "manual" | "stabilized" | "orbit" | "other";
+        /**
+         * ForeignPlan
+         * @description A QGroundControl .plan, or a plan of Waydrop's own. A waypoint file is sent as application/octet-stream.
+         */
+        ForeignPlan: {
+            [key: string]: unknown;
+        };
         /**
          * Geofence
          * @description Allowed is what lies in any inclusion (everywhere if there is none) and in no exclusion.
@@ -2016,6 +2170,19 @@ export interface components {
              * @default null
              */
             vehicle: string | null;
+        };
+        /**
+         * PlanConversion
+         * @description The plan, ready for /plan-checks and /plans, and what was lost or assumed on the way to it.
+         */
+        PlanConversion: {
+            format: components["schemas"]["SourceFormat"];
+            /** Plan */
+            plan: {
+                [key: string]: unknown;
+            };
+            /** Findings */
+            findings: components["schemas"]["ConversionFinding"][];
         };
         /**
          * PlanHead
@@ -2871,6 +3038,12 @@ export interface components {
             value: number;
         };
         /**
+         * SourceFormat
+         * @description `plan` is Waydrop's own, `qgc` QGroundControl's .plan, `waypoints` the text of Mission Planner.
+         * @enum {string}
+         */
+        SourceFormat: "plan" | "qgc" | "waypoints";
+        /**
          * StateView
          * @description The newest measurements of a vehicle, with their ages in seconds; null is "never received".
          */
@@ -2991,6 +3164,12 @@ export interface components {
              */
             pitch_deg: number | null;
         };
+        /**
+         * TargetFormat
+         * @description `qgc` is QGroundControl's .plan, which can be read back; the others are for maps.
+         * @enum {string}
+         */
+        TargetFormat: "qgc" | "geojson" | "kml";
         /**
          * ThrustTorque
          * @description Thrust and torque, normalised. Refused for every vehicle.
@@ -3671,7 +3850,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -3830,7 +4009,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -3989,7 +4168,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -4228,7 +4407,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -4362,7 +4541,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -4496,7 +4675,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -4630,7 +4809,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -4764,7 +4943,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -4925,7 +5104,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -5086,7 +5265,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -5284,7 +5463,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -5437,6 +5616,424 @@ export interface operations {
             };
         };
     };
+    list_exports: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                plan_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The formats */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ExportsView"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `plan.invalid`: The document is not a plan */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    export_qgc: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description The ETag that the client has */
+                "If-None-Match"?: string;
+            };
+            path: {
+                plan_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The document */
+            200: {
+                headers: {
+                    /** @description The version of the resource, for If-None-Match */
+                    ETag?: string;
+                    /** @description A file name for the document */
+                    "Content-Disposition"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": Record<string, never>;
+                };
+            };
+            /** @description The client has it already (If-None-Match) */
+            304: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `plan.invalid`: The document is not a plan */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    export_geojson: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description The ETag that the client has */
+                "If-None-Match"?: string;
+            };
+            path: {
+                plan_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The document */
+            200: {
+                headers: {
+                    /** @description The version of the resource, for If-None-Match */
+                    ETag?: string;
+                    /** @description A file name for the document */
+                    "Content-Disposition"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/geo+json": Record<string, never>;
+                };
+            };
+            /** @description The client has it already (If-None-Match) */
+            304: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `plan.invalid`: The document is not a plan */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    export_kml: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description The ETag that the client has */
+                "If-None-Match"?: string;
+            };
+            path: {
+                plan_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The document */
+            200: {
+                headers: {
+                    /** @description The version of the resource, for If-None-Match */
+                    ETag?: string;
+                    /** @description A file name for the document */
+                    "Content-Disposition"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/vnd.google-earth.kml+xml": string;
+                };
+            };
+            /** @description The client has it already (If-None-Match) */
+            304: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `plan.invalid`: The document is not a plan */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     check_plan: {
         parameters: {
             query?: never;
@@ -5522,7 +6119,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -5578,6 +6175,126 @@ export interface operations {
             };
             /** @description `vehicle.timeout`: The vehicle did not answer */
             504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    convert_plan: {
+        parameters: {
+            query?: {
+                format?: ("plan" | "qgc" | "waypoints") | null;
+                /** @description of the plan */
+                name?: string | null;
+                vehicle_type?: ("multicopter" | "fixed_wing" | "vtol" | "rover" | "airship") | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ForeignPlan"];
+                "application/octet-stream": unknown;
+            };
+        };
+        responses: {
+            /** @description The plan, and every loss and assumption */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PlanConversion"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `conversion.refused`: The document cannot become a plan; `plan.invalid`: The document is not a plan */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -5756,7 +6473,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -6090,7 +6807,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -6249,7 +6966,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -6408,7 +7125,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -6567,7 +7284,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -6726,7 +7443,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -6885,7 +7602,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -7358,7 +8075,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
