@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.domain.setpoint.audit import AUDITED, audit
@@ -14,11 +14,13 @@ ages = st.floats(0, 10)
 SAFE = {"COM_OBL_RC_ACT": 5, "COM_OF_LOSS_T": 1.0, "COM_RC_IN_MODE": 4}
 
 
+@settings(deadline=None)
 @given(age_s=ages, kind=st.sampled_from(FlightKind))
 def test_a_setpoint_older_than_its_age_is_never_sent(age_s: float, kind: FlightKind) -> None:
     assert (DeadMan().judge(age_s, kind) is Silence.SPEAKS) == (age_s <= 0.4)
 
 
+@settings(deadline=None)
 @given(first=ages, second=ages, kind=st.sampled_from(FlightKind))
 def test_silence_only_grows_worse(first: float, second: float, kind: FlightKind) -> None:
     order = list(Silence)

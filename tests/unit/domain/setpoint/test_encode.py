@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
@@ -37,6 +37,7 @@ def test_what_the_table_takes_is_encoded_and_what_it_refuses_is_refused_with_its
     assert known.verdict.reason in refused.value.detail
 
 
+@settings(deadline=None)
 @given(yaw=st.none() | st.floats(-360, 360), rate=st.none() | st.floats(-90, 90))
 def test_a_heading_takes_its_bit_out_of_the_mask_and_not_given_is_nan(yaw: float | None, rate: float | None) -> None:
     message = encode(example("velocity_ned", yaw_deg=yaw, yawspeed_deg_s=rate), follower())
@@ -101,6 +102,7 @@ def test_without_an_estimate_only_what_needs_none_is_sent(form: str) -> None:
     assert refused.value.refusal == "setpoint.no_estimate"
 
 
+@settings(deadline=None)
 @given(roll=st.floats(-80, 80), pitch=st.floats(-80, 80), yaw=st.floats(-180, 180))
 def test_an_attitude_is_a_unit_quaternion_that_tilts_as_asked(roll: float, pitch: float, yaw: float) -> None:
     message = encode(example("attitude", roll_deg=roll, pitch_deg=pitch, yaw_deg=yaw), follower())

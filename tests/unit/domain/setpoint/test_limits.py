@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.domain.errors import SetpointRefusedError
@@ -19,6 +19,8 @@ from app.domain.setpoint.limits import OffboardLimits
 from app.domain.setpoint.onboard_fence import onboard_fence
 from tests.unit.domain.setpoint.examples import attitudes, body_velocities, example, places, velocities
 
+PATIENT = settings(deadline=None)
+"""Geometry on a busy machine."""
 HOME = (47.397742, 8.545594, 488.0)
 LIMITS = OffboardLimits()
 HERE = Whereabouts(FlightKind.ROTARY, HOME, (0.0, 0.0, 0.0), (5.0, 5.0, 20.0))
@@ -33,6 +35,7 @@ def refusal_of(setpoint: Setpoint, where: Whereabouts = HERE, **changes: object)
     return refused.value.refusal
 
 
+@PATIENT
 @given(setpoint=velocities | body_velocities, where=heres)
 def test_a_clamped_velocity_is_within_every_limit_and_keeps_its_direction(
     setpoint: Setpoint, where: Whereabouts
@@ -52,6 +55,7 @@ def across(setpoint: Setpoint) -> tuple[float, float]:
     return setpoint.north_m_s, setpoint.east_m_s
 
 
+@PATIENT
 @given(setpoint=places)
 def test_a_clamped_place_is_within_the_distance_and_the_altitudes(setpoint: Setpoint) -> None:
     found = limit(setpoint, LIMITS, HERE).setpoint
@@ -61,6 +65,7 @@ def test_a_clamped_place_is_within_the_distance_and_the_altitudes(setpoint: Setp
     assert 2.0 - 1e-9 <= -found.down_m <= 120.0 + 1e-9
 
 
+@PATIENT
 @given(setpoint=attitudes)
 def test_a_clamped_attitude_tilts_no_more_than_allowed(setpoint: Setpoint) -> None:
     found = limit(setpoint, LIMITS, HERE).setpoint
@@ -68,6 +73,7 @@ def test_a_clamped_attitude_tilts_no_more_than_allowed(setpoint: Setpoint) -> No
     assert tilt_deg(found.roll_deg, found.pitch_deg) <= 35.0 + 1e-6
 
 
+@PATIENT
 @given(setpoint=velocities | places | attitudes, where=heres)
 def test_limits_change_nothing_silently_and_nothing_twice(setpoint: Setpoint, where: Whereabouts) -> None:
     first = limit(setpoint, LIMITS, where)
@@ -77,6 +83,7 @@ def test_limits_change_nothing_silently_and_nothing_twice(setpoint: Setpoint, wh
         assert value is None or getattr(second.setpoint, name) == pytest.approx(value, abs=1e-6)
 
 
+@PATIENT
 @given(setpoint=velocities | places | attitudes, where=heres)
 def test_configured_to_refuse_exactly_what_would_be_clamped_is_refused(setpoint: Setpoint, where: Whereabouts) -> None:
     clamps = limit(setpoint, LIMITS, where).clamps
@@ -162,6 +169,7 @@ def test_a_local_place_counts_from_the_ekf_origin_and_not_from_home() -> None:
     assert limit(example("position_ned", north_m=-150.0, east_m=0.0), LIMITS, moved).clamps
 
 
+@PATIENT
 @given(places)
 def test_a_global_place_is_clamped_as_the_same_local_one(setpoint: Setpoint) -> None:
     assert isinstance(setpoint, PositionNed)

@@ -5,13 +5,14 @@ from __future__ import annotations
 import asyncio
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.services.offboard.cadence import KEPT, Cadence
 from app.services.offboard.pacer import Pacer, next_due_s
 
 
+@settings(deadline=None)
 @given(due=st.floats(0, 1e6), late=st.floats(0, 100), period=st.sampled_from([0.02, 0.05]))
 def test_the_next_due_time_is_on_the_grid_and_ahead(due: float, late: float, period: float) -> None:
     found = next_due_s(due, due + late, period)
