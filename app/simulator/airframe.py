@@ -13,7 +13,7 @@ class Airframe:
     mav_type: int
     """MAV_TYPE of the heartbeat."""
     gripper_servo: int
-    """Output with the gripper, 1-based: servoN_raw of SERVO_OUTPUT_RAW."""
+    """Output with the gripper, 1-based: servoN_raw of SERVO_OUTPUT_RAW; 0: it is no output of the autopilot."""
     params: dict[str, int | float] = field(default_factory=dict)
     """Parameters that differ from the common defaults."""
     hover_throttle: float = 0.5

@@ -118,7 +118,7 @@ def _state(vehicle: Vehicle) -> Answer:
         "mode": status.mode.name,
         "landed_state": status.landed_state.name,
         "mission_seq": vehicle.store.current_seq,
-        "gripper_open": vehicle.state.gripper.output_released,
+        "gripper_open": vehicle.state.gripper.is_open,
         "time_s": vehicle.clock.now_s,
     }
 

@@ -6,6 +6,7 @@ import asyncio
 import random
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 from app.simulator.airframe import AIRFRAMES
@@ -36,12 +37,15 @@ START_TIME = "COM_DISARM_PRFLT"
 def build_vehicle(options: Options, index: int, entry: VehicleOptions, wall: Callable[[], float]) -> Vehicle:
     """Vehicle `index` of the fleet, without a socket."""
     airframe, profile = AIRFRAMES[entry.airframe], PROFILES[options.firmware]
+    if entry.external_gripper:
+        airframe = replace(airframe, gripper_servo=0)
     own: dict[str, Value] = {
         "MAV_SYS_ID": entry.system_id,
         "MAV_TYPE": airframe.mav_type,
-        f"PWM_MAIN_FUNC{airframe.gripper_servo}": GRIPPER_FUNCTION,
     }
-    params = Params(airframe.params, profile.params, own, dict(options.params))
+    if airframe.gripper_servo:
+        own[f"PWM_MAIN_FUNC{airframe.gripper_servo}"] = GRIPPER_FUNCTION
+    params = Params(airframe.params, profile.params, own, dict(options.params), absent=profile.absent)
     for name in TIMES_SCALED_BY_SPEED:
         params.set(name, params[name] * options.speed)
     params.set(START_TIME, params[START_TIME] * max(1.0, options.speed / MAX_LIVE_SPEED))
@@ -59,6 +63,7 @@ def build_vehicle(options: Options, index: int, entry: VehicleOptions, wall: Cal
         rates=options.rates,
         salt=str(index),
         winch=entry.winch,
+        external_gripper=entry.external_gripper,
     )
     return Vehicle(spec, wall)
 

@@ -15,6 +15,7 @@ DEFAULT_HOME = (47.397742, 8.545594, 488.0)
 MAX_SPEED = 50.0
 MAX_LIVE_SPEED = 4.0
 """Above it OFFBOARD is refused: who sends setpoints, or waits for a release, has timers in wall time."""
+GRIPPERS = ("onboard", "external")
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +25,9 @@ class VehicleOptions:
     airframe: str
     system_id: int
     winch: bool = False
+    """A winch on the payload port."""
+    external_gripper: bool = False
+    """The gripper is a component on the payload port; the autopilot has no payload deliverer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +56,7 @@ def parse(arguments: Sequence[str]) -> Options:
     )
     parser.add_argument(
         "--fleet", type=_fleet, default=_fleet("quad"), metavar="TYPE[:KEY=VALUE...],...",
-        help=f"types: {', '.join(AIRFRAMES)}; keys: sysid, winch",
+        help=f"types: {', '.join(AIRFRAMES)}; keys: sysid, winch, gripper",
     )  # fmt: skip
     parser.add_argument("--port", type=_port, default=14540, help="vehicle i sends to 127.0.0.1:PORT+i")
     parser.add_argument("--local-port", type=_port, default=14580, help="vehicle i sends from LOCAL_PORT+i; 0: any")
@@ -83,11 +87,14 @@ def _fleet(text: str) -> tuple[VehicleOptions, ...]:
         if name not in AIRFRAMES:
             raise argparse.ArgumentTypeError(f"unknown vehicle type {name!r}; known: {', '.join(AIRFRAMES)}")
         settings = dict(pair.partition("=")[::2] for pair in pairs)
-        unknown = settings.keys() - {"sysid", "winch"}
+        unknown = settings.keys() - {"sysid", "winch", "gripper"}
         if unknown:
             raise argparse.ArgumentTypeError(f"unknown key {sorted(unknown)[0]!r} in {entry!r}")
+        gripper = settings.get("gripper", "onboard")
+        if gripper not in GRIPPERS:
+            raise argparse.ArgumentTypeError(f"unknown gripper {gripper!r}; known: {', '.join(GRIPPERS)}")
         system_id = _integer(settings.get("sysid", str(index + 1)), 1, 255)
-        vehicles.append(VehicleOptions(name, system_id, settings.get("winch", "0") == "1"))
+        vehicles.append(VehicleOptions(name, system_id, settings.get("winch", "0") == "1", gripper == "external"))
     if not vehicles:
         raise argparse.ArgumentTypeError("the fleet is empty")
     return tuple(vehicles)

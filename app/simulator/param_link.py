@@ -16,8 +16,9 @@ NO_INDEX = -1
 class ParamLink:
     """Lists, reads and sets parameters."""
 
-    def __init__(self, params: Params, radio: Radio) -> None:
+    def __init__(self, params: Params, radio: Radio, says_errors: bool) -> None:
         self._params = params
+        self._says_errors = says_errors
         self._radio = radio
         self._listing: deque[str] = deque()
 
@@ -66,5 +67,7 @@ class ParamLink:
         self._radio.broadcast(message)
 
     def _send_error(self, channel: Sender, message: Message, name: str, error: ParamError) -> None:
+        if not self._says_errors:
+            return
         partner = (message.get_srcSystem(), message.get_srcComponent())
         self._radio.reply(channel, mavlink.MAVLink_param_error_message(*partner, name.encode(), NO_INDEX, error.code))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 
 Value = int | float
 
@@ -28,10 +28,10 @@ DEFAULTS: dict[str, Value] = {
     "FW_AIRSPD_MAX": 20.0,
     "FW_AIRSPD_MIN": 10.0,
     "FW_AIRSPD_TRIM": 15.0,
-    "FW_CLMB_TRGT": 3.0,
     "FW_LND_ANG": 5.0,
     "FW_R_LIM": 50.0,
-    "FW_SINK_TRGT": 2.0,
+    "FW_T_CLMB_R_SP": 3.0,
+    "FW_T_SINK_R_SP": 2.0,
     "GF_ACTION": 2,
     "GF_MAX_HOR_DIST": 0.0,
     "GF_MAX_VER_DIST": 0.0,
@@ -82,6 +82,9 @@ DEFAULTS: dict[str, Value] = {
     "NAV_LOITER_RAD": 80.0,
     "NAV_MC_ALT_RAD": 0.8,
     "NAV_RCL_ACT": 2,
+    "NPFG_DAMPING": 0.7,
+    "NPFG_PERIOD": 10.0,
+    "NPFG_SW_DST_MLT": 0.32,
     "PD_GRIPPER_TO": 1.0,
     "PD_GRIPPER_TYPE": 0,
     "RTL_DESCEND_ALT": 30.0,
@@ -111,8 +114,8 @@ class ParamError(Exception):
 class Params:
     """Name to value; the type of a default is the type for good, as in the autopilot."""
 
-    def __init__(self, *overrides: Mapping[str, Value]) -> None:
-        self._values: dict[str, Value] = dict(DEFAULTS)
+    def __init__(self, *overrides: Mapping[str, Value], absent: Collection[str] = ()) -> None:
+        self._values: dict[str, Value] = {name: value for name, value in DEFAULTS.items() if name not in absent}
         for layer in overrides:
             for name, value in layer.items():
                 known = self._values.get(name, value)

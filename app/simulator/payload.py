@@ -38,58 +38,67 @@ class PayloadDeliverer:
         self._clock = clock
         self._action: _Action | None = None
         self._output_due_s: float | None = None
-        self._valid = False
+        self._jaws_due_s: float | None = None
+        self.valid = False
+        """There is a gripper; read at power-up only."""
         self.boot()
-
-    @property
-    def in_progress(self) -> bool:
-        """The gripper is moving, as far as its timer knows."""
-        return self._action is not None
 
     def boot(self) -> None:
         """Power-up: PD_GRIPPER_TYPE is read only here, and the gripper grabs."""
         enabled = "PD_GRIPPER_EN" not in self._params or self._params.integer("PD_GRIPPER_EN") == 1
-        self._valid = enabled and self._params.integer("PD_GRIPPER_TYPE") >= 0
+        self.valid = enabled and self._params.integer("PD_GRIPPER_TYPE") >= 0
         self._action = None
-        self._output_due_s = None
-        self._gripper.released = False
-        if not self._faults.stuck_gripper:
-            self._gripper.output_released = False
+        self._output_due_s = self._jaws_due_s = None
+        self._gripper.released = self._gripper.output_released = False
+        self._move_jaws()
 
     def command(self, param2: float, ack: Ack) -> None:
         """DO_GRIPPER: param2 0 releases, 1 grabs; instance and everything else are ignored."""
-        if not self._valid:
+        if not self.valid:
             ack(Result.FAILED)
             return
-        wanted = math.floor(param2 + 0.5) if math.isfinite(param2) else -1
-        if wanted not in (0, 1):
-            ack(Result.DENIED)
-            return
-        release = wanted == 0
+        release = _releases(param2)
         running = self._action
         if running is not None and running.release == release:
             ack(Result.TEMPORARILY_REJECTED)
             return
+        if running is not None:
+            running.ack(Result.CANCELLED)  # before the new one is looked at: an invalid one too, which stops nothing
+        if release is None:
+            ack(Result.DENIED)
+            return
         if running is None and self._gripper.released == release:
             ack(Result.ACCEPTED)
             return
-        if running is not None:
-            running.ack(Result.CANCELLED)
         self._action = _Action(release, self._clock.now_s, ack)
         self._gripper.released = release
-        self._output_due_s = self._clock.now_s + OUTPUT_DELAY_S + self._faults.slow_gripper_s
+        self._output_due_s = self._clock.now_s + OUTPUT_DELAY_S
+        self._jaws_due_s = self._output_due_s + self._faults.slow_gripper_s
         ack(Result.IN_PROGRESS)
 
     def step(self) -> None:
-        """Move the output, end the timer."""
+        """Move the output, then the jaws, end the timer."""
         now_s = self._clock.now_s
         if self._output_due_s is not None and now_s >= self._output_due_s:
             self._output_due_s = None
-            if not self._faults.stuck_gripper:
-                self._gripper.output_released = self._gripper.released
+            self._gripper.output_released = self._gripper.released
+        if self._jaws_due_s is not None and now_s >= self._jaws_due_s:
+            self._jaws_due_s = None
+            self._move_jaws()
         action = self._action
         if action is not None:
             duration_s = float(self._params["PD_GRIPPER_TO"]) + self._faults.slow_gripper_s
             if now_s - action.started_s >= duration_s:
                 self._action = None
                 action.ack(Result.ACCEPTED)
+
+    def _move_jaws(self) -> None:
+        if not self._faults.stuck_gripper:
+            self._gripper.is_open = self._gripper.output_released
+
+
+def _releases(param2: float) -> bool | None:
+    """GRIPPER_ACTIONS, rounded half away from zero as C's roundf: 0 releases, 1 grabs; None is neither."""
+    if not math.isfinite(param2) or not -0.5 < param2 < 1.5:
+        return None
+    return param2 < 0.5

@@ -113,7 +113,9 @@ class GripperState:
 
     released: bool = False
     output_released: bool = False
-    """What the servo really does: differs while stuck or slow."""
+    """The autopilot's output to the servo: the last thing that a link shows."""
+    is_open: bool = False
+    """What the jaws really do, which nobody senses: differs while stuck or slow."""
 
 
 @dataclass(slots=True)

@@ -12,7 +12,7 @@ from app.simulator.faults import VehicleFaults
 from app.simulator.geo import LocalFrame
 from app.simulator.identity import Identity
 from app.simulator.state import VehicleState
-from app.simulator.wire import Mode
+from app.simulator.wire import Mode, SystemStatus
 
 AUTOPILOT_PX4 = 12
 BASE_CUSTOM_MODE = 1
@@ -26,6 +26,8 @@ SENSORS_PRESENT = 33603631
 SENSORS_ENABLED = 33669167
 SENSORS_HEALTHY = 52480063
 SENSOR_GPS = 0x20
+PREARM_CHECK = 0x10000000
+"""Healthy when the vehicle can be armed [01_connect]."""
 PWM_DISARMED, PWM_GRAB, PWM_RELEASE, PWM_MOTOR_IDLE = 900, 2000, 1000, 1000
 CELLS_FULL_MV, CELLS_EMPTY_MV = 16200, 14000
 STANDARD_MODES = {Mode.POSCTL: 1, Mode.ORBIT: 2, Mode.ALTCTL: 4, Mode.RTL: 5, Mode.MISSION: 6, Mode.LAND: 7}
@@ -94,6 +96,8 @@ class Telemetry:
     def sys_status(self) -> Message:
         """SYS_STATUS."""
         healthy = SENSORS_HEALTHY & ~SENSOR_GPS if self._faults.gps_lost else SENSORS_HEALTHY
+        if self._state.status.system_status is not SystemStatus.UNINIT:
+            healthy |= PREARM_CHECK
         return mavlink.MAVLink_sys_status_message(
             SENSORS_PRESENT, SENSORS_ENABLED, healthy, 98, self._voltage_mv(), -1, self._battery_percent(),
             0, 0, 0, 0, 0, 0,
@@ -154,8 +158,9 @@ class Telemetry:
         if armed:
             for motor in range(4):
                 outputs[motor] = PWM_MOTOR_IDLE + int(self._state.body.throttle * 1000)
-            released = self._state.gripper.output_released
-            outputs[self._airframe.gripper_servo - 1] = PWM_RELEASE if released else PWM_GRAB
+            if self._airframe.gripper_servo:
+                released = self._state.gripper.output_released
+                outputs[self._airframe.gripper_servo - 1] = PWM_RELEASE if released else PWM_GRAB
         return mavlink.MAVLink_servo_output_raw_message(
             int(self._clock.now_s * 1e6) % 2**32, 0, *outputs[:8], *outputs[8:]
         )

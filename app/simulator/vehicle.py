@@ -19,6 +19,9 @@ from app.simulator.dialect import Message
 from app.simulator.dynamics.factory import dynamics_for
 from app.simulator.dynamics.model import Wind
 from app.simulator.events import EventLog
+from app.simulator.external.gripper import ExternalGripper
+from app.simulator.external.port import PayloadPort
+from app.simulator.external.winch import Winch
 from app.simulator.faults import VehicleFaults
 from app.simulator.firmware import FirmwareProfile
 from app.simulator.geo import LocalFrame
@@ -29,6 +32,7 @@ from app.simulator.mission.reporter import MissionReporter
 from app.simulator.mission.store import MissionStore
 from app.simulator.mission.transfer import MissionTransfer
 from app.simulator.navigator.context import NavContext
+from app.simulator.navigator.deployment import Deployment
 from app.simulator.navigator.hold_mode import HoldMode
 from app.simulator.navigator.mission_mode import MissionMode, MissionResult
 from app.simulator.navigator.navigator import Navigator
@@ -47,7 +51,6 @@ from app.simulator.router import Router
 from app.simulator.state import Body, VehicleState
 from app.simulator.streams import Streams
 from app.simulator.telemetry import Telemetry
-from app.simulator.winch import Winch
 from app.simulator.wire import Cmd, Mode, Result, VtolState
 
 REBOOT_SILENCE_S = 0.2
@@ -70,6 +73,7 @@ class VehicleSpec:
     rates: str = "onboard"
     salt: str = ""
     winch: bool = False
+    external_gripper: bool = False
 
 
 class Vehicle:
@@ -93,7 +97,7 @@ class Vehicle:
         spec, state = self.spec, self.state
         self._events = EventLog(self.radio, self.clock)
         result = MissionResult()
-        self.payload = PayloadDeliverer(state.gripper, self.params, self.faults, self.clock)
+        self._build_payload()
         self._offboard = OffboardStream(self.params, self.clock, spec.speed)
         self.commander = Commander(
             state, self.params, self.clock, result, self._offboard, self.radio.text, self._events.emit
@@ -102,7 +106,7 @@ class Vehicle:
             state, self.params, spec.system_id, spec.airframe, spec.profile, spec.frame, self.clock,
             self.radio.text, self._events.emit, lambda command: self._internal.issue(command),
         )  # fmt: skip
-        self.mission = MissionMode(self.context, self.store, result, self.payload)
+        self.mission = MissionMode(self.context, self.store, result, self._deployment)
         self._hold = HoldMode(self.context)
         self._takeoff = TakeoffMode(self.context)
         self._orbit = OrbitMode(self.context)
@@ -114,6 +118,17 @@ class Vehicle:
         self._detector = land_detector_for(spec.airframe, state, self.params, self.clock, self.faults)
         self._wind = Wind(0.0, 0.0)
         self._dynamics = dynamics_for(spec.airframe, self.params, state.status)
+
+    def _build_payload(self) -> None:
+        """On board, or components on the payload port."""
+        state, body = self.state, self.state.body
+        self._deployment = Deployment()
+        external = ExternalGripper(state.gripper, self.faults, self.clock) if self.spec.external_gripper else None
+        on_board = self.spec.profile.delivers_payload and external is None
+        self._payload = PayloadDeliverer(state.gripper, self.params, self.faults, self.clock) if on_board else None
+        self.winch = Winch(self.clock, lambda: body.up_m) if self.spec.winch else None
+        components = [component for component in (external, self.winch) if component is not None]
+        self._port = PayloadPort(self.radio, self.clock, components)
 
     def _build_failsafes(self) -> None:
         spec, state = self.spec, self.state
@@ -133,33 +148,32 @@ class Vehicle:
         self._internal = InternalCommands(
             self.radio,
             self.clock,
-            self.payload,
+            self._payload,
+            self._port,
+            self._deployment,
             {
                 Cmd.DO_CHANGE_SPEED: lambda params: flight.apply_speed(params[1]),
                 Cmd.NAV_RETURN_TO_LAUNCH: lambda params: self._return(),
                 Cmd.DO_VTOL_TRANSITION: lambda params: self._transition_in_mission(params[0]),
-                Cmd.DO_WINCH: self._winch_in_mission,
             },
         )
         self.identity = Identity(spec.profile, spec.seed, spec.system_id, spec.salt)
         telemetry = Telemetry(state, spec.airframe, spec.frame, self.clock, self.faults, self.identity)
         self._streams = Streams(telemetry, self.radio, self.clock, RATES[spec.rates], spec.speed)
-        payload_commands = PayloadCommands(self.payload)
+        payload_commands = PayloadCommands(self._payload)
         self._commands = CommandLink(
             self.radio,
             self.faults,
             {
                 **flight.handlers(),
                 **MessageCommands(telemetry, self._streams, self.radio).handlers(),
-                **payload_commands.handlers(),
+                **(payload_commands.handlers() if spec.profile.delivers_payload else {}),
                 Cmd.PREFLIGHT_REBOOT_SHUTDOWN: self._on_reboot,
             },
-            others=frozenset({int(Cmd.DO_WINCH)}) if spec.winch else frozenset(),
         )
         payload_commands.connect(self._commands)
-        self.winch = Winch(self.radio, self.clock) if spec.winch else None
         self._transfer = MissionTransfer(self.store, self.radio, spec.profile, self.faults, wall)
-        self._param_link = ParamLink(self.params, self.radio)
+        self._param_link = ParamLink(self.params, self.radio, spec.profile.reports_param_errors)
         self._reporter = MissionReporter(
             self.mission.result, self.store, state.status, self.radio, self.clock, spec.profile
         )
@@ -185,7 +199,8 @@ class Vehicle:
         self._events.reset()
         self.commander.boot()
         self._detector.boot()
-        self.payload.boot()
+        if self._payload is not None:
+            self._payload.boot()
         self._navigator.boot()
         self._link_loss.boot()
         self._offboard.boot()
@@ -195,8 +210,7 @@ class Vehicle:
         self._reporter.boot()
         self._transfer.reset()
         self._commands.reset()
-        if self.winch is not None:
-            self.winch.boot()
+        self._port.boot()
 
     def reboot(self) -> None:
         """Restart the autopilot: in the next cycle, the mission begins at item 0 again."""
@@ -215,8 +229,8 @@ class Vehicle:
     def receive(self, channel: Sender, message: Message) -> None:
         """One message from a channel."""
         self._router.receive(channel, message)
-        if self.winch is not None and message.get_type() == "COMMAND_LONG":
-            self.winch.on_command(channel, message)
+        if message.get_type() == "COMMAND_LONG":
+            self._port.on_command(channel, message)
 
     def step(self) -> None:
         """One step of vehicle time."""
@@ -229,15 +243,15 @@ class Vehicle:
         self._commands.step()
         self._navigator.step()
         self._internal.step()
-        self.payload.step()
+        if self._payload is not None:
+            self._payload.step()
         self._move()
         self._detector.step(self.context.setpoint)
         self.commander.step()
         self._link_loss.step()
         self._offboard_loss.step()
         self.battery.step()
-        if self.winch is not None:
-            self.winch.step()
+        self._port.step()
         self._streams.step()
 
     def poll(self) -> None:
@@ -281,11 +295,6 @@ class Vehicle:
         """A mission's return item ends the mission: hold, not mission, follows the disarming [06, 07, 08]."""
         self.commander.change_mode(Mode.LOITER)
         self.commander.return_to_launch()
-
-    def _winch_in_mission(self, params: tuple[float, ...]) -> None:
-        """The item is broadcast; an attached winch hears it. Its ack goes to the autopilot, not to the ground."""
-        if self.winch is not None:
-            self.winch.execute(params[1], params[2], params[3], lambda result: None)
 
     def _transition_in_mission(self, wanted: float) -> None:
         self._transition(wanted)

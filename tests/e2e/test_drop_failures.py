@@ -127,7 +127,7 @@ SEEN = ("released", "inferred")
 KEPT = ("kept", "inferred")
 CASES = (
     Case("all is well", nothing, nothing, ("completed",), (RELEASED,), range(1, 2), True),
-    Case("stuck", stuck, nothing, ("completed",), (RELEASED, ("unknown", "none")), range(1, 2), True),
+    Case("stuck", stuck, nothing, ("completed",), (RELEASED,), range(1, 2), True),
     Case("slow", slow, nothing, ("completed",), (RELEASED,), range(1, 2), True),
     Case("lost ack", nothing, lost_ack, ("completed",), (SEEN, RELEASED), range(1, 4), None),
     Case("refused upload", refused_upload, nothing, ("failed",), (KEPT,), range(1), False),

@@ -1,6 +1,7 @@
 """Commands that the autopilot gives itself: a mission's DO_ items and the grab at boot.
 
-They show on the wire as COMMAND_LONG from the vehicle to itself; their acks do not reach a ground station.
+They show on the wire as COMMAND_LONG from the vehicle to itself. Their acks, by the payload deliverer on board or by a
+component on the payload port, are addressed to the vehicle and do not reach a ground station.
 """
 
 from __future__ import annotations
@@ -10,7 +11,9 @@ from dataclasses import dataclass
 
 from app.simulator.clock import VehicleClock
 from app.simulator.dialect import mavlink
+from app.simulator.external.port import PayloadPort
 from app.simulator.navigator.context import Command
+from app.simulator.navigator.deployment import Deployment
 from app.simulator.payload import PayloadDeliverer
 from app.simulator.radio import Radio
 from app.simulator.wire import VEHICLE_COMPONENT, Cmd, Result
@@ -42,12 +45,16 @@ class InternalCommands:
         self,
         radio: Radio,
         clock: VehicleClock,
-        payload: PayloadDeliverer,
+        payload: PayloadDeliverer | None,
+        port: PayloadPort,
+        deployment: Deployment,
         actions: Mapping[int, Callable[[tuple[float, ...]], None]],
     ) -> None:
         self._radio = radio
         self._clock = clock
         self._payload = payload
+        self._port = port
+        self._deployment = deployment
         self._actions = actions
         """Command to what it does, given params 1 to 4."""
         self._repeats: list[_Repeat] = []
@@ -55,19 +62,19 @@ class InternalCommands:
         self._boot_grab_due = False
 
     def boot(self) -> None:
-        """Power-up: the grab is announced shortly after."""
+        """Power-up: the grab of a valid gripper is announced shortly after [17b_gripper_none: none]."""
         self._repeats.clear()
-        self._boot_grab_due = True
-        self._boot_ack_due = True
+        self._boot_grab_due = self._boot_ack_due = self._payload is not None and self._payload.valid
 
     def issue(self, command: Command) -> None:
         """A mission item's command."""
         number, params = command
         seven = (params[0], params[1], params[2], params[3], 0.0, 0.0, 0.0)
         self._announce(number, seven, (self._radio.system_id, 0), REPEATS_AFTER_S)
-        if number == Cmd.DO_GRIPPER:
-            self._payload.command(params[1], _nobody)
-        elif number in self._actions:
+        if number == Cmd.DO_GRIPPER and self._payload is not None:
+            self._payload.command(params[1], self._deployment.hear)
+        self._port.issue(number, seven[:4], self._deployment.hear)
+        if number in self._actions:
             self._actions[number](params)
 
     def step(self) -> None:
@@ -95,7 +102,3 @@ class InternalCommands:
 
     def _send(self, command: int, confirmation: int, params: Params7, target: tuple[int, int]) -> None:
         self._radio.broadcast(mavlink.MAVLink_command_long_message(*target, command, confirmation, *params))
-
-
-def _nobody(result: Result) -> None:
-    """The mission's gripper ack is addressed to the vehicle itself and never leaves it."""

@@ -35,17 +35,13 @@ class Request:
 
 
 Handler = Callable[[Request], Result | None]
-"""Executes a command; None: it will be acknowledged later, through `CommandLink.ack`."""
+"""Executes a command; None: it is acknowledged later, through `CommandLink.ack`, or by somebody else."""
 
 
 class CommandLink:
     """Receives for component 1; what has another address gets no answer."""
 
-    def __init__(
-        self, radio: Radio, faults: VehicleFaults, handlers: Mapping[int, Handler], others: frozenset[int] = frozenset()
-    ) -> None:
-        self._others = others
-        """Commands that an attached component answers when they are sent to all components."""
+    def __init__(self, radio: Radio, faults: VehicleFaults, handlers: Mapping[int, Handler]) -> None:
         self._radio = radio
         self._faults = faults
         self._handlers = handlers
@@ -56,8 +52,6 @@ class CommandLink:
         if message.target_system not in (0, self._radio.system_id):
             return
         if message.target_component not in (0, VEHICLE_COMPONENT):
-            return
-        if message.target_component == 0 and message.command in self._others:
             return
         self._queue.append(_request(channel, message))
 

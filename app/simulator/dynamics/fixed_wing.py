@@ -132,7 +132,7 @@ class FixedWing:
         missing = setpoint.up_m - body.up_m
         if setpoint.kind is SetpointKind.TAKEOFF and missing > 1.0:
             return TAKEOFF_CLIMB_M_S
-        fastest = float(self._params["FW_CLMB_TRGT"]) if missing > 0.0 else float(self._params["FW_SINK_TRGT"])
+        fastest = float(self._params["FW_T_CLMB_R_SP"]) if missing > 0.0 else float(self._params["FW_T_SINK_R_SP"])
         return max(-fastest, min(fastest, ALTITUDE_GAIN * missing))
 
     def _land_climb(self, body: Body, setpoint: Setpoint) -> float:
@@ -143,7 +143,7 @@ class FixedWing:
         if body.up_m - setpoint.up_m < FLARE_HEIGHT_M:
             return -0.5
         sink = -slope * body.ground_speed_m_s + ALTITUDE_GAIN * (on_line_m - body.up_m)
-        return max(-float(self._params["FW_SINK_TRGT"]), min(0.0, sink))
+        return max(-float(self._params["FW_T_SINK_R_SP"]), min(0.0, sink))
 
     # steering -----------------------------------------------------------------------------------------------
 

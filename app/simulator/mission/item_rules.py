@@ -16,6 +16,7 @@ MISSION_FRAME_COMMANDS = frozenset(
     {20, 80, 93, 112, 177, 178, 179, 187, 189, 196, 197, 200, 201, 203, 204, 205, 206, 211, 212, 214, 260, 400, 530}
     | {532, 534, 1000, 1001, 2000, 2001, 2003, 2500, 2501, 3000, 42600}
 )
+PAYLOAD_COMMANDS = frozenset({Cmd.DO_GRIPPER, Cmd.DO_WINCH})
 FENCE_COMMANDS = frozenset({5000, 5001, 5002, 5003, 5004})
 RALLY_COMMANDS = frozenset({5100})
 
@@ -38,6 +39,8 @@ def refusal(item: Item, mission_type: int, profile: FirmwareProfile) -> MissionA
         return _listed(item, RALLY_COMMANDS)
     if item.command in FENCE_COMMANDS:
         return MissionAck.ERROR  # [05_fence_rally]
+    if item.command in PAYLOAD_COMMANDS and not profile.delivers_payload:
+        return MissionAck.UNSUPPORTED
     if item.frame in GLOBAL_FRAMES:
         if item.command not in GLOBAL_COMMANDS:
             return _misplaced_command(item, profile)

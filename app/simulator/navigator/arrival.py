@@ -58,7 +58,7 @@ class Arrival:
         if not context.flies_like_plane:
             return default_m
         speed = context.state.body.ground_speed_m_s
-        return max(default_m, min(MAX_SWITCH_DISTANCE_M, speed * context.profile.switch_distance_s))
+        return max(default_m, min(MAX_SWITCH_DISTANCE_M, speed * context.profile.switch_distance_s(context.params)))
 
     def _corner_radius_m(self, target: Target, default_m: float) -> float:
         """A rover turns in early, so that it cuts the corner tangentially; none at its last point."""

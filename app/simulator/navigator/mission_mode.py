@@ -9,11 +9,11 @@ from app.simulator.mission.item import Item
 from app.simulator.mission.store import MissionStore
 from app.simulator.navigator.arrival import Arrival
 from app.simulator.navigator.context import NavContext
+from app.simulator.navigator.deployment import Deployment
 from app.simulator.navigator.jumps import JumpCounter
-from app.simulator.navigator.lookahead import next_target
+from app.simulator.navigator.lookahead import PAYLOAD_COMMANDS, next_target
 from app.simulator.navigator.preparation import Preparation
 from app.simulator.navigator.target import Target, target_of
-from app.simulator.payload import PayloadDeliverer
 from app.simulator.setpoint import SetpointKind
 from app.simulator.state import Home
 from app.simulator.wire import Cmd, Severity
@@ -37,14 +37,12 @@ class MissionResult:
 class MissionMode:
     """Executes the stored mission and writes `result`."""
 
-    def __init__(
-        self, context: NavContext, store: MissionStore, result: MissionResult, payload: PayloadDeliverer
-    ) -> None:
+    def __init__(self, context: NavContext, store: MissionStore, result: MissionResult, deployment: Deployment) -> None:
         self.result = result
         self.active = False
         self._context = context
         self._store = store
-        self._payload = payload
+        self._deployment = deployment
         self._arrival = Arrival(context)
         self._jumps = JumpCounter()
         self._preparation = Preparation(context, self._arrival, self._report_reached)
@@ -194,6 +192,7 @@ class MissionMode:
         if item.command == Cmd.NAV_RETURN_TO_LAUNCH:  # ends the mission in the same cycle
             self._report_reached()
             self._finish()
+        self._deployment.begin()
         self._context.command((item.command, (item.param1, item.param2, item.param3, item.param4)))
 
     def _fly(self, item: Item, target: Target) -> None:
@@ -239,7 +238,7 @@ class MissionMode:
             return self._arrival.completed(self._target(item))
         if item.command == Cmd.NAV_DELAY:
             return elapsed_s >= item.param1
-        if item.command in (Cmd.DO_GRIPPER, Cmd.DO_WINCH):
+        if item.command in PAYLOAD_COMMANDS:
             return self._delivered(elapsed_s)
         if item.command == Cmd.DO_VTOL_TRANSITION:
             return context.state.status.vtol_state == int(item.param1) or not context.airframe.is_vtol
@@ -250,5 +249,5 @@ class MissionMode:
         profile = self._context.profile
         timed_out = elapsed_s >= float(self._context.params[profile.command_timeout_param])
         if profile.gripper_items_wait_for_ack:
-            return timed_out or not self._payload.in_progress
+            return timed_out or self._deployment.succeeded
         return timed_out

@@ -15,6 +15,7 @@ from app.simulator.navigator.mission_mode import MissionMode
 from app.simulator.navigator.mode import FlightMode
 from app.simulator.navigator.orbit_mode import OrbitMode
 from app.simulator.navigator.return_check import ReturnCheck
+from app.simulator.navigator.return_destination import ReturnDestination
 from app.simulator.navigator.return_mode import ReturnMode
 from app.simulator.navigator.takeoff_mode import TakeoffMode
 from app.simulator.setpoint import SetpointKind
@@ -45,7 +46,7 @@ class Navigator:
         self._mission = mission
         self._takeoff = takeoff
         self._land = LandMode(context)
-        self._return = ReturnMode(context)
+        self._return = ReturnMode(context, ReturnDestination(context, store))
         self._change_mode = change_mode
         self._modes: dict[Mode, FlightMode] = {
             Mode.MISSION: mission,

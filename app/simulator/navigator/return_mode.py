@@ -1,4 +1,4 @@
-"""AUTO.RTL: climb, fly home, land (a plane circles home)."""
+"""AUTO.RTL: climb, fly home (or where RTL_TYPE says), land (a plane circles there)."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 from enum import Enum, auto
 
 from app.simulator.navigator.context import NavContext
+from app.simulator.navigator.return_destination import ReturnDestination
 from app.simulator.setpoint import SetpointKind
 from app.simulator.wire import Cmd, Severity, VtolState
 
@@ -23,10 +24,11 @@ class _Stage(Enum):
 
 
 class ReturnMode:
-    """Return to the home position as it was when the mode was entered."""
+    """The destination is chosen when the mode is entered."""
 
-    def __init__(self, context: NavContext) -> None:
+    def __init__(self, context: NavContext, destination: ReturnDestination) -> None:
         self._context = context
+        self._chosen = destination
         self._stage = _Stage.CLIMB
         self._destination = (0.0, 0.0)
         self._ground_m = 0.0
@@ -37,7 +39,7 @@ class ReturnMode:
         context = self._context
         body = context.state.body
         self.finished = False
-        self._destination = (context.home.north_m, context.home.east_m)
+        self._destination = self._chosen.choose()
         self._ground_m = context.home.up_m
         if context.state.status.landed:
             context.set_point(SetpointKind.IDLE, (body.north_m, body.east_m), body.up_m)

@@ -94,12 +94,14 @@ class Cockpit:
         winch: bool = False,
         speed: float = 1.0,
         rates: str = "onboard",
+        external_gripper: bool = False,
     ) -> None:
         self.now_s = 0.0
         self.heard: list[Heard] = []
         self.heartbeats = heartbeats
         options = Options(fleet=(), firmware=firmware, speed=speed, rates=rates, params=tuple((params or {}).items()))
-        self.vehicle = build_vehicle(options, 0, VehicleOptions(airframe, 1, winch), lambda: self.now_s / speed)
+        entry = VehicleOptions(airframe, 1, winch, external_gripper)
+        self.vehicle = build_vehicle(options, 0, entry, lambda: self.now_s / speed)
         self.wire = Wire(self)
         self.vehicle.radio.channels.append(self.wire)
         self._next_heartbeat_s = 0.0

@@ -13,10 +13,11 @@ from tests.unit.simulator.cockpit import RELEASE, RETURN, Cockpit, takeoff, wayp
 
 
 def test_the_command_line_names_the_vehicles() -> None:
-    options = parse(["--fleet", "quad,quad:sysid=7,plane:winch=1", "--speed", "10", "--home", "47,8.5,400"])
+    home = ["--home", "47,8.5,400"]
+    options = parse(["--fleet", "quad,quad:sysid=7:gripper=external,plane:winch=1", "--speed", "10", *home])
     assert options.fleet == (
         VehicleOptions("quad", 1),
-        VehicleOptions("quad", 7),
+        VehicleOptions("quad", 7, external_gripper=True),
         VehicleOptions("plane", 3, winch=True),
     )
     assert (options.speed, options.home) == (10.0, (47.0, 8.5, 400.0))
@@ -29,6 +30,7 @@ def test_the_command_line_names_the_vehicles() -> None:
         ["--fleet", "submarine"],
         ["--fleet", ""],
         ["--fleet", "quad:colour=red"],
+        ["--fleet", "quad:gripper=robot"],
         ["--fleet", "quad:sysid=0"],
         ["--fleet", "quad:sysid=x"],
         ["--speed", "0.5"],

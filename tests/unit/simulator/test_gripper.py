@@ -50,7 +50,15 @@ def test_the_opposite_cancels_the_first_for_its_sender(cockpit: Cockpit) -> None
     assert to_first == [Result.IN_PROGRESS, Result.CANCELLED]
 
 
-@pytest.mark.parametrize("param2", [5.0, -1.0, math.nan, math.inf])
+def test_an_invalid_action_cancels_the_first_although_that_goes_on(cockpit: Cockpit) -> None:
+    """PX4's payload deliverer looks for the conflict first, and at the action only then."""
+    gripper(cockpit, 0, wait_s=0.5)
+    assert gripper(cockpit, 5, source=OTHER) == [Result.DENIED]
+    to_first = [ack.result for ack in cockpit.messages("COMMAND_ACK") if ack.target_system == 245]
+    assert to_first == [Result.IN_PROGRESS, Result.CANCELLED, Result.ACCEPTED]
+
+
+@pytest.mark.parametrize("param2", [5.0, -1.0, -0.5, 1.5, math.nan, math.inf])
 def test_another_action_is_denied(cockpit: Cockpit, param2: float) -> None:
     assert gripper(cockpit, param2) == [Result.DENIED]
 
@@ -111,6 +119,12 @@ def test_at_boot_it_grabs_in_public_and_acknowledges_to_nobody() -> None:
     assert (boot_ack.command, boot_ack.result, boot_ack.target_system, boot_ack.target_component) == (211, 0, 0, 1)
 
 
+def test_without_a_gripper_nothing_is_commanded_at_boot() -> None:
+    """Scenario 17b."""
+    cockpit = Cockpit(params={"PD_GRIPPER_TYPE": -1})
+    assert cockpit.messages("COMMAND_LONG") == cockpit.messages("COMMAND_ACK") == []
+
+
 def test_a_mission_release_shows_as_a_command_to_itself_and_as_output_but_never_as_an_ack() -> None:
     cockpit = Cockpit()
     cockpit.start([takeoff(10), waypoint(20, 0, 10), RELEASE, waypoint(20, 40, 10)])
@@ -144,16 +158,21 @@ def test_it_stays_released_after_landing() -> None:
     assert cockpit.last("SERVO_OUTPUT_RAW").servo5_raw == 1000
 
 
-def test_a_stuck_gripper_acknowledges_by_its_timer_and_does_not_move(cockpit: Cockpit) -> None:
+def test_a_stuck_gripper_looks_on_the_link_like_one_that_opened(cockpit: Cockpit) -> None:
     cockpit.arm()
     cockpit.vehicle.faults.stuck_gripper = True
     assert gripper(cockpit, 0) == [Result.IN_PROGRESS, Result.ACCEPTED]
-    assert cockpit.last("SERVO_OUTPUT_RAW").servo5_raw == 2000
+    assert cockpit.last("SERVO_OUTPUT_RAW").servo5_raw == 1000
+    assert not cockpit.vehicle.state.gripper.is_open
 
 
 def test_a_slow_gripper_takes_longer(cockpit: Cockpit) -> None:
     cockpit.vehicle.faults.slow_gripper_s = 2.0
-    assert gripper(cockpit, 0, wait_s=4.5) == [Result.IN_PROGRESS]
+    assert gripper(cockpit, 0, wait_s=1.5) == [Result.IN_PROGRESS]
+    assert not cockpit.vehicle.state.gripper.is_open
+    cockpit.fly(3.0)
+    assert cockpit.vehicle.state.gripper.is_open
+    assert len([m for m in cockpit.messages("COMMAND_ACK") if m.result == Result.ACCEPTED]) == 1
     cockpit.fly(1.0)
     assert cockpit.last("COMMAND_ACK").result == Result.ACCEPTED
 
@@ -164,6 +183,6 @@ def test_commands_to_somebody_else_get_no_answer_and_unknown_ones_are_unsupporte
     cockpit.send(mavlink.MAVLink_command_long_message(200, 1, 520, 0, 1, 0, 0, 0, 0, 0, 0))
     cockpit.fly(0.2)
     assert len(cockpit.messages("COMMAND_ACK")) == mark
-    for unsupported in (9999, Cmd.DO_PAUSE_CONTINUE, Cmd.DO_WINCH, Cmd.REQUEST_AUTOPILOT_CAPABILITIES):
+    for unsupported in (9999, Cmd.DO_PAUSE_CONTINUE, Cmd.REQUEST_AUTOPILOT_CAPABILITIES):
         assert cockpit.command(unsupported) == [Result.UNSUPPORTED]
     assert cockpit.set_mode(Mode.LOITER) == [Result.ACCEPTED]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from app.simulator.dialect import mavlink
+from app.simulator.setpoint import SetpointKind
 from app.simulator.wire import Cmd, Mode, Result
 from tests.unit.simulator.cockpit import RETURN, Cockpit, Plan, takeoff, waypoint
 
@@ -116,4 +117,6 @@ def test_a_takeoff_item_uploaded_in_the_air_is_a_waypoint() -> None:
     cockpit.start([takeoff(20), waypoint(150, 0, 20), RETURN])
     cockpit.until(lambda: cockpit.vehicle.state.body.north_m > 60)
     cockpit.upload([takeoff(20), waypoint(150, 0, 20), RETURN])
+    cockpit.fly(0.5)
+    assert cockpit.vehicle.context.setpoint.kind is SetpointKind.POSITION
     cockpit.until(lambda: cockpit.distance_to(0, 0) < 11, 60.0)

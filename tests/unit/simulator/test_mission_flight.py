@@ -129,6 +129,23 @@ def test_a_jump_repeats_as_often_as_it_says() -> None:
     assert flips.count(2) == 3
 
 
+def test_a_mission_that_ends_in_the_air_holds_there() -> None:
+    cockpit = Cockpit()
+    cockpit.start([takeoff(4), waypoint(15, 0, 4)])
+    cockpit.until(lambda: cockpit.vehicle.mission.result.finished)
+    cockpit.fly(5.0)
+    assert cockpit.texts()[-1] == "Mission finished, loitering"
+    assert cockpit.last("HEARTBEAT").custom_mode == Mode.LOITER
+    assert (cockpit.armed, cockpit.vehicle.state.body.ground_speed_m_s) == (True, pytest.approx(0.0, abs=0.3))
+
+
+def test_a_delay_item_waits_its_time() -> None:
+    cockpit = Cockpit()
+    cockpit.start([takeoff(4), do(Cmd.NAV_DELAY, 3, -1, -1, -1), waypoint(20, 0, 4), RETURN])
+    cockpit.until(lambda: cockpit.vehicle.store.current_seq == 1)
+    assert cockpit.until(lambda: cockpit.vehicle.store.current_seq == 2) == pytest.approx(3.0, abs=0.1)
+
+
 def test_a_rover_is_in_the_air_half_a_second_after_arming_and_lands_by_disarming() -> None:
     cockpit = Cockpit("rover")
     cockpit.arm()

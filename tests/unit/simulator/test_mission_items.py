@@ -35,6 +35,7 @@ def cockpit() -> Cockpit:
         (Plan(16, 10, 0, 15, frame=10), MissionAck.UNSUPPORTED_FRAME),
         (Plan(5001, 10, 0, 0, (4, 0, 0, 0)), MissionAck.ERROR),
         (Plan(16, 10, 0, 15, (0, 0, 7, 0)), MissionAck.INVALID_PARAM1 + 2),
+        (Plan(16, 10, 0, 15, (0, 0, math.nan, math.nan)), MissionAck.ACCEPTED),
         (Plan(16, 10, 0, 15, frame=5), MissionAck.ACCEPTED),
         (Plan(16, 10, 0, math.nan), MissionAck.ACCEPTED),
         (do(Cmd.NAV_DELAY, 3), MissionAck.ACCEPTED),
@@ -48,15 +49,6 @@ def test_items_are_taken_or_refused_as_recorded(cockpit: Cockpit, plan: Plan, an
     assert cockpit.upload([takeoff(15), plan]) == answer
     if answer not in (MissionAck.ACCEPTED, MissionAck.ERROR):
         assert cockpit.texts()[-1] == "IGN MISSION_ITEM: Invalid item"
-
-
-def test_older_firmware_does_not_know_masks_nor_ids() -> None:
-    cockpit = Cockpit(firmware="px4-1.14")
-    assert cockpit.upload([takeoff(15), Plan(16, 10, 0, 15, (0, 0, 7, 0))]) == MissionAck.ACCEPTED
-    assert cockpit.last("MISSION_ACK").opaque_id == 0
-    cockpit.fly(1.1)
-    current = cockpit.last("MISSION_CURRENT")
-    assert (current.mission_id, current.mission_state) == (0, 0)
 
 
 def test_float_items_are_taken(cockpit: Cockpit) -> None:

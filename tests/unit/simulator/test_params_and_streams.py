@@ -147,6 +147,15 @@ def test_the_heartbeat_names_type_autopilot_and_mode() -> None:
         assert heartbeat.custom_mode == 50593792
 
 
+def test_sys_status_tells_when_the_vehicle_can_be_armed() -> None:
+    """Scenario 01: the pre-arm check turns healthy with the arming checks."""
+    cockpit = Cockpit(ready=False)
+    cockpit.fly(6.0)
+    shown = [(h.t_s, bool(h.message.onboard_control_sensors_health & 1 << 28)) for h in cockpit.heard
+             if h.name == "SYS_STATUS"]  # fmt: skip
+    assert max(t_s for t_s, healthy in shown if not healthy) < 4.7 < min(t_s for t_s, healthy in shown if healthy) + 0.2
+
+
 def test_without_a_position_there_is_no_global_position(cockpit: Cockpit) -> None:
     cockpit.vehicle.faults.gps_lost = True
     begin_s = cockpit.now_s

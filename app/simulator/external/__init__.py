@@ -1,0 +1,1 @@
+"""Payload components beside the autopilot: each hears COMMAND_LONG and acknowledges by itself."""

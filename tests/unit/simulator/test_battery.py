@@ -1,0 +1,70 @@
+"""The battery: it drains while armed, is announced level by level, and acts as COM_LOW_BAT_ACT says."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.simulator.wire import Mode
+from tests.unit.simulator.cockpit import RETURN, Cockpit, takeoff, waypoint
+
+
+def flying(**params: float) -> Cockpit:
+    cockpit = Cockpit(params=params)
+    cockpit.start([takeoff(5), waypoint(250, 0, 5), RETURN])
+    cockpit.until(lambda: cockpit.vehicle.state.body.up_m > 3)
+    return cockpit
+
+
+def test_it_drains_while_armed_only() -> None:
+    cockpit = Cockpit(params={"COM_DISARM_PRFLT": 0.0})
+    cockpit.fly(30.0)
+    assert cockpit.vehicle.state.status.battery_fraction == 1.0
+    cockpit.arm()
+    cockpit.fly(30.0)
+    assert cockpit.vehicle.state.status.battery_fraction == pytest.approx(0.98, abs=0.002)
+    assert cockpit.last("BATTERY_STATUS").battery_remaining == 98
+
+
+@pytest.mark.parametrize(
+    ("fraction", "action", "mode"),
+    [
+        (0.14, 3, Mode.MISSION),
+        (0.06, 0, Mode.MISSION),
+        (0.06, 2, Mode.MISSION),
+        (0.06, 3, Mode.RTL),
+        (0.04, 0, Mode.MISSION),
+        (0.04, 2, Mode.LAND),
+        (0.04, 3, Mode.LAND),
+    ],
+)
+def test_it_acts_as_com_low_bat_act_says(fraction: float, action: int, mode: Mode) -> None:
+    cockpit = flying(COM_LOW_BAT_ACT=action)
+    cockpit.vehicle.battery.set_fraction(fraction)
+    cockpit.fly(0.5)
+    assert cockpit.vehicle.state.status.mode is mode
+
+
+@pytest.mark.parametrize(("emergency", "mode"), [(0.05, Mode.RTL), (0.3, Mode.LAND)])
+def test_its_levels_are_parameters(emergency: float, mode: Mode) -> None:
+    cockpit = flying(COM_LOW_BAT_ACT=3, BAT_LOW_THR=0.4, BAT_CRIT_THR=0.3, BAT_EMERGEN_THR=emergency)
+    cockpit.vehicle.battery.set_fraction(0.29)
+    cockpit.fly(0.5)
+    assert cockpit.vehicle.state.status.mode is mode
+
+
+def test_each_level_is_said_once() -> None:
+    cockpit = flying()
+    for fraction in (0.14, 0.13, 0.06, 0.055, 0.04, 0.03):
+        cockpit.vehicle.battery.set_fraction(fraction)
+        cockpit.fly(1.0)
+    said = [text for text in cockpit.texts() if text.endswith("battery level")]
+    assert said == ["Low battery level", "Critical battery level", "Emergency battery level"]
+
+
+def test_on_the_ground_it_says_so_and_stays() -> None:
+    cockpit = Cockpit(params={"COM_LOW_BAT_ACT": 3, "COM_DISARM_PRFLT": 0.0})
+    cockpit.arm()
+    cockpit.vehicle.battery.set_fraction(0.06)
+    cockpit.fly(0.5)
+    assert "Critical battery level" in cockpit.texts()
+    assert cockpit.vehicle.state.status.mode is Mode.LOITER

@@ -1,0 +1,103 @@
+"""A gripper outside the autopilot: the mission's command goes out, a component executes and acknowledges it."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from app.simulator.dialect import mavlink
+from app.simulator.external.gripper import GRIPPER_COMPONENT, MOVING_S
+from app.simulator.wire import Cmd, Result
+from tests.unit.simulator.cockpit import GROUND, RELEASE, Cockpit, takeoff, waypoint
+
+GRAB_IT, RELEASE_IT = 1.0, 0.0
+
+
+@pytest.fixture
+def cockpit() -> Cockpit:
+    return Cockpit(external_gripper=True)
+
+
+def ask(cockpit: Cockpit, action: float, *, component: int = GRIPPER_COMPONENT, wait_s: float = 4.0) -> list[int]:
+    mark = len(cockpit.heard)
+    cockpit.send(mavlink.MAVLink_command_long_message(1, component, Cmd.DO_GRIPPER, 0, 1, action, 0, 0, 0, 0, 0))
+    cockpit.fly(wait_s)
+    acks = [h for h in cockpit.heard[mark:] if h.name == "COMMAND_ACK"]
+    assert all(h.component == GRIPPER_COMPONENT for h in acks), "the autopilot has no part in it"
+    assert all((h.message.target_system, h.message.target_component) == GROUND for h in acks)
+    return [h.message.result for h in acks]
+
+
+def opened(cockpit: Cockpit) -> bool:
+    return cockpit.vehicle.state.gripper.output_released
+
+
+def test_it_has_a_heartbeat_of_its_own_and_the_autopilot_commands_nothing_at_boot(cockpit: Cockpit) -> None:
+    beats = [h.message for h in cockpit.heard if h.name == "HEARTBEAT" and h.component == GRIPPER_COMPONENT]
+    assert {(beat.type, beat.autopilot) for beat in beats} == {(48, 8)}
+    assert cockpit.messages("COMMAND_LONG") == cockpit.messages("COMMAND_ACK") == []
+
+
+@pytest.mark.parametrize("component", [GRIPPER_COMPONENT, 0])
+def test_a_release_is_in_progress_and_accepted_when_it_has_happened(cockpit: Cockpit, component: int) -> None:
+    assert ask(cockpit, RELEASE_IT, component=component, wait_s=MOVING_S / 2) == [Result.IN_PROGRESS]
+    assert not opened(cockpit)
+    cockpit.fly(MOVING_S)
+    assert (cockpit.last("COMMAND_ACK").result, opened(cockpit)) == (Result.ACCEPTED, True)
+
+
+def test_what_is_sent_to_the_autopilot_is_answered_by_nobody(cockpit: Cockpit) -> None:
+    assert ask(cockpit, RELEASE_IT, component=1) == []
+    assert not opened(cockpit)
+
+
+def test_conflicts_are_resolved_as_by_the_deliverer_on_board(cockpit: Cockpit) -> None:
+    assert ask(cockpit, GRAB_IT) == [Result.ACCEPTED], "it is closed already"
+    assert ask(cockpit, RELEASE_IT, wait_s=0.3) == [Result.IN_PROGRESS]
+    assert ask(cockpit, RELEASE_IT, wait_s=0.1) == [Result.TEMPORARILY_REJECTED]
+    assert ask(cockpit, GRAB_IT) == [Result.CANCELLED, Result.IN_PROGRESS, Result.ACCEPTED]
+    assert not opened(cockpit)
+
+
+@pytest.mark.parametrize("action", [2.0, 0.5, math.nan])
+def test_another_action_is_denied(cockpit: Cockpit, action: float) -> None:
+    assert ask(cockpit, action) == [Result.DENIED]
+
+
+def test_a_stuck_one_knows_it_and_fails(cockpit: Cockpit) -> None:
+    cockpit.vehicle.faults.stuck_gripper = True
+    assert ask(cockpit, RELEASE_IT) == [Result.IN_PROGRESS, Result.FAILED]
+    assert not opened(cockpit)
+
+
+def test_a_slow_one_takes_longer(cockpit: Cockpit) -> None:
+    cockpit.vehicle.faults.slow_gripper_s = 2.0
+    assert ask(cockpit, RELEASE_IT, wait_s=MOVING_S + 1.5) == [Result.IN_PROGRESS]
+
+
+def test_a_mission_releases_by_it_and_no_output_nor_ack_shows_that(cockpit: Cockpit) -> None:
+    cockpit.start([takeoff(10), waypoint(20, 0, 10), RELEASE, waypoint(20, 40, 10)])
+    started_s = cockpit.now_s
+    cockpit.until(lambda: opened(cockpit))
+    cockpit.fly(4.0)
+    own = [m for m in cockpit.messages("COMMAND_LONG", started_s) if m.command == Cmd.DO_GRIPPER]
+    assert [(m.target_system, m.target_component, m.confirmation) for m in own] == [(1, 0, n) for n in range(4)]
+    assert [ack for ack in cockpit.messages("COMMAND_ACK", started_s) if ack.command == Cmd.DO_GRIPPER] == []
+    assert {message.servo5_raw for message in cockpit.messages("SERVO_OUTPUT_RAW")} == {900}
+    assert "PWM_MAIN_FUNC5" not in cockpit.vehicle.params
+
+
+def test_px4_1_14_goes_on_by_its_ack() -> None:
+    cockpit = Cockpit(firmware="px4-1.14", external_gripper=True, params={"MIS_PD_TO": 30.0})
+    cockpit.start([takeoff(10), waypoint(20, 0, 10), RELEASE, waypoint(20, 40, 10)])
+    cockpit.until(lambda: cockpit.vehicle.store.current_seq == 2)
+    assert cockpit.until(lambda: cockpit.vehicle.store.current_seq == 3) == pytest.approx(MOVING_S, abs=0.1)
+
+
+def test_px4_1_14_waits_its_full_time_after_a_failure() -> None:
+    cockpit = Cockpit(firmware="px4-1.14", external_gripper=True, params={"MIS_PD_TO": 6.0})
+    cockpit.vehicle.faults.stuck_gripper = True
+    cockpit.start([takeoff(10), waypoint(20, 0, 10), RELEASE, waypoint(20, 40, 10)])
+    cockpit.until(lambda: cockpit.vehicle.store.current_seq == 2)
+    assert cockpit.until(lambda: cockpit.vehicle.store.current_seq == 3) == pytest.approx(6.0, abs=0.1)

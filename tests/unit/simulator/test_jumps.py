@@ -1,0 +1,67 @@
+"""DO_JUMP: how often, where to, and what a jump to nowhere does."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from app.simulator.mission.item import Item
+from app.simulator.navigator.jumps import JumpCounter
+from app.simulator.wire import Cmd
+from tests.unit.simulator.cockpit import Cockpit, do, land, takeoff, waypoint
+
+
+def items(*jumps: tuple[int, float, float]) -> list[Item]:
+    """Six waypoints; jump seq, target and repeats replace some."""
+    plan = [Item(16, 6, 1, 0, 0, 0, math.nan, 0, 0, 10.0) for _ in range(6)]
+    for seq, target, repeats in jumps:
+        plan[seq] = Item(Cmd.DO_JUMP, 2, 1, target, repeats, 0, 0, 0, 0, 0)
+    return plan
+
+
+def visits(plan: list[Item], most: int = 100) -> list[int]:
+    counter, found = JumpCounter(), list[int]()
+    seq: int | None = 0
+    while seq is not None and len(found) < most:
+        found.append(seq)
+        seq = counter.after(plan, seq)
+    return found
+
+
+def test_a_jump_is_taken_as_often_as_it_repeats() -> None:
+    assert visits(items((3, 1, 2))) == [0, 1, 2, 1, 2, 1, 2, 4, 5]
+
+
+@pytest.mark.parametrize("repeats", [0, 0.9])
+def test_a_jump_of_no_repeats_is_none(repeats: float) -> None:
+    assert visits(items((3, 1, repeats))) == [0, 1, 2, 4, 5]
+
+
+def test_minus_one_repeats_for_ever() -> None:
+    assert set(visits(items((3, 1, -1)), 300)[1:]) == {1, 2}
+
+
+@pytest.mark.parametrize("target", [6, 99])
+def test_a_jump_to_an_item_that_is_missing_ends_the_mission(target: int) -> None:
+    assert visits(items((3, target, 2))) == [0, 1, 2]
+
+
+def test_jumps_in_a_circle_end_the_mission() -> None:
+    assert visits(items((2, 3, -1), (3, 2, -1))) == [0, 1]
+
+
+def test_a_second_flight_counts_anew() -> None:
+    cockpit = Cockpit()
+    plan = [takeoff(3), waypoint(4, 0, 3, 0, 2), waypoint(0, 4, 3, 0, 2), do(Cmd.DO_JUMP, 1, 1), land()]
+    for flight in (1, 2):
+        begin_s = cockpit.now_s
+        if flight == 1:
+            cockpit.start(plan)
+        else:
+            cockpit.arm()
+            cockpit.command(Cmd.MISSION_START)
+        cockpit.until(lambda: not cockpit.armed)
+        visited = [message.seq for message in cockpit.messages("MISSION_ITEM_REACHED", begin_s)]
+        flips = [seq for index, seq in enumerate(visited) if index == 0 or visited[index - 1] != seq]
+        assert flips.count(2) == 2, f"flight {flight}"

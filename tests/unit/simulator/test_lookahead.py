@@ -1,0 +1,67 @@
+"""Where a track goes on after an item, and where it stops instead: PX4's brake_for_hold, rule by rule."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from app.simulator.mission.item import Item
+from app.simulator.navigator.lookahead import brakes, next_target
+from app.simulator.wire import Cmd, VtolState
+from tests.unit.simulator.cockpit import RELEASE, RETURN, Cockpit, Plan, do, takeoff, waypoint
+
+ON = waypoint(60, 30, 10)
+DELAY, WINCH = do(Cmd.NAV_DELAY, 5), do(Cmd.DO_WINCH, 1, 4)
+
+
+def items(cockpit: Cockpit, *plans: Plan) -> list[Item]:
+    messages = [cockpit.item(seq, plan) for seq, plan in enumerate(plans)]
+    return [
+        Item(m.command, m.frame, m.autocontinue, m.param1, m.param2, m.param3, m.param4, m.x, m.y, m.z)
+        for m in messages
+    ]
+
+
+def stops(airframe: str, *plans: Plan, firmware: str = "px4-main") -> bool:
+    """At the first of these items."""
+    cockpit = Cockpit(airframe, firmware=firmware, ready=False)
+    first, *following = items(cockpit, *plans)
+    return brakes(cockpit.vehicle.context, first, following)
+
+
+@pytest.mark.parametrize(("airframe", "stopped"), [("quad", True), ("vtol", True), ("plane", False), ("rover", False)])
+def test_a_hold_brakes_in_rotary_wing_state(airframe: str, stopped: bool) -> None:
+    assert stops(airframe, waypoint(30, 0, 10, hold_s=3.0), ON) is stopped
+    assert not stops(airframe, waypoint(30, 0, 10), ON)
+
+
+def test_a_vtol_on_its_wing_does_not_brake() -> None:
+    cockpit = Cockpit("vtol", ready=False)
+    first, following = items(cockpit, waypoint(30, 0, 10, hold_s=3.0), ON)
+    cockpit.vehicle.state.status.vtol_state = VtolState.FW
+    assert not brakes(cockpit.vehicle.context, first, [following])
+
+
+@pytest.mark.parametrize("airframe", ["quad", "plane", "rover"])
+def test_without_autocontinue_every_type_has_nothing_to_go_on_to(airframe: str) -> None:
+    assert stops(airframe, replace(waypoint(30, 0, 10), autocontinue=0), ON)
+
+
+@pytest.mark.parametrize("payload", [RELEASE, WINCH])
+def test_a_payload_item_behind_brakes_on_older_firmware_only(payload: Plan) -> None:
+    plans = (waypoint(30, 0, 10), payload, ON)
+    assert not stops("quad", *plans)
+    assert stops("quad", *plans, firmware="px4-1.14")
+    assert not stops("plane", *plans, firmware="px4-1.14")
+    assert not stops("quad", plans[0], ON, payload, firmware="px4-1.14"), "not the one behind the next waypoint"
+
+
+@pytest.mark.parametrize(
+    ("following", "on"),
+    [([ON], True), ([RELEASE, DELAY, ON], True), ([RETURN], False), ([], False), ([takeoff(10), ON], False)],
+)
+def test_the_track_goes_on_to_the_next_position_over_commands(following: list[Plan], on: bool) -> None:
+    cockpit = Cockpit(ready=False)
+    found = next_target(cockpit.vehicle.context, items(cockpit, waypoint(30, 0, 10), *following), 0)
+    assert (found.point if found else None) == (pytest.approx((60, 30), abs=0.1) if on else None)

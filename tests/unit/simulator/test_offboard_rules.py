@@ -1,0 +1,153 @@
+"""Offboard setpoints that are refused or held: each rule alone. What is followed is in test_offboard."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from app.simulator.dialect import Message, mavlink
+from app.simulator.offboard.mode import OffboardMode
+from app.simulator.offboard.stream import OffboardStream
+from app.simulator.offboard.target import OffboardTarget, Vector
+from app.simulator.wire import Mode
+from tests.unit.simulator.cockpit import Cockpit
+
+NAN = math.nan
+POSITION, ACCELERATION = 3576, 3135
+
+
+def lives(cockpit: Cockpit, message: Message) -> bool:
+    """Whether this setpoint is a proof of life."""
+    cockpit.send(message)
+    return cockpit.set_mode(Mode.LOITER) == [0] and cockpit.set_mode(Mode.OFFBOARD) == [0]
+
+
+@pytest.fixture
+def flying() -> Cockpit:
+    cockpit = Cockpit(params={"MIS_TAKEOFF_ALT": 5.0})
+    cockpit.set_mode(Mode.TAKEOFF)
+    cockpit.arm()
+    cockpit.until(lambda: cockpit.vehicle.state.status.mode is Mode.LOITER, 40.0)
+    return cockpit
+
+
+def local(system: int = 1, component: int = 1, frame: int = 1, mask: int = POSITION) -> Message:
+    return mavlink.MAVLink_set_position_target_local_ned_message(
+        0, system, component, frame, mask, 0, 0, -5, 0, 0, 0, 0, 0, 0, 0, 0
+    )
+
+
+def world(frame: int) -> Message:
+    return mavlink.MAVLink_set_position_target_global_int_message(
+        0, 1, 1, frame, POSITION, 473977420, 85455940, 5, 0, 0, 0, 0, 0, 0, 0, 0
+    )
+
+
+@pytest.mark.parametrize(
+    ("message", "proof"),
+    [
+        (local(), True),
+        (local(component=0), True),
+        (local(system=0, component=0), True),
+        (local(component=169), False),
+        (local(system=2), False),
+        (local(frame=8), False),  # a body frame has no positions
+        (local(frame=9), False),
+        (local(mask=ACCELERATION), True),  # taken, though no model follows it
+        (local(mask=4095), False),
+        (world(0), True),
+        (world(5), True),
+        (world(6), True),
+        (world(11), False),
+        (world(3), False),
+        (mavlink.MAVLink_set_attitude_target_message(0, 1, 1, 128, [1, 0, 0, 0], 0, 0, 0.1, 0.5), True),  # rates
+        (mavlink.MAVLink_set_attitude_target_message(0, 1, 1, 7, [1, 0, 0, 0], 0, 0, 0, 0.5), True),
+        (mavlink.MAVLink_set_attitude_target_message(0, 1, 1, 7 | 64, [1, 0, 0, 0], 0, 0, 0, 0.5), False),
+        (mavlink.MAVLink_set_attitude_target_message(0, 1, 1, 7 | 128, [1, 0, 0, 0], 0, 0, 0, 0.5), False),
+    ],
+)
+def test_what_is_taken_is_a_proof_of_life(flying: Cockpit, message: Message, proof: bool) -> None:
+    assert lives(flying, message) is proof
+
+
+def test_a_height_above_terrain_is_dropped_without_a_word(flying: Cockpit) -> None:
+    before = flying.texts()
+    flying.send(world(11))
+    assert flying.texts() == before
+
+
+def test_a_height_above_home_needs_a_home(flying: Cockpit) -> None:
+    flying.vehicle.state.status.home = None
+    assert not lives(flying, world(6))
+
+
+def test_body_velocities_are_turned_by_the_heading(flying: Cockpit) -> None:
+    body = flying.vehicle.state.body
+    body.yaw_rad = math.pi / 2.0
+    forward = local(frame=8, mask=3527)
+    forward.vx = 2.0
+    flying.send(forward)
+    flying.set_mode(Mode.OFFBOARD)
+    for _ in range(30):
+        flying.send(forward)
+        flying.fly(0.1)
+    assert body.east_m > 2.0
+    assert body.north_m == pytest.approx(0.0, abs=0.5)
+
+
+def test_acceleration_alone_holds_a_hovering_vehicle(flying: Cockpit) -> None:
+    there, alone = local(), local(mask=ACCELERATION)
+    there.x, alone.afx = 15.0, 2.0
+    flying.send(there)
+    flying.set_mode(Mode.OFFBOARD)
+    for message in (*(there,) * 100, *(alone,) * 50):
+        flying.send(message)
+        flying.fly(0.1)
+    body = flying.vehicle.state.body
+    assert flying.vehicle.state.status.mode is Mode.OFFBOARD
+    assert (body.north_m, body.up_m) == pytest.approx((15.0, 5.0), abs=1.0)
+
+
+@pytest.mark.parametrize(("velocity", "east"), [((0.0, 0.0, 0.0), True), ((10.0, 0.0, 0.0), False), (None, False)])
+def test_a_plane_flies_the_line_of_a_velocity_keeps_its_course_without_any_and_north_without_the_part(
+    velocity: Vector | None, east: bool
+) -> None:
+    """On its way to the east. Scenarios 20 and 20b: type masks 12288, 3520, 3576."""
+    vehicle = Cockpit("plane", ready=False).vehicle
+    vehicle.state.body.v_east_m_s, vehicle.state.body.up_m = 12.0, 40.0
+    stream = OffboardStream(vehicle.params, vehicle.clock, 1.0)
+    mode = OffboardMode(vehicle.context, stream)
+    mode.activate()
+    stream.hear(OffboardTarget(position=(0.0, 0.0, 50.0), velocity=velocity))
+    mode.step()
+    towards = vehicle.context.setpoint
+    assert (towards.east_m > 500.0, towards.north_m > 500.0, towards.up_m) == (east, not east, 50.0)
+
+
+def test_a_rover_does_not_move_for_an_attitude() -> None:
+    """Scenario 21."""
+    vehicle = Cockpit("rover", ready=False).vehicle
+    stream = OffboardStream(vehicle.params, vehicle.clock, 1.0)
+    mode = OffboardMode(vehicle.context, stream)
+    mode.activate()
+    stream.hear(OffboardTarget(thrust=0.7, tilt_rad=(0.2, -0.2)))
+    mode.step()
+    assert vehicle.context.setpoint.point == (0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("position", "held"),
+    [((NAN, 5.0, 12.0), (20.0, 5.0, 12.0)), ((3.0, NAN, 12.0), (3.0, -7.0, 12.0)), ((3.0, 5.0, NAN), (3.0, 5.0, 9.0))],
+)
+def test_a_coordinate_that_is_not_a_number_stays_where_the_vehicle_was(position: Vector, held: Vector) -> None:
+    vehicle = Cockpit(ready=False).vehicle
+    body = vehicle.state.body
+    body.north_m, body.east_m, body.up_m = 20.0, -7.0, 9.0
+    stream = OffboardStream(vehicle.params, vehicle.clock, 1.0)
+    mode = OffboardMode(vehicle.context, stream)
+    mode.activate()
+    stream.hear(OffboardTarget(position=position))
+    mode.step()
+    towards = vehicle.context.setpoint
+    assert (*towards.point, towards.up_m) == held
