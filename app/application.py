@@ -23,7 +23,9 @@ from app.domain.ports import TokenStore
 from app.services.access import Access
 from app.services.clock import SystemClock
 from app.services.fleet import Fleet
+from app.services.hang_watch import hang_watch
 from app.services.journal import Journal
+from app.services.offboard import Offboard, OffboardSettings
 from app.services.plans import Plans
 from app.services.proofs import Proofs
 from app.services.runs import Runs
@@ -42,7 +44,7 @@ async def serve(settings: Settings, *, on_ready: Callable[[str], None] = lambda 
     Raises:
         SettingsError, StorageError, LinkError, ListenError: it could not start; what was begun is undone.
     """
-    async with running(settings) as url, _stop_signal() as stop:
+    async with running(settings) as url, hang_watch(settings.hang_exit_s), _stop_signal() as stop:
         log.info("waydrop serves", url=url, version=__version__, connections=list(settings.connections))
         on_ready(url)
         await stop.wait()
@@ -69,6 +71,8 @@ async def running(settings: Settings) -> AsyncIterator[str]:
         runs = Runs(fleet, storage.plans, storage.runs, journal, clock)
         stack.push_async_callback(runs.close)
         await runs.begin()
+        offboard = Offboard(fleet, runs, clock, _offboard_settings(settings))
+        stack.push_async_callback(offboard.close)
         telemetry = TelemetryFeed(fleet, settings.telemetry_period_s)
         stack.push_async_callback(telemetry.close)
         await telemetry.start()
@@ -81,6 +85,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
             telemetry=telemetry,
             runs=runs,
             commands=VehicleCommands(fleet, journal),
+            offboard=offboard,
             simulation=Simulation(_simulator_control(settings), fleet, journal),
             answers=storage.answers,
             clock=clock,
@@ -117,6 +122,12 @@ def _simulator_control(settings: Settings) -> SimulatorControlSocket | None:
         return None
     host, _, port = settings.simulator_control.rpartition(":")
     return SimulatorControlSocket(host, int(port))
+
+
+def _offboard_settings(settings: Settings) -> OffboardSettings:
+    return OffboardSettings(
+        rate_hz=settings.offboard_rate_hz, limits=settings.offboard_limits, gap_s=settings.offboard_gap_s
+    )
 
 
 def _api_settings(settings: Settings, gateway_id: str) -> ApiSettings:

@@ -12,6 +12,7 @@ from pydantic import Field, SecretStr, ValidationError, field_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
 from app.domain.errors import InvalidInputError
+from app.domain.setpoint.limits import OffboardLimits
 
 PREFIX: Final = "WAYDROP_"
 DEFAULT_CONNECTIONS: Final = "udpin://127.0.0.1:14540..14543"
@@ -57,6 +58,9 @@ class Settings(BaseSettings):
     `allowed_hosts` are further Host names (without port) under which clients reach the service.
     `allowed_origins` are further web origins (`https://desk.example`) whose pages may send commands.
     `simulator_control` is the control socket of simulated vehicles on this machine; with it their faults can be set.
+    `offboard_limits` is JSON and bounds what pilots and programs may ask of a vehicle by hand; see docs/offboard.md.
+    `offboard_gap_s`: standing still for so long ends every offboard lease; keep it below COM_OF_LOSS_T of all vehicles.
+    `hang_exit_s`: a process that hangs so long ends itself, so that vehicles see the link lost; 0 turns that off.
     `bootstrap_token` is an admin token for containers: the first real tokens are made with it.
     """
 
@@ -74,6 +78,10 @@ class Settings(BaseSettings):
     log_format: Literal["auto", "console", "json"] = "auto"
     log_level: Literal["debug", "info", "warning", "error"] = "info"
     max_body_bytes: int = Field(default=1024 * 1024, ge=1024, le=64 * 1024 * 1024)
+    offboard_rate_hz: float = Field(default=20.0, ge=20.0, le=50.0)
+    offboard_gap_s: float = Field(default=0.8, ge=0.2, le=10.0)
+    offboard_limits: OffboardLimits = Field(default_factory=OffboardLimits)
+    hang_exit_s: float = Field(default=15.0, ge=0.0, le=600.0)
     telemetry_period_s: float = Field(default=0.2, ge=0.02, le=10.0)
 
     @field_validator("connections", "allowed_hosts", "allowed_origins", mode="before")

@@ -31,6 +31,7 @@ from app.services.access import Access
 from app.services.clock import SystemClock
 from app.services.fleet import Fleet
 from app.services.journal import Journal
+from app.services.offboard import Offboard
 from app.services.plans import Plans
 from app.services.proofs import Proofs
 from app.services.runs import Runs
@@ -116,6 +117,7 @@ async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
             telemetry=TelemetryFeed(fleet, 3600.0),
             runs=runs,
             commands=VehicleCommands(fleet, journal),
+            offboard=Offboard(fleet, runs, clock),
             simulation=Simulation(None, fleet, journal),
             answers=storage.answers,
             clock=clock,

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Mapping
 
 from aiohttp import web
 
 from app.api.asyncapi import asyncapi_document
 from app.api.boundary import answer_problems
+from app.api.by_hand.sockets import ByHandEndpoint
 from app.api.documents import DOCUMENTS, make_documents
-from app.api.endpoint import make_endpoint
+from app.api.endpoint import HttpHandler, make_endpoint
 from app.api.expectations import meet_expectation
-from app.api.guard import Guard, guarded
+from app.api.guard import Guard, guarded, is_handshake
 from app.api.health import CHECKS, METRICS, VERSION
 from app.api.idempotency import Idempotency
 from app.api.metrics import Metrics
@@ -19,7 +20,7 @@ from app.api.openapi import openapi_document
 from app.api.pages import Pages
 from app.api.request_log import request_log
 from app.api.routes import ROUTES
-from app.api.routing import API, PROBED
+from app.api.routing import API, BY_HAND_PATH, PROBED
 from app.api.security_headers import add_security_headers
 from app.api.services import ApiServices, install
 from app.api.settings import ApiSettings
@@ -47,23 +48,37 @@ def build_app(services: ApiServices, settings: ApiSettings) -> web.Application:
     app[DOCUMENTS] = make_documents(
         openapi_document(ROUTES, version=settings.version), asyncapi_document(version=settings.version)
     )
-    _add_routes(app, services, settings)
+    by_hand = ByHandEndpoint(services.offboard, services.access, metrics, settings)
+    app.on_shutdown.append(lambda _: by_hand.close())
+    _add_routes(app, services, settings, {BY_HAND_PATH: by_hand.fly})
     _add_stream(app, services, settings, broadcast, metrics)
     Pages(settings.web_root).add_to(app)
     app.on_response_prepare.append(add_security_headers)
     return app
 
 
-def _add_routes(app: web.Application, services: ApiServices, settings: ApiSettings) -> None:
+def _add_routes(
+    app: web.Application, services: ApiServices, settings: ApiSettings, sockets: Mapping[str, HttpHandler]
+) -> None:
+    """`sockets`: at these paths of the table a websocket may be opened as well."""
     idempotency = Idempotency(services.answers, services.clock)
     for route in ROUTES:
         endpoint = make_endpoint(
             route, access=services.access, idempotency=idempotency, body_timeout_s=settings.body_timeout_s
         )
+        if route.method == "GET" and route.path in sockets:
+            endpoint = _or_socket(endpoint, sockets[route.path])
         if route.method == "GET":
             app.router.add_get(route.path, endpoint, expect_handler=meet_expectation)  # takes HEAD too
         else:
             app.router.add_route(route.method, route.path, endpoint, expect_handler=meet_expectation)
+
+
+def _or_socket(endpoint: HttpHandler, socket: HttpHandler) -> HttpHandler:
+    async def either(request: web.Request) -> web.StreamResponse:
+        return await (socket if is_handshake(request) else endpoint)(request)
+
+    return either
 
 
 def _add_stream(

@@ -8,6 +8,7 @@ from app.api import (
     documents,
     events,
     health,
+    offboard,
     plan_checks,
     plan_conversions,
     plan_exports,
@@ -22,6 +23,7 @@ from app.api.routing import AnyRoute
 
 ROUTES: Final[tuple[AnyRoute, ...]] = (
     *vehicles.ROUTES,
+    *offboard.ROUTES,
     *plans.ROUTES,
     *plan_exports.ROUTES,
     *plan_checks.ROUTES,

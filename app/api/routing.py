@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict
 from app.services.access import Principal, Role
 
 API: Final = "/api/v1"
+BY_HAND_PATH: Final = f"{API}/vehicles/{{vehicle_id}}/offboard"
 JSON: Final = "application/json"
 PROBED: Final = frozenset({"/healthz", "/readyz"})
 """Asked by probes under an address as Host; they say nothing that a foreign page could use."""

@@ -13,6 +13,7 @@ from app.services.access import Access
 from app.services.clock import Clock
 from app.services.fleet import Fleet
 from app.services.journal import Journal
+from app.services.offboard import Offboard
 from app.services.plans import Plans
 from app.services.proofs import Proofs
 from app.services.runs import Runs
@@ -36,6 +37,7 @@ class ApiServices:
     telemetry: TelemetryFeed
     runs: Runs
     commands: VehicleCommands
+    offboard: Offboard
     simulation: Simulation
     answers: AnswerStore
     clock: Clock
@@ -47,6 +49,7 @@ CLOCK: Final = web.AppKey("clock", Clock)
 COMMANDS: Final = web.AppKey("commands", VehicleCommands)
 FLEET: Final = web.AppKey("fleet", Fleet)
 JOURNAL: Final = web.AppKey("journal", Journal)
+OFFBOARD: Final = web.AppKey("offboard", Offboard)
 PLANS: Final = web.AppKey("plans", Plans)
 PROOFS: Final = web.AppKey("proofs", Proofs)
 RUNS: Final = web.AppKey("runs", Runs)
@@ -60,6 +63,7 @@ def install(app: web.Application, services: ApiServices) -> None:
     app[COMMANDS] = services.commands
     app[FLEET] = services.fleet
     app[JOURNAL] = services.journal
+    app[OFFBOARD] = services.offboard
     app[PLANS] = services.plans
     app[PROOFS] = services.proofs
     app[RUNS] = services.runs

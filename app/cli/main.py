@@ -12,6 +12,7 @@ from app.cli.convert import convert
 from app.cli.down import down
 from app.cli.exit_status import status_of
 from app.cli.fly import fly
+from app.cli.hold import hold
 from app.cli.openapi import openapi
 from app.cli.plan_report import findings_of, show_findings
 from app.cli.runs import runs_app
@@ -59,6 +60,7 @@ app.command()(validate)
 app.command()(convert)
 app.command()(fly)
 app.command()(vehicles)
+app.command()(hold)
 app.add_typer(runs_app, name="runs")
 app.add_typer(token_app, name="token")
 app.command("verify-journal")(verify_journal)

@@ -50,6 +50,7 @@ class SimulatedFleet:
         return (
             *("--fleet", ",".join(FLEET), "--port", str(self.port), "--local-port", str(self.port + LOCAL_PORT_OFFSET)),
             *("--speed", f"{self.speed:g}", "--seed", str(self.seed)),
+            *("--params", "COM_OBL_RC_ACT=5"),  # nobody holds sticks here: a lost offboard stream is Hold
             *("--control-port", "0"),  # any free one: the simulator tells it, see SimulatorProcess.control
             *shared,
         )

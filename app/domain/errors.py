@@ -111,3 +111,40 @@ class SimulatorSilentError(WaydropError):
     """The simulator did not answer, or not in its own protocol."""
 
     code = "simulator.no_answer"
+
+
+class SetpointRefusedError(InvalidInputError):
+    """The setpoint is not sent: this vehicle does not follow it, or it leads beyond a limit.
+
+    `refusal` is the stable code of the reason, such as `setpoint.not_followed` or `limit.fence`.
+    """
+
+    code = "setpoint.refused"
+
+    def __init__(self, detail: str, *, refusal: str = "setpoint.refused", hint: str = "", **extra: object) -> None:
+        super().__init__(detail, hint=hint, refusal=refusal, **extra)
+        self.refusal = refusal
+
+
+class LeaseHeldError(ConflictError):
+    """Another client has the vehicle's offboard lease."""
+
+    code = "offboard.lease_held"
+
+
+class LeaseLostError(ConflictError):
+    """The lease is not, or no longer, the client's."""
+
+    code = "offboard.lease_lost"
+
+
+class OffboardNotReadyError(ConflictError):
+    """The vehicle or its run is in a state in which offboard control may not begin."""
+
+    code = "offboard.not_ready"
+
+
+class AuditFailedError(OffboardNotReadyError):
+    """The vehicle's own parameters would make a lost stream dangerous; `extra["audit"]` lists them."""
+
+    code = "offboard.audit_failed"

@@ -52,6 +52,8 @@ def phase_of(view: FlightView) -> tuple[RunState, str]:
         return RunState.RETURNING, "on the ground"  # PX4 leaves Return mode as it disarms, and says so one by one
     if state.mode is FlightMode.HOLD and view.mission_done:
         return RunState.FLYING, "the mission is finished: the vehicle holds where it ended"
+    if state.mode is FlightMode.OFFBOARD:
+        return RunState.PAUSED, "flown by hand in offboard mode: the mission waits, and Waydrop drops nothing"
     mode = state.mode.value if state.mode is not None else "an unknown"
     cause = "a failsafe acts" if state.in_failsafe else "somebody else has control"
     return RunState.PAUSED, f"the vehicle is in {mode} mode: {cause}; Waydrop commands nothing"

@@ -9,6 +9,7 @@ from typing import Any, Protocol
 from app.domain.commands import CommandAck, CommandRequest
 from app.domain.events import Event, NewEvent
 from app.domain.mission import Mission, MissionItem, MissionType
+from app.domain.offboard_port import OffboardLink
 from app.domain.run import Run
 from app.domain.vehicle import FirmwareVersion, VehicleFacts, VehicleState, VehicleType
 
@@ -119,7 +120,7 @@ class UploadProgress:
     mission_id: int | None = None
 
 
-class VehicleLink(Protocol):
+class VehicleLink(OffboardLink, Protocol):
     """One vehicle on the wire. Every method may raise LinkTimeoutError or VehicleRefusedError.
 
     Listeners are called on the event loop, in order of arrival, and must not block.

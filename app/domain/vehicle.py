@@ -119,6 +119,7 @@ class VehicleState:
     GPS_RAW_INT (gnss).
     `boot_time_s` is the vehicle's own clock (GLOBAL_POSITION_INT.time_boot_ms) at the newest position: it runs faster
     than ours in a simulation with a speed factor, and a bounded hold is counted on it. `clock` is how fast.
+    `home_ned_m` is home from the EKF origin, from where local setpoints count: north, east, down (HOME_POSITION.x ...).
     `gripper_output_us` is SERVO_OUTPUT_RAW of the gripper's output (2000 grab, 1000 release, 900 disarmed); None while
     its channel is not known. It is what the autopilot commands, not what a sensor saw.
     """
@@ -140,6 +141,7 @@ class VehicleState:
     heartbeat_age_s: float | None = None
     battery_percent: float | None = None
     home: GlobalPosition | None = None
+    home_ned_m: tuple[float, float, float] | None = None
     mission_seq: int | None = None
     mission_total: int | None = None
     mission_state: MissionState = MissionState.UNKNOWN

@@ -25,6 +25,7 @@ from app.domain.ports import (
     VehicleLink,
 )
 from app.services.journal import Journal
+from app.services.offboard_view import OffboardView
 from app.services.views import StateView, VehicleView
 
 log = structlog.get_logger(__name__)
@@ -33,13 +34,14 @@ WAITING_EVENTS: Final = 4096
 
 @dataclass(slots=True, eq=False)
 class FleetVehicle:
-    """One vehicle of the fleet. `run_id` is the run that owns it now."""
+    """One vehicle of the fleet. `run_id` is the run that owns it now, `offboard` how it is flown by hand."""
 
     id: str
     link: VehicleLink
     quarantined: str | None = None
     run_id: str | None = None
     announced: bool = False
+    offboard: Callable[[], OffboardView | None] = lambda: None
     unsubscribe: Unsubscribe = field(default=lambda: None)
 
     def view(self) -> VehicleView:
@@ -54,7 +56,7 @@ class FleetVehicle:
             connection=who.connection,
             quarantined=self.quarantined,
             run_id=self.run_id,
-            state=StateView.of(self.link.state()),
+            state=StateView.of(self.link.state(), self.offboard()),
         )
 
 
@@ -150,17 +152,17 @@ class Fleet:
     def _heard(self, vehicle: FleetVehicle, fact: LinkFact) -> None:
         match fact:
             case LinkLost():
-                self._tell(EventKind.VEHICLE_LINK_LOST, vehicle, last_heartbeat_age_s=fact.heartbeat_age_s)
+                self.tell(EventKind.VEHICLE_LINK_LOST, vehicle, last_heartbeat_age_s=fact.heartbeat_age_s)
             case LinkRestored():
-                self._tell(EventKind.VEHICLE_LINK_RESTORED, vehicle)
+                self.tell(EventKind.VEHICLE_LINK_RESTORED, vehicle)
             case IdentityKnown():
                 self._announce(vehicle)
             case StateChanged():
                 self._tell_state(vehicle)
             case StatusText():
-                self._tell(EventKind.VEHICLE_STATUS_TEXT, vehicle, severity=fact.severity, text=fact.text)
+                self.tell(EventKind.VEHICLE_STATUS_TEXT, vehicle, severity=fact.severity, text=fact.text)
             case Rebooted():
-                self._tell(EventKind.VEHICLE_REBOOTED, vehicle)
+                self.tell(EventKind.VEHICLE_REBOOTED, vehicle)
             case DuplicateSystem():
                 self._quarantine(vehicle, fact.detail)
             case _:
@@ -168,7 +170,7 @@ class Fleet:
 
     def _announce(self, vehicle: FleetVehicle) -> None:
         who = vehicle.link.identity
-        self._tell(
+        self.tell(
             EventKind.VEHICLE_SEEN,
             vehicle,
             system_id=who.system_id,
@@ -180,7 +182,7 @@ class Fleet:
 
     def _tell_state(self, vehicle: FleetVehicle) -> None:
         state = vehicle.link.state()
-        self._tell(
+        self.tell(
             EventKind.VEHICLE_CHANGED,
             vehicle,
             mode=state.mode,
@@ -193,9 +195,10 @@ class Fleet:
     def _quarantine(self, vehicle: FleetVehicle, detail: str) -> None:
         if vehicle.quarantined is None:
             vehicle.quarantined = detail
-            self._tell(EventKind.VEHICLE_QUARANTINED, vehicle, reason=detail)
+            self.tell(EventKind.VEHICLE_QUARANTINED, vehicle, reason=detail)
 
-    def _tell(self, kind: EventKind, vehicle: FleetVehicle, **data: object) -> None:
+    def tell(self, kind: EventKind, vehicle: FleetVehicle, **data: object) -> None:
+        """Record an event of a vehicle, in order, without waiting for the disk."""
         event = self._journal.new_event(kind, vehicle_id=vehicle.id, run_id=vehicle.run_id, **data)
         try:
             self._waiting.put_nowait(event)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pydantic import BaseModel, ConfigDict
 
 from app.domain.vehicle import FlightMode, GnssFix, LandedState, MissionState, VehicleState, VehicleType
+from app.services.offboard_view import OffboardView
 
 
 class PositionView(BaseModel):
@@ -48,14 +49,15 @@ class StateView(BaseModel):
     gnss_satellites: int | None
     gnss_hdop: float | None
     gripper_output_us: int | None
+    offboard: OffboardView | None
 
     @classmethod
-    def of(cls, state: VehicleState) -> StateView:
-        """The view of a state."""
+    def of(cls, state: VehicleState, offboard: OffboardView | None = None) -> StateView:
+        """The view of a state, and of who flies the vehicle by hand."""
         home = state.home
         place = None if home is None else PositionView(**{n: getattr(home, n) for n in PositionView.model_fields})
-        rest = {name: getattr(state, name) for name in cls.model_fields if name != "home"}
-        return cls(home=place, **rest)
+        rest = {name: getattr(state, name) for name in cls.model_fields if name not in ("home", "offboard")}
+        return cls(home=place, offboard=offboard, **rest)
 
 
 class VehicleView(BaseModel):

@@ -24,6 +24,7 @@ _AUTO: Final = {
 }
 _MAIN_AUTO: Final = 4
 _MAIN_POSITION: Final = 3
+_MAIN_OFFBOARD: Final = 6
 _SUB_ORBIT: Final = 1
 
 COMMANDED: Final = {
@@ -31,6 +32,7 @@ COMMANDED: Final = {
     FlightMode.HOLD: (_MAIN_AUTO, 3),
     FlightMode.RETURN: (_MAIN_AUTO, 5),
     FlightMode.LAND: (_MAIN_AUTO, 6),
+    FlightMode.OFFBOARD: (_MAIN_OFFBOARD, 0),
 }
 """Main mode and sub mode of the modes that Waydrop commands."""
 

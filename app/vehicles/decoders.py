@@ -63,11 +63,14 @@ class GpsRawInt:
 
 @dataclass(frozen=True, slots=True)
 class HomePosition:
-    """HOME_POSITION: 1e7 deg, mm AMSL."""
+    """HOME_POSITION: 1e7 deg, mm AMSL; x, y, z: the same place from the EKF origin, m north, east, down."""
 
     latitude: int
     longitude: int
     altitude: int
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,6 +206,11 @@ def _plain(kind: type[Any]) -> Callable[[Fields], Any]:
     return lambda fields: kind(*(int(fields.get(name, 0)) for name in names))
 
 
+def _home(fields: Fields) -> HomePosition:
+    place = (int(fields["latitude"]), int(fields["longitude"]), int(fields["altitude"]))
+    return HomePosition(*place, *(float(fields.get(name) or 0.0) for name in ("x", "y", "z")))
+
+
 def _servo(fields: Fields) -> ServoOutputRaw:
     outputs = tuple(int(fields.get(f"servo{n}_raw", 0)) for n in range(1, 17))
     return ServoOutputRaw(port=int(fields.get("port", 0)), outputs_us=outputs)
@@ -247,7 +255,7 @@ DECODERS: Final[Mapping[str, Callable[[Fields], Any]]] = {
     "EXTENDED_SYS_STATE": _plain(ExtendedSysState),
     "GLOBAL_POSITION_INT": _plain(GlobalPositionInt),
     "GPS_RAW_INT": _plain(GpsRawInt),
-    "HOME_POSITION": _plain(HomePosition),
+    "HOME_POSITION": _home,
     "BATTERY_STATUS": _plain(BatteryStatus),
     "SYS_STATUS": _plain(SysStatus),
     "SYSTEM_TIME": _plain(SystemTime),

@@ -52,9 +52,9 @@ class CommandLong:
 
     def fields_json(self, target_system: int, target_component: int) -> str:
         """All fields. Raises ValueError for what MAVLink cannot carry."""
-        fields: dict[str, Field] = {f"param{n}": _float(value) for n, value in enumerate(self.params, start=1)}
-        fields["command"] = _unsigned(self.command, 16)
-        fields["confirmation"] = _unsigned(self.confirmation, 8)
+        fields: dict[str, Field] = {f"param{n}": float_field(value) for n, value in enumerate(self.params, start=1)}
+        fields["command"] = unsigned_field(self.command, 16)
+        fields["confirmation"] = unsigned_field(self.confirmation, 8)
         return _targeted(fields, target_system, target_component)
 
 
@@ -83,7 +83,7 @@ class MissionClearAll:
 
     def fields_json(self, target_system: int, target_component: int) -> str:
         """All fields."""
-        return _targeted({"mission_type": _unsigned(self.mission_type, 8)}, target_system, target_component)
+        return _targeted({"mission_type": unsigned_field(self.mission_type, 8)}, target_system, target_component)
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,8 +98,8 @@ class MissionAckOut:
     def fields_json(self, target_system: int, target_component: int) -> str:
         """All fields."""
         fields: dict[str, Field] = {
-            "type": _unsigned(self.type, 8),
-            "mission_type": _unsigned(self.mission_type, 8),
+            "type": unsigned_field(self.type, 8),
+            "mission_type": unsigned_field(self.mission_type, 8),
             "opaque_id": 0,
         }
         return _targeted(fields, target_system, target_component)
@@ -115,21 +115,26 @@ class MissionSetCurrent:
 
     def fields_json(self, target_system: int, target_component: int) -> str:
         """All fields."""
-        return _targeted({"seq": _unsigned(self.seq, 16)}, target_system, target_component)
+        return _targeted({"seq": unsigned_field(self.seq, 16)}, target_system, target_component)
 
 
 def _targeted(fields: Mapping[str, Field], target_system: int, target_component: int) -> str:
-    target = {"target_system": _unsigned(target_system, 8), "target_component": _unsigned(target_component, 8)}
+    target = {
+        "target_system": unsigned_field(target_system, 8),
+        "target_component": unsigned_field(target_component, 8),
+    }
     return json.dumps({**target, **fields}, allow_nan=False)
 
 
-def _unsigned(value: int, bits: int) -> int:
+def unsigned_field(value: int, bits: int) -> int:
+    """A number for an unsigned field of so many bits. Raises ValueError for any other."""
     if not isinstance(value, int) or not 0 <= value < 1 << bits:
         raise ValueError(f"{value!r} is no unsigned {bits} bit number")
     return int(value)
 
 
-def _float(value: float) -> float | None:
+def float_field(value: float) -> float | None:
+    """A number for a 32 bit float field; NaN as null. Raises ValueError for what is too large."""
     if math.isnan(value):
         return None  # NaN on the wire
     if abs(value) > _FLOAT_MAX:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import time
-from collections.abc import AsyncGenerator, Callable
+from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
 from contextlib import aclosing
 from typing import Final
 
@@ -22,6 +22,7 @@ from app.domain.ports import (
     UploadProgress,
     VehicleIdentity,
 )
+from app.domain.setpoint.message import SetpointMessage
 from app.domain.vehicle import FlightMode, VehicleFacts, VehicleState
 from app.vehicles.command_sender import CommandSender, command
 from app.vehicles.current_item import CurrentItem
@@ -39,6 +40,7 @@ from app.vehicles.mission_readiness import MissionReadiness
 from app.vehicles.mission_upload import MissionUploader
 from app.vehicles.mode_switch import ModeSwitch
 from app.vehicles.parameters import ParameterReader
+from app.vehicles.setpoint_encoders import SetpointOut
 from app.vehicles.settings import LinkSettings
 from app.vehicles.status_texts import StatusTexts
 from app.vehicles.stream_rates import StreamRates
@@ -154,6 +156,18 @@ class MavsdkVehicleLink:
     async def land(self) -> None:
         """See VehicleLink."""
         await self._modes.to(FlightMode.LAND)
+
+    async def enter_offboard(self) -> None:
+        """See VehicleLink."""
+        await self._modes.to(FlightMode.OFFBOARD)
+
+    def send_setpoint(self, message: SetpointMessage) -> None:
+        """See VehicleLink."""
+        self._send(SetpointOut(message))
+
+    async def read_parameters(self, names: Sequence[str]) -> Mapping[str, float | int]:
+        """See VehicleLink."""
+        return await self._parameters.read(names)
 
     async def command(self, request: CommandRequest) -> AsyncGenerator[CommandAck, None]:
         """See VehicleLink. ConflictError while the same command is under way."""

@@ -49,6 +49,7 @@ class Measurements:
     gnss: GpsRawInt | None = None
     clock: VehicleClock = field(default_factory=lambda: VehicleClock(window_s=CLOCK_WINDOW_S))
     home: GlobalPosition | None = None
+    home_ned_m: tuple[float, float, float] | None = None
     battery_percent: float | None = None
     battery_from_battery: bool = False
     mission: MissionCurrentReport | None = None
@@ -92,6 +93,7 @@ class Measurements:
     def take_home(self, message: HomePosition) -> None:
         """HOME_POSITION: it moves to where the vehicle disarms."""
         self.home = GlobalPosition(message.latitude / 1e7, message.longitude / 1e7, message.altitude / 1e3)
+        self.home_ned_m = (message.x, message.y, message.z)
 
     def take_battery(self, message: BatteryStatus | SysStatus) -> None:
         """The first battery's charge; SYS_STATUS only while there is no BATTERY_STATUS."""
@@ -136,6 +138,7 @@ class Measurements:
             heartbeat_age_s=_age(self.heartbeat_s, now_s),
             battery_percent=self.battery_percent,
             home=self.home,
+            home_ned_m=self.home_ned_m,
             mission_seq=None if mission is None else mission.seq,
             mission_total=total,
             mission_state=MissionState.UNKNOWN if mission is None else mission_state(mission),

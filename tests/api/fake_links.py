@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncGenerator, Callable, Sequence
+from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
 from dataclasses import replace
 
 from app.domain.commands import CommandAck, CommandRequest, MavResult
 from app.domain.errors import WaydropError
 from app.domain.mission import Mission, MissionItem, MissionType
 from app.domain.ports import LinkFact, MissionCurrent, StateChanged, Unsubscribe, UploadProgress, VehicleIdentity
+from app.domain.setpoint.message import SetpointMessage
 from app.domain.vehicle import (
     FirmwareVersion,
     FlightMode,
@@ -51,8 +52,11 @@ class FakeLink:
             heartbeat_age_s=0.0,
             battery_percent=90.0,
             home=HOME,
+            home_ned_m=(0.0, 0.0, 0.0),
         )
         self._listeners: list[Callable[[LinkFact], None]] = []
+        self.setpoints: list[SetpointMessage] = []
+        self.parameters: dict[str, float | int] = {"COM_OBL_RC_ACT": 5, "COM_OF_LOSS_T": 1.0, "COM_RC_IN_MODE": 4}
         self.refusal: WaydropError | None = None
         self.upload_refusal: WaydropError | None = None
 
@@ -118,6 +122,17 @@ class FakeLink:
 
     async def land(self) -> None:
         self._switch(FlightMode.LAND)
+
+    async def enter_offboard(self) -> None:
+        self._switch(FlightMode.OFFBOARD)
+
+    def send_setpoint(self, message: SetpointMessage) -> None:
+        self._refuse()
+        self.setpoints.append(message)
+
+    async def read_parameters(self, names: Sequence[str]) -> Mapping[str, float | int]:
+        self._refuse()
+        return self.parameters
 
     async def command(self, request: CommandRequest) -> AsyncGenerator[CommandAck, None]:
         self._refuse()

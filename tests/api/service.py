@@ -13,10 +13,12 @@ import aiohttp
 from aiohttp import web
 
 from app.api import ApiServices, ApiSettings, build_app
+from app.domain.setpoint.dead_man import DeadMan
 from app.services.access import Access, Role
 from app.services.clock import SystemClock
 from app.services.fleet import Fleet
 from app.services.journal import Journal
+from app.services.offboard import Offboard, OffboardSettings
 from app.services.plans import Plans
 from app.services.proofs import Proofs
 from app.services.runs import Runs
@@ -28,6 +30,9 @@ from tests.api.described import assert_described
 from tests.api.fake_links import FakeLink, FakeSource
 
 SETTINGS = ApiSettings(gateway="gw-test", version="0.0-test", body_timeout_s=0.5)
+
+PATIENT = OffboardSettings(stream_s=0.2, gap_s=60.0, dead_man=DeadMan(max_age_s=20.0, gone_s=30.0))
+"""On a busy machine a client of a test may be silent for long; the dead-man has tests of its own."""
 
 
 @dataclass(frozen=True)
@@ -93,6 +98,7 @@ async def run_service(
                 proofs=Proofs(runs, storage.plans, journal, clock, storage.gateway_id),
                 runs=runs,
                 commands=VehicleCommands(fleet, journal),
+                offboard=Offboard(fleet, runs, clock, PATIENT),
                 simulation=Simulation(None, fleet, journal),
                 answers=storage.answers,
                 clock=clock,
@@ -103,6 +109,7 @@ async def run_service(
             async with _served(services, settings, vehicles, storage) as service:
                 yield service
         finally:
+            await services.offboard.close()
             await services.runs.close()
             await telemetry.close()
             await fleet.close()

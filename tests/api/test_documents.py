@@ -9,6 +9,7 @@ import pytest
 from jsonschema import Draft202012Validator  # type: ignore[import-untyped]
 from openapi_spec_validator import OpenAPIV31SpecValidator
 
+from app.api.by_hand.frames import ByHandCloseCode
 from app.api.problem_codes import PROBLEMS
 from app.api.routes import ROUTES
 from app.api.stream.frames import CloseCode
@@ -68,8 +69,10 @@ async def test_the_plan_schema_takes_the_example_plans_and_not_everything(servic
 async def test_the_asyncapi_document_names_every_frame_and_every_close_code(service: Service) -> None:
     status, _, document = await service.call("GET", "/api/v1/asyncapi.json")
     assert (status, document["asyncapi"]) == (200, "3.0.0")
-    assert set(document["components"]["messages"]) == {"hello", "snapshot", "event", "telemetry"}
-    for code in CloseCode:
+    assert set(document["channels"]["stream"]["messages"]) == {"hello", "snapshot", "event", "telemetry"}
+    told, said = {"state", "granted", "taken", "done", "refused"}, {"take", "renew", "enter", "setpoint", "leave"}
+    assert set(document["channels"]["offboard"]["messages"]) == told | said | {"hand_over", "release"}
+    for code in (*CloseCode, *ByHandCloseCode):
         assert f"- {int(code)}: " in document["info"]["description"]
     for reference in _references(document):
         _resolve(document, reference)

@@ -12,7 +12,7 @@ from aiohttp import WSCloseCode, web
 
 from app.api.authentication import SUBPROTOCOL, authenticate_socket
 from app.api.boundary import Boundary
-from app.api.guard import is_handshake
+from app.api.handshake import require_handshake
 from app.api.metrics import Metrics
 from app.api.problems import ApiError
 from app.api.request_log import note_principal
@@ -70,16 +70,7 @@ class StreamEndpoint:
             session.outbox.end(CloseCode.GOING_AWAY)
 
     def _refuse(self, request: web.Request) -> None:
-        if not is_handshake(request):
-            raise ApiError(
-                "stream.upgrade_required",
-                "this path speaks websocket only",
-                hint="open it as a websocket; GET /api/v1/events has the same events page by page",
-                headers={"Upgrade": "websocket", "Connection": "Upgrade"},
-            )
-        offered = [part.strip() for part in request.headers.get("Sec-WebSocket-Protocol", "").split(",")]
-        if offered != [""] and SUBPROTOCOL not in offered:
-            raise ApiError("stream.subprotocol", f"{SUBPROTOCOL} is not among the subprotocols offered")
+        require_handshake(request, hint="open it as a websocket; GET /api/v1/events has the same events page by page")
         if self._opening >= self._settings.max_sockets:
             raise ApiError("stream.full", f"{self._opening} sockets are open, no more are taken")
 

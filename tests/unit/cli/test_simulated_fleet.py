@@ -20,6 +20,11 @@ def test_four_ports_in_a_row_take_a_vehicle_each() -> None:
     assert "--shared-port" not in arguments
 
 
+def test_a_lost_offboard_stream_is_hold_for_nobody_holds_sticks_here() -> None:
+    arguments = fleet("udpin://0.0.0.0:14540").arguments()
+    assert arguments[arguments.index("--params") + 1] == "COM_OBL_RC_ACT=5"
+
+
 def test_one_port_takes_them_all() -> None:
     assert "--shared-port" in fleet("udpin://0.0.0.0:14540").arguments()
 

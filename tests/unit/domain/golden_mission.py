@@ -15,6 +15,7 @@ ROOT = Path(__file__).parents[3]
 PLANS = sorted((ROOT / "plans").glob("*.json"))
 GOLDEN = ROOT / "tests" / "data" / "golden"
 RULES_PAGE = ROOT / "docs" / "rules.md"
+OFFBOARD_PAGE = ROOT / "docs" / "offboard.md"
 
 
 def golden_path(plan: Path) -> Path:

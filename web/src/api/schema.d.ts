@@ -104,6 +104,166 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/vehicles/{vehicle_id}/offboard": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Who flies the vehicle by hand, which setpoints it follows, and the limits
+         * @description Role: viewer or higher.
+         */
+        get: operations["get_offboard"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{vehicle_id}/offboard/lease": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Take the lease
+         * @description Role: pilot or higher.
+         */
+        post: operations["take_offboard_lease"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{vehicle_id}/offboard/lease/renew": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Keep the lease
+         * @description Role: pilot or higher.
+         */
+        post: operations["renew_offboard_lease"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{vehicle_id}/offboard/lease/hand-over": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Let another one take the lease over
+         * @description Role: pilot or higher.
+         */
+        post: operations["hand_over_offboard_lease"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{vehicle_id}/offboard/lease/release": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Give the lease back; a vehicle that is flown by hand is told to hold
+         * @description Role: pilot or higher.
+         */
+        post: operations["release_offboard_lease"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{vehicle_id}/offboard/enter": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Hold, one second of stream, then OFFBOARD mode
+         * @description Role: pilot or higher.
+         */
+        post: operations["enter_offboard"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{vehicle_id}/offboard/leave": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Leave to hold, to the paused mission or to a return, and give the lease back
+         * @description Role: pilot or higher.
+         */
+        post: operations["leave_offboard"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{vehicle_id}/offboard/setpoint": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * One setpoint
+         * @description Role: pilot or higher.
+         */
+        post: operations["put_setpoint"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/plans": {
         parameters: {
             query?: never;
@@ -697,6 +857,112 @@ export type webhooks = Record<string, never>;
 export interface components {
     schemas: {
         /**
+         * AccelerationBody
+         * @description Accelerate as seen from the vehicle, turned by its whole attitude.
+         */
+        AccelerationBody: {
+            /**
+             * Yaw Deg
+             * @default null
+             */
+            yaw_deg: number | null;
+            /**
+             * Yawspeed Deg S
+             * @default null
+             */
+            yawspeed_deg_s: number | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "acceleration_body";
+            /** Forward M S2 */
+            forward_m_s2: number;
+            /**
+             * Right M S2
+             * @default 0
+             */
+            right_m_s2: number;
+            /**
+             * Down M S2
+             * @default 0
+             */
+            down_m_s2: number;
+        };
+        /**
+         * AccelerationGlobal
+         * @description An acceleration in the global message, which PX4 takes for a thrust.
+         */
+        AccelerationGlobal: {
+            /**
+             * Yaw Deg
+             * @default null
+             */
+            yaw_deg: number | null;
+            /**
+             * Yawspeed Deg S
+             * @default null
+             */
+            yawspeed_deg_s: number | null;
+            /** North M S2 */
+            north_m_s2: number;
+            /** East M S2 */
+            east_m_s2: number;
+            /**
+             * Down M S2
+             * @default 0
+             */
+            down_m_s2: number;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "acceleration_global";
+        };
+        /**
+         * AccelerationNed
+         * @description Accelerate.
+         */
+        AccelerationNed: {
+            /**
+             * Yaw Deg
+             * @default null
+             */
+            yaw_deg: number | null;
+            /**
+             * Yawspeed Deg S
+             * @default null
+             */
+            yawspeed_deg_s: number | null;
+            /** North M S2 */
+            north_m_s2: number;
+            /** East M S2 */
+            east_m_s2: number;
+            /**
+             * Down M S2
+             * @default 0
+             */
+            down_m_s2: number;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "acceleration_ned";
+        };
+        /**
+         * Actuators
+         * @description Outputs of single motors and servos. Refused for every vehicle.
+         */
+        Actuators: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "actuators";
+            /** Outputs */
+            outputs: number[];
+        };
+        /**
          * Approach
          * @description Where a fixed wing descends on a circle before it lands along the tangent. The sign of the radius: direction.
          */
@@ -728,6 +994,51 @@ export interface components {
             radius_m: number;
         };
         /**
+         * Attitude
+         * @description An attitude (yaw, then pitch, then roll, from north) and a thrust.
+         */
+        Attitude: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "attitude";
+            /**
+             * Roll Deg
+             * @default 0
+             */
+            roll_deg: number;
+            /**
+             * Pitch Deg
+             * @default 0
+             */
+            pitch_deg: number;
+            /**
+             * Yaw Deg
+             * @description heading, clockwise from north
+             */
+            yaw_deg: number;
+            /**
+             * Thrust
+             * @description 0 none, 1 full
+             */
+            thrust: number;
+        };
+        /**
+         * AuditView
+         * @description One audited parameter; `value` null: it did not answer.
+         */
+        AuditView: {
+            /** Parameter */
+            parameter: string;
+            /** Value */
+            value: number | null;
+            /** Blocks */
+            blocks: boolean;
+            /** Meaning */
+            meaning: string;
+        };
+        /**
          * BatteryFault
          * @description Drains the battery at once.
          */
@@ -744,6 +1055,75 @@ export interface components {
              * @description percent that remain
              */
             value: number;
+        };
+        /**
+         * BodyRates
+         * @description Turning rates about the vehicle's own axes, and a thrust.
+         */
+        BodyRates: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "body_rates";
+            /**
+             * Roll Deg S
+             * @default 0
+             */
+            roll_deg_s: number;
+            /**
+             * Pitch Deg S
+             * @default 0
+             */
+            pitch_deg_s: number;
+            /**
+             * Yaw Deg S
+             * @default 0
+             */
+            yaw_deg_s: number;
+            /**
+             * Thrust
+             * @description 0 none, 1 full
+             */
+            thrust: number;
+        };
+        /**
+         * CadenceView
+         * @description The rate asked for and the one held, and the intervals between the last sends.
+         */
+        CadenceView: {
+            /** Wanted Hz */
+            wanted_hz: number;
+            /** Held Hz */
+            held_hz: number | null;
+            /** P50 Ms */
+            p50_ms: number | null;
+            /** P99 Ms */
+            p99_ms: number | null;
+            /** Max Ms */
+            max_ms: number | null;
+        };
+        /**
+         * CapabilityView
+         * @description One setpoint form for this vehicle as it flies now. `frame` null: the message has none.
+         */
+        CapabilityView: {
+            /** Form */
+            form: string;
+            /** Taken */
+            taken: boolean;
+            /** Code */
+            code: string;
+            /** Reason */
+            reason: string;
+            /** Message */
+            message: string;
+            /** Frame */
+            frame: string | null;
+            /** Type Mask */
+            type_mask: number;
+            /** Estimate */
+            estimate: string;
         };
         /**
          * Certainty
@@ -777,6 +1157,16 @@ export interface components {
              * @default null
              */
             speed_type: ("airspeed" | "groundspeed") | null;
+        };
+        /**
+         * ClampView
+         * @description One thing that was changed of a setpoint.
+         */
+        ClampView: {
+            /** Code */
+            code: string;
+            /** Detail */
+            detail: string;
         };
         /**
          * Contingency
@@ -1007,6 +1397,31 @@ export interface components {
             };
         };
         /**
+         * EntryRequest
+         * @description Enter OFFBOARD mode. `sticks_held`: a pilot holds the sticks, so a loss action that needs them is right.
+         */
+        EntryRequest: {
+            /**
+             * Lease
+             * @description the id that taking the lease gave
+             */
+            lease: string;
+            /**
+             * Sticks Held
+             * @default false
+             */
+            sticks_held: boolean;
+        };
+        /**
+         * EntryView
+         * @description OFFBOARD mode is entered, with these parameters on board.
+         */
+        EntryView: {
+            /** Audit */
+            audit: components["schemas"]["AuditView"][];
+            offboard: components["schemas"]["OffboardView"];
+        };
+        /**
          * Event
          * @description A stored event. `seq` starts at 1 and has no gaps within one gateway's journal.
          *
@@ -1045,7 +1460,7 @@ export interface components {
          * @description What an event says. The data of each kind is documented here; it is what the stream carries.
          * @enum {string}
          */
-        EventKind: "service.started" | "service.stopped" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.command" | "plan.created" | "run.created" | "run.changed" | "run.upload_progress" | "run.item" | "run.command" | "run.ack" | "run.drop" | "simulator.fault";
+        EventKind: "service.started" | "service.stopped" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.command" | "offboard.lease" | "offboard.changed" | "plan.created" | "run.created" | "run.changed" | "run.upload_progress" | "run.item" | "run.command" | "run.ack" | "run.drop" | "simulator.fault";
         /**
          * EventsView
          * @description A page of events in order. `last_seq` is the newest there is; ask again after the last one of the page.
@@ -1258,6 +1673,19 @@ export interface components {
             action: "release" | "grab";
         };
         /**
+         * HandOverRequest
+         * @description Who may take the lease over; null takes the offer back.
+         */
+        HandOverRequest: {
+            /**
+             * Lease
+             * @description the id that taking the lease gave
+             */
+            lease: string;
+            /** To */
+            to: string | null;
+        };
+        /**
          * HealthView
          * @description The process answers.
          */
@@ -1362,6 +1790,76 @@ export interface components {
          * @enum {string}
          */
         LandedState: "undefined" | "on_ground" | "in_air" | "taking_off" | "landing";
+        /**
+         * LeaseGrant
+         * @description The lease. `lease` is its holder's secret; every use of it renews it for `expires_in_s`.
+         */
+        LeaseGrant: {
+            /** Lease */
+            lease: string;
+            /** Vehicle Id */
+            vehicle_id: string;
+            /** Holder */
+            holder: string;
+            /** Expires In S */
+            expires_in_s: number;
+        };
+        /**
+         * LeaseRequest
+         * @description Take the lease. `override` takes it from whoever has it, and needs the role admin.
+         */
+        LeaseRequest: {
+            /**
+             * Rate Hz
+             * @default null
+             */
+            rate_hz: number | null;
+            /**
+             * Override
+             * @default false
+             */
+            override: boolean;
+        };
+        /**
+         * LeaseUse
+         * @description Something that only the holder of the lease may do.
+         */
+        LeaseUse: {
+            /**
+             * Lease
+             * @description the id that taking the lease gave
+             */
+            lease: string;
+        };
+        /**
+         * LeaseView
+         * @description Who has the vehicle, and for how long still. The lease's id is its holder's secret and not shown.
+         */
+        LeaseView: {
+            /** Holder */
+            holder: string;
+            /** Expires In S */
+            expires_in_s: number;
+            /** Offered To */
+            offered_to: string | null;
+        };
+        /**
+         * LeaveRequest
+         * @description Leave OFFBOARD mode and give the lease back. `mission` goes on with the paused run.
+         */
+        LeaveRequest: {
+            /**
+             * Lease
+             * @description the id that taking the lease gave
+             */
+            lease: string;
+            /**
+             * To
+             * @default hold
+             * @enum {string}
+             */
+            to: "hold" | "mission" | "return";
+        };
         /**
          * Limits
          * @description Bounds that the plan sets itself; the rules hold it to them.
@@ -1504,6 +2002,81 @@ export interface components {
              * @enum {string}
              */
             value: "MANUAL" | "ALTCTL" | "POSCTL" | "ORBIT" | "ACRO" | "OFFBOARD" | "STABILIZED" | "TERMINATION" | "TAKEOFF" | "LOITER" | "MISSION" | "RTL" | "LAND";
+        };
+        /**
+         * OffboardDetail
+         * @description Offboard control of one vehicle: how it is, what the vehicle follows, what bounds it.
+         */
+        OffboardDetail: {
+            offboard: components["schemas"]["OffboardView"];
+            /** Capabilities */
+            capabilities: components["schemas"]["CapabilityView"][];
+            limits: components["schemas"]["OffboardLimits"];
+        };
+        /**
+         * OffboardLimits
+         * @description null: no such limit. Altitudes are above home; a rover has none. A fence is the one on board of the vehicle.
+         */
+        OffboardLimits: {
+            /**
+             * Max Speed M S
+             * @default 10
+             */
+            max_speed_m_s: number | null;
+            /**
+             * Max Climb M S
+             * @default 3
+             */
+            max_climb_m_s: number | null;
+            /**
+             * Max Descend M S
+             * @default 2
+             */
+            max_descend_m_s: number | null;
+            /**
+             * Max Tilt Deg
+             * @default 35
+             */
+            max_tilt_deg: number | null;
+            /**
+             * Max Distance M
+             * @default 1000
+             */
+            max_distance_m: number | null;
+            /**
+             * Min Altitude M
+             * @default 2
+             */
+            min_altitude_m: number | null;
+            /**
+             * Max Altitude M
+             * @default 120
+             */
+            max_altitude_m: number | null;
+            /**
+             * Beyond
+             * @default clamp
+             * @enum {string}
+             */
+            beyond: "clamp" | "refuse";
+        };
+        /**
+         * OffboardState
+         * @description How far offboard control is. A vehicle in `leased` is not commanded yet.
+         * @enum {string}
+         */
+        OffboardState: "idle" | "leased" | "checking" | "holding" | "streaming" | "switching" | "active" | "leaving";
+        /**
+         * OffboardView
+         * @description Offboard control of one vehicle. `reason` says why it is so, or why the last lease ended.
+         */
+        OffboardView: {
+            state: components["schemas"]["OffboardState"];
+            lease: components["schemas"]["LeaseView"] | null;
+            /** Reason */
+            reason: string;
+            sent: components["schemas"]["SentView"] | null;
+            cadence: components["schemas"]["CadenceView"] | null;
         };
         /**
          * Order
@@ -1697,6 +2270,273 @@ export interface components {
              * @description WGS84 longitude
              */
             longitude_deg: number;
+        };
+        /**
+         * PositionBody
+         * @description A place as seen from the vehicle.
+         */
+        PositionBody: {
+            /**
+             * Yaw Deg
+             * @default null
+             */
+            yaw_deg: number | null;
+            /**
+             * Yawspeed Deg S
+             * @default null
+             */
+            yawspeed_deg_s: number | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "position_body";
+            /** Forward M */
+            forward_m: number;
+            /**
+             * Right M
+             * @default 0
+             */
+            right_m: number;
+            /**
+             * Down M
+             * @default 0
+             */
+            down_m: number;
+        };
+        /**
+         * PositionGlobal
+         * @description Go to a place on earth and stay.
+         */
+        PositionGlobal: {
+            /**
+             * Yaw Deg
+             * @default null
+             */
+            yaw_deg: number | null;
+            /**
+             * Yawspeed Deg S
+             * @default null
+             */
+            yawspeed_deg_s: number | null;
+            /**
+             * Latitude Deg
+             * @description WGS84 latitude
+             */
+            latitude_deg: number;
+            /**
+             * Longitude Deg
+             * @description WGS84 longitude
+             */
+            longitude_deg: number;
+            /** Altitude M */
+            altitude_m: number;
+            /**
+             * Altitude Type
+             * @default amsl
+             * @enum {string}
+             */
+            altitude_type: "amsl" | "rel_home" | "agl";
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "position_global";
+        };
+        /**
+         * PositionNed
+         * @description Go to a place and stay.
+         */
+        PositionNed: {
+            /**
+             * Yaw Deg
+             * @default null
+             */
+            yaw_deg: number | null;
+            /**
+             * Yawspeed Deg S
+             * @default null
+             */
+            yawspeed_deg_s: number | null;
+            /** North M */
+            north_m: number;
+            /** East M */
+            east_m: number;
+            /**
+             * Down M
+             * @default null
+             */
+            down_m: number | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "position_ned";
+        };
+        /**
+         * PositionOffsetNed
+         * @description A place counted from where the vehicle is (MAV_FRAME_LOCAL_OFFSET_NED).
+         */
+        PositionOffsetNed: {
+            /**
+             * Yaw Deg
+             * @default null
+             */
+            yaw_deg: number | null;
+            /**
+             * Yawspeed Deg S
+             * @default null
+             */
+            yawspeed_deg_s: number | null;
+            /** North M */
+            north_m: number;
+            /** East M */
+            east_m: number;
+            /**
+             * Down M
+             * @default null
+             */
+            down_m: number | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "position_offset_ned";
+        };
+        /**
+         * PositionVelocityAccelerationNed
+         * @description A place with velocity and acceleration as feed-forward.
+         */
+        PositionVelocityAccelerationNed: {
+            /**
+             * Yaw Deg
+             * @default null
+             */
+            yaw_deg: number | null;
+            /**
+             * Yawspeed Deg S
+             * @default null
+             */
+            yawspeed_deg_s: number | null;
+            /** North M S2 */
+            north_m_s2: number;
+            /** East M S2 */
+            east_m_s2: number;
+            /**
+             * Down M S2
+             * @default 0
+             */
+            down_m_s2: number;
+            /** North M S */
+            north_m_s: number;
+            /** East M S */
+            east_m_s: number;
+            /**
+             * Down M S
+             * @default 0
+             */
+            down_m_s: number;
+            /** North M */
+            north_m: number;
+            /** East M */
+            east_m: number;
+            /**
+             * Down M
+             * @default null
+             */
+            down_m: number | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "position_velocity_acceleration_ned";
+        };
+        /**
+         * PositionVelocityGlobal
+         * @description A place on earth with a velocity as feed-forward.
+         */
+        PositionVelocityGlobal: {
+            /**
+             * Yaw Deg
+             * @default null
+             */
+            yaw_deg: number | null;
+            /**
+             * Yawspeed Deg S
+             * @default null
+             */
+            yawspeed_deg_s: number | null;
+            /** North M S */
+            north_m_s: number;
+            /** East M S */
+            east_m_s: number;
+            /**
+             * Down M S
+             * @default 0
+             */
+            down_m_s: number;
+            /**
+             * Latitude Deg
+             * @description WGS84 latitude
+             */
+            latitude_deg: number;
+            /**
+             * Longitude Deg
+             * @description WGS84 longitude
+             */
+            longitude_deg: number;
+            /** Altitude M */
+            altitude_m: number;
+            /**
+             * Altitude Type
+             * @default amsl
+             * @enum {string}
+             */
+            altitude_type: "amsl" | "rel_home" | "agl";
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "position_velocity_global";
+        };
+        /**
+         * PositionVelocityNed
+         * @description A place with a velocity as feed-forward; on a fixed wing a point of the path and its tangent.
+         */
+        PositionVelocityNed: {
+            /**
+             * Yaw Deg
+             * @default null
+             */
+            yaw_deg: number | null;
+            /**
+             * Yawspeed Deg S
+             * @default null
+             */
+            yawspeed_deg_s: number | null;
+            /** North M S */
+            north_m_s: number;
+            /** East M S */
+            east_m_s: number;
+            /**
+             * Down M S
+             * @default 0
+             */
+            down_m_s: number;
+            /** North M */
+            north_m: number;
+            /** East M */
+            east_m: number;
+            /**
+             * Down M
+             * @default null
+             */
+            down_m: number | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "position_velocity_ned";
         };
         /**
          * PositionView
@@ -2064,6 +2904,50 @@ export interface components {
             value: "upload" | "clear" | "open_transfer";
         };
         /**
+         * SentView
+         * @description The newest setpoint that was sent. `by`: the client, or the dead-man's zero velocity.
+         */
+        SentView: {
+            /**
+             * By
+             * @enum {string}
+             */
+            by: "client" | "dead_man";
+            /** Setpoint */
+            setpoint: {
+                [key: string]: unknown;
+            };
+            /** Message */
+            message: string;
+            /** Type Mask */
+            type_mask: number;
+            /** Age S */
+            age_s: number;
+            /** Clamped */
+            clamped: string[];
+        };
+        /**
+         * SetpointRequest
+         * @description One setpoint. It is sent from the next tick on, and no longer than 0.4 s.
+         */
+        SetpointRequest: {
+            /**
+             * Lease
+             * @description the id that taking the lease gave
+             */
+            lease: string;
+            /** Setpoint */
+            setpoint: components["schemas"]["PositionNed"] | components["schemas"]["VelocityNed"] | components["schemas"]["AccelerationNed"] | components["schemas"]["PositionVelocityNed"] | components["schemas"]["PositionVelocityAccelerationNed"] | components["schemas"]["VelocityBody"] | components["schemas"]["AccelerationBody"] | components["schemas"]["PositionBody"] | components["schemas"]["PositionOffsetNed"] | components["schemas"]["PositionGlobal"] | components["schemas"]["VelocityGlobal"] | components["schemas"]["PositionVelocityGlobal"] | components["schemas"]["AccelerationGlobal"] | components["schemas"]["Attitude"] | components["schemas"]["BodyRates"] | components["schemas"]["TypedPositionNed"] | components["schemas"]["TypedPositionGlobal"] | components["schemas"]["ThrustTorque"] | components["schemas"]["Actuators"];
+        };
+        /**
+         * SetpointTaken
+         * @description The setpoint is in the slot, as it is or clamped.
+         */
+        SetpointTaken: {
+            /** Clamped */
+            clamped: components["schemas"]["ClampView"][];
+        };
+        /**
          * Severity
          * @description An error stops the plan; a warning is shown and stays with the run.
          * @enum {string}
@@ -2216,6 +3100,7 @@ export interface components {
             gnss_hdop: number | null;
             /** Gripper Output Us */
             gripper_output_us: number | null;
+            offboard: components["schemas"]["OffboardView"] | null;
         };
         /**
          * SwitchFault
@@ -2290,6 +3175,29 @@ export interface components {
          * @enum {string}
          */
         TargetFormat: "qgc" | "geojson" | "kml";
+        /**
+         * ThrustTorque
+         * @description Thrust and torque, normalised. Refused for every vehicle.
+         */
+        ThrustTorque: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "thrust_torque";
+            /** Thrust */
+            thrust: [
+                number,
+                number,
+                number
+            ];
+            /** Torque */
+            torque: [
+                number,
+                number,
+                number
+            ];
+        };
         /**
          * Timeline
          * @description `order` is the ids of the items as flown, jumps unrolled; jumps themselves are not in it, they take no time.
@@ -2375,6 +3283,65 @@ export interface components {
             to: "fixed_wing" | "multicopter";
         };
         /**
+         * TypedPositionGlobal
+         * @description A place on earth with one of PX4's documented setpoint types; `glide` is local only.
+         */
+        TypedPositionGlobal: {
+            /**
+             * Latitude Deg
+             * @description WGS84 latitude
+             */
+            latitude_deg: number;
+            /**
+             * Longitude Deg
+             * @description WGS84 longitude
+             */
+            longitude_deg: number;
+            /** Altitude M */
+            altitude_m: number;
+            /**
+             * Altitude Type
+             * @default amsl
+             * @enum {string}
+             */
+            altitude_type: "amsl" | "rel_home" | "agl";
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "typed_position_global";
+            /**
+             * Setpoint Type
+             * @enum {string}
+             */
+            setpoint_type: "takeoff" | "land" | "loiter" | "idle";
+        };
+        /**
+         * TypedPositionNed
+         * @description A place with one of PX4's documented setpoint types.
+         */
+        TypedPositionNed: {
+            /** North M */
+            north_m: number;
+            /** East M */
+            east_m: number;
+            /**
+             * Down M
+             * @default null
+             */
+            down_m: number | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "typed_position_ned";
+            /**
+             * Setpoint Type
+             * @enum {string}
+             */
+            setpoint_type: "glide" | "takeoff" | "land" | "loiter" | "idle";
+        };
+        /**
          * VehicleProof
          * @description The vehicle that flew, as it reported itself when the run was made. `uid` is AUTOPILOT_VERSION's.
          */
@@ -2422,6 +3389,99 @@ export interface components {
         VehiclesView: {
             /** Vehicles */
             vehicles: components["schemas"]["VehicleView"][];
+        };
+        /**
+         * VelocityBody
+         * @description Fly with a velocity as seen from the vehicle, turned by its heading alone.
+         */
+        VelocityBody: {
+            /**
+             * Yaw Deg
+             * @default null
+             */
+            yaw_deg: number | null;
+            /**
+             * Yawspeed Deg S
+             * @default null
+             */
+            yawspeed_deg_s: number | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "velocity_body";
+            /** Forward M S */
+            forward_m_s: number;
+            /**
+             * Right M S
+             * @default 0
+             */
+            right_m_s: number;
+            /**
+             * Down M S
+             * @default 0
+             */
+            down_m_s: number;
+        };
+        /**
+         * VelocityGlobal
+         * @description A velocity in the global message.
+         */
+        VelocityGlobal: {
+            /**
+             * Yaw Deg
+             * @default null
+             */
+            yaw_deg: number | null;
+            /**
+             * Yawspeed Deg S
+             * @default null
+             */
+            yawspeed_deg_s: number | null;
+            /** North M S */
+            north_m_s: number;
+            /** East M S */
+            east_m_s: number;
+            /**
+             * Down M S
+             * @default 0
+             */
+            down_m_s: number;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "velocity_global";
+        };
+        /**
+         * VelocityNed
+         * @description Fly with a velocity.
+         */
+        VelocityNed: {
+            /**
+             * Yaw Deg
+             * @default null
+             */
+            yaw_deg: number | null;
+            /**
+             * Yawspeed Deg S
+             * @default null
+             */
+            yawspeed_deg_s: number | null;
+            /** North M S */
+            north_m_s: number;
+            /** East M S */
+            east_m_s: number;
+            /**
+             * Down M S
+             * @default 0
+             */
+            down_m_s: number;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "velocity_ned";
         };
         /**
          * Waypoint
@@ -3178,6 +4238,1076 @@ export interface operations {
             };
             /** @description `vehicle.timeout`: The vehicle did not answer */
             504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_offboard: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Offboard control of the vehicle */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["OffboardDetail"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    take_offboard_lease: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["LeaseRequest"];
+            };
+        };
+        responses: {
+            /** @description The lease */
+            201: {
+                headers: {
+                    /** @description Where the new or changed resource is */
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["LeaseGrant"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `vehicle.quarantined`: The vehicle is quarantined; `offboard.lease_held`: Another client has the lease; `offboard.not_ready`: Offboard control cannot begin now */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.invalid`: The body does not fit this request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    renew_offboard_lease: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["LeaseUse"];
+            };
+        };
+        responses: {
+            /** @description Offboard control as it is now */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["OffboardView"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `offboard.lease_lost`: The lease is not yours, or has ended */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.invalid`: The body does not fit this request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    hand_over_offboard_lease: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["HandOverRequest"];
+            };
+        };
+        responses: {
+            /** @description Offboard control as it is now */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["OffboardView"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `offboard.lease_lost`: The lease is not yours, or has ended */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.invalid`: The body does not fit this request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    release_offboard_lease: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["LeaseUse"];
+            };
+        };
+        responses: {
+            /** @description Offboard control as it is now */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["OffboardView"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `offboard.lease_lost`: The lease is not yours, or has ended */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.invalid`: The body does not fit this request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    enter_offboard: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["EntryRequest"];
+            };
+        };
+        responses: {
+            /** @description The vehicle is in OFFBOARD mode */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["EntryView"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `offboard.lease_lost`: The lease is not yours, or has ended; `offboard.not_ready`: Offboard control cannot begin now; `offboard.audit_failed`: The vehicle's parameters make offboard control unsafe; `run.wrong_state`: The run is in another state; `vehicle.quarantined`: The vehicle is quarantined; `vehicle.refused`: The vehicle refused */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.invalid`: The body does not fit this request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `vehicle.link`: The link to the vehicle failed */
+            502: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `vehicle.timeout`: The vehicle did not answer */
+            504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    leave_offboard: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["LeaveRequest"];
+            };
+        };
+        responses: {
+            /** @description Offboard control as it is now */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["OffboardView"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `offboard.lease_lost`: The lease is not yours, or has ended; `conflict`: Not now; `run.wrong_state`: The run is in another state; `vehicle.quarantined`: The vehicle is quarantined; `vehicle.refused`: The vehicle refused */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.invalid`: The body does not fit this request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `vehicle.link`: The link to the vehicle failed */
+            502: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `vehicle.timeout`: The vehicle did not answer */
+            504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    put_setpoint: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SetpointRequest"];
+            };
+        };
+        responses: {
+            /** @description It is sent from the next tick on, for at most 0.4 s */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SetpointTaken"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `offboard.lease_lost`: The lease is not yours, or has ended */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `setpoint.refused`: The setpoint is not sent; `request.invalid`: The body does not fit this request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
                 headers: {
                     [name: string]: unknown;
                 };

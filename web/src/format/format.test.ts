@@ -65,8 +65,14 @@ describe("sentences", () => {
     expect(say("simulator.fault", { ...data, problem: "no winch" }).text).toBe("Simulated fault wind = [3,0] for v1 by desk was not set: no winch.");
   });
 
+  it("tell who flies a vehicle by hand, and why no longer", () => {
+    expect(say("offboard.lease", { change: "taken", holder: "ann", reason: "" })).toEqual({ text: "ann has the offboard lease of v1.", tone: "info" });
+    expect(say("offboard.lease", { change: "revoked", holder: "ann", reason: "the link to the vehicle is lost" })).toEqual({ text: "ann lost the offboard lease of v1: the link to the vehicle is lost.", tone: "warn" });
+    expect(say("offboard.changed", { state: "active", holder: "ann", reason: "" })).toEqual({ text: "v1, offboard control: active.", tone: "warn" });
+  });
+
   it("are made for every kind, even with no data and for kinds to come", () => {
-    const kinds = ["service.started", "vehicle.seen", "vehicle.status_text", "vehicle.command", "plan.created", "run.item", "run.changed", "run.drop", "simulator.fault", "later.kind"];
+    const kinds = ["service.started", "vehicle.seen", "vehicle.status_text", "vehicle.command", "plan.created", "run.item", "run.changed", "run.drop", "simulator.fault", "offboard.lease", "offboard.changed", "later.kind"];
     for (const kind of kinds) expect(say(kind as EventKind, {}, { run_id: null, vehicle_id: null }).text).toMatch(/\w.*[.”]$/);
   });
 });

@@ -23,6 +23,8 @@ const SAY: Readonly<Record<EventKind, Say>> = {
   "vehicle.status_text": (e, v) => ({ text: `${v} says: “${str(e.data["text"])}”`, tone: severityTone(str(e.data["severity"])) }),
   "vehicle.quarantined": (e, v) => ({ text: `${v} is quarantined: ${str(e.data["reason"])}`, tone: "danger" }),
   "vehicle.command": (e, v) => ({ text: `${v} was told to ${lower(e.data["command"])}${after(" by ", e.data["by"])}${after(": ", lower(e.data["outcome"]))}.`, tone: "info" }),
+  "offboard.lease": sayLease,
+  "offboard.changed": sayOffboard,
   "plan.created": (e) => ({ text: `Plan “${str(e.data["name"])}” was stored.`, tone: "neutral" }),
   "run.created": (e, v) => ({ text: `Run ${short(e.run_id)} was created for ${v}.`, tone: "neutral" }),
   "run.changed": sayRun,
@@ -39,6 +41,20 @@ export function sentence(event: StreamEvent): Sentence {
   const vehicle = event.vehicle_id ?? "A vehicle";
   const say: Say | undefined = SAY[event.kind]; // a newer service may tell more than this page knows
   return say?.(event, vehicle) ?? { text: `${plain(event.kind.replaceAll(".", " "))}.`, tone: "neutral" };
+}
+
+const LEASE_WORDS: Readonly<Record<string, string>> = { taken: "has the offboard lease of", handed_over: "took over the offboard lease of", overridden: "overrode the offboard lease of", offered: "offers the offboard lease of", released: "gave back the offboard lease of", expired: "let the offboard lease expire of", revoked: "lost the offboard lease of" };
+
+function sayLease(event: StreamEvent, vehicle: string): Sentence {
+  const change = str(event.data["change"]);
+  const words = LEASE_WORDS[change] ?? "changed the offboard lease of";
+  const tone = change === "revoked" || change === "expired" ? "warn" : "info";
+  return { text: `${str(event.data["holder"])} ${words} ${vehicle}${after(": ", event.data["reason"])}.`, tone };
+}
+
+function sayOffboard(event: StreamEvent, vehicle: string): Sentence {
+  const state = str(event.data["state"]);
+  return { text: `${vehicle}, offboard control: ${state}${after(", ", event.data["reason"])}.`, tone: state === "active" ? "warn" : "neutral" };
 }
 
 function sayChanged(event: StreamEvent, vehicle: string): Sentence {

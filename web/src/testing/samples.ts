@@ -31,6 +31,7 @@ export function sampleState(fields: Partial<VehicleState> = {}): VehicleState {
     gnss_satellites: 10,
     gnss_hdop: 0.7,
     gripper_output_us: null,
+    offboard: null,
     ...fields,
   };
 }

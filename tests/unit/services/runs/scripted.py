@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import AsyncGenerator, Callable
+from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
 from dataclasses import replace
 
 from app.domain.commands import CommandAck, CommandRequest, MavResult
@@ -18,6 +18,7 @@ from app.domain.ports import (
     UploadProgress,
     VehicleIdentity,
 )
+from app.domain.setpoint.message import SetpointMessage
 from app.domain.vehicle import (
     FirmwareVersion,
     FlightMode,
@@ -54,6 +55,9 @@ class ScriptedVehicle:
         self.looks = 0
         self.sent: list[str] = []
         self.releases: list[CommandRequest] = []
+        self.setpoints: list[SetpointMessage] = []
+        self.setpoint_error: LinkError | None = None
+        self.parameters: dict[str, float | int] = {"COM_OBL_RC_ACT": 5, "COM_OF_LOSS_T": 1.0, "COM_RC_IN_MODE": 4}
         self.answers: list[list[MavResult] | LinkError] = []
         self.on_board: tuple[MissionItem, ...] = ()
         self.upload_error: LinkError | None = None
@@ -140,6 +144,18 @@ class ScriptedVehicle:
     async def land(self) -> None:
         self.sent.append("land")
         self.put(mode=FlightMode.LAND)
+
+    async def enter_offboard(self) -> None:
+        self.sent.append("offboard")
+        self.put(mode=FlightMode.OFFBOARD)
+
+    def send_setpoint(self, message: SetpointMessage) -> None:
+        if self.setpoint_error is not None:
+            raise self.setpoint_error
+        self.setpoints.append(message)
+
+    async def read_parameters(self, names: Sequence[str]) -> Mapping[str, float | int]:
+        return {name: value for name, value in self.parameters.items() if name in names}
 
     async def command(self, request: CommandRequest) -> AsyncGenerator[CommandAck, None]:
         if request.command is MavCmd.DO_GRIPPER and request.params[1] == 0.0:

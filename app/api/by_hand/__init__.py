@@ -1,0 +1,1 @@
+"""The websocket over which a vehicle is flown by hand."""

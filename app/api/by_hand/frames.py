@@ -1,0 +1,157 @@
+"""What the offboard websocket carries, both ways: one JSON object in each text frame, told apart by `type`."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import Annotated, Any, Final, Literal
+
+from pydantic import BaseModel, Field, RootModel
+
+from app.api.models import Identifier
+from app.api.offboard_models import AuditView, ClampView, Destination, RateHz, StrictRequest
+from app.domain.setpoint.forms import Setpoint
+from app.services.offboard_view import OffboardView
+
+FrameId = Annotated[int, Field(ge=0, le=2**53, description="comes back with the answer")]
+
+
+class ClientFrame(StrictRequest):
+    """Every frame of the client may have an `id`. Any of them renews the lease."""
+
+    id: FrameId | None = None
+
+
+class TakeFrame(ClientFrame):
+    """Take the lease. It ends with the socket."""
+
+    type: Literal["take"]
+    rate_hz: RateHz | None = None
+    override: bool = False
+
+
+class RenewFrame(ClientFrame):
+    """Keep the lease while nothing else is sent."""
+
+    type: Literal["renew"]
+
+
+class EnterFrame(ClientFrame):
+    """Enter OFFBOARD mode. Setpoints may and should be sent meanwhile."""
+
+    type: Literal["enter"]
+    sticks_held: bool = False
+
+
+class SetpointFrame(ClientFrame):
+    """The newest setpoint, at any rate. It is never sent when it is older than 0.4 s."""
+
+    type: Literal["setpoint"]
+    setpoint: Setpoint
+
+
+class LeaveFrame(ClientFrame):
+    """Leave OFFBOARD mode."""
+
+    type: Literal["leave"]
+    to: Destination = "hold"
+
+
+class HandOverFrame(ClientFrame):
+    """Who may take the lease over; null takes the offer back."""
+
+    type: Literal["hand_over"]
+    to: Identifier | None
+
+
+class ReleaseFrame(ClientFrame):
+    """Give the lease back; a vehicle that is flown by hand is told to hold."""
+
+    type: Literal["release"]
+
+
+AnyClientFrame = Annotated[
+    TakeFrame | RenewFrame | EnterFrame | SetpointFrame | LeaveFrame | HandOverFrame | ReleaseFrame,
+    Field(discriminator="type"),
+]
+
+
+class ClientDocument(RootModel[AnyClientFrame]):
+    """One frame of the client."""
+
+
+class StateFrame(BaseModel):
+    """How offboard control is: on every change, and a few times a second while setpoints are sent."""
+
+    type: Literal["state"] = "state"
+    offboard: OffboardView
+
+
+class GrantedFrame(BaseModel):
+    """The lease is the client's."""
+
+    type: Literal["granted"] = "granted"
+    id: int | None = None
+    holder: str
+    expires_in_s: float
+
+
+class TakenFrame(BaseModel):
+    """The setpoint is in the slot, as it is or clamped."""
+
+    type: Literal["taken"] = "taken"
+    id: int | None = None
+    clamped: list[ClampView]
+
+
+class DoneFrame(BaseModel):
+    """What was asked is done. After `enter`: the audited parameters."""
+
+    type: Literal["done"] = "done"
+    id: int | None = None
+    what: str
+    audit: list[AuditView] = []
+
+
+class RefusedFrame(BaseModel):
+    """What was asked is not done. Decide by `code`; for a setpoint it is the reason's own."""
+
+    type: Literal["refused"] = "refused"
+    id: int | None = None
+    code: str
+    detail: str
+    hint: str = ""
+    extra: dict[str, Any] = {}
+
+
+SERVER_FRAMES: Final[tuple[type[BaseModel], ...]] = (StateFrame, GrantedFrame, TakenFrame, DoneFrame, RefusedFrame)
+CLIENT_FRAMES: Final[tuple[type[BaseModel], ...]] = (
+    TakeFrame,
+    RenewFrame,
+    EnterFrame,
+    SetpointFrame,
+    LeaveFrame,
+    HandOverFrame,
+    ReleaseFrame,
+)
+
+
+class ByHandCloseCode(IntEnum):
+    """Why the service closed an offboard websocket."""
+
+    GOING_AWAY = 1001
+    DEFECT = 1011
+    UNAUTHORIZED = 4401
+    ROLE = 4403
+    NO_VEHICLE = 4404
+    LEASE_ENDED = 4410
+
+
+CLOSE_REASONS: Final[dict[int, str]] = {
+    ByHandCloseCode.GOING_AWAY: "the service stops",
+    ByHandCloseCode.DEFECT: "a defect of the service",
+    ByHandCloseCode.UNAUTHORIZED: "a valid token is needed",
+    ByHandCloseCode.ROLE: "the role pilot is needed",
+    ByHandCloseCode.NO_VEHICLE: "there is no such vehicle",
+    ByHandCloseCode.LEASE_ENDED: "the lease has ended; what was still to be read is dropped",
+}
+"""Told with the code, for people; at most 123 bytes (RFC 6455)."""

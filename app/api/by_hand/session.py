@@ -1,0 +1,210 @@
+"""One client that flies a vehicle by hand: its frames are answered one by one, its socket's end ends its lease."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from typing import Any, Final
+
+from aiohttp import WSMsgType, web
+from pydantic import BaseModel, ValidationError
+from pydantic_core import to_jsonable_python
+
+from app.api.authentication import require_role
+from app.api.by_hand.frames import (
+    AnyClientFrame,
+    ByHandCloseCode,
+    ClientDocument,
+    DoneFrame,
+    EnterFrame,
+    GrantedFrame,
+    HandOverFrame,
+    LeaveFrame,
+    RefusedFrame,
+    ReleaseFrame,
+    RenewFrame,
+    SetpointFrame,
+    StateFrame,
+    TakeFrame,
+    TakenFrame,
+)
+from app.api.offboard_models import AuditView, ClampView
+from app.domain.errors import ConflictError, LeaseLostError, SetpointRefusedError, WaydropError
+from app.services.access import Principal, Role
+from app.services.offboard import ByHand
+
+STATE_PERIOD_S: Final = 0.1
+MAX_FINDINGS: Final = 3
+
+
+class ByHandSession:
+    """Reads, answers and tells. `ended` has the code once the service wants the socket closed."""
+
+    def __init__(self, socket: web.WebSocketResponse, vehicle: ByHand, principal: Principal) -> None:
+        self._socket = socket
+        self._vehicle = vehicle
+        self._control = vehicle.control
+        self._principal = principal
+        self._lease_id: str | None = None
+        self._leaving = False
+        self._passing: asyncio.Task[None] | None = None
+        self._news = asyncio.Event()
+        self._news.set()
+        self.ended: asyncio.Future[ByHandCloseCode] = asyncio.get_running_loop().create_future()
+
+    def end(self, code: ByHandCloseCode) -> None:
+        """Close the socket with `code`. The first call counts."""
+        if not self.ended.done():
+            self.ended.set_result(code)
+
+    async def run(self) -> ByHandCloseCode | None:
+        """Serve until one side ends it; None if the client has gone."""
+        unsubscribe = self._control.subscribe(self._news.set)
+        tasks = [asyncio.create_task(work) for work in (self._read(), self._tell())]
+        waits: tuple[asyncio.Future[Any], ...] = (*tasks, self.ended)
+        try:
+            await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
+            if self.ended.done():
+                await self._say_last()
+                return self.ended.result()
+            for task in tasks:
+                if task.done():
+                    task.result()
+            return None
+        finally:
+            unsubscribe()
+            self._let_go()
+            if self._passing is not None:
+                tasks.append(self._passing)
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+
+    def _let_go(self) -> None:
+        """The socket's end is the client's end: Hold at once."""
+        if self._lease_id is not None and self._holds():
+            self._control.give_up("released", "the client's socket closed")
+
+    def _holds(self) -> bool:
+        lease = self._control.lease
+        return lease is not None and lease.id == self._lease_id
+
+    def _has_lost_it(self) -> bool:
+        """Whether a lease of this socket has ended otherwise than asked."""
+        return self._lease_id is not None and not self._leaving and not self._holds()
+
+    # reading --------------------------------------------------------------------------------------------------
+
+    async def _read(self) -> None:
+        while True:
+            message = await self._socket.receive()
+            if message.type is not WSMsgType.TEXT:
+                return None
+            if self._has_lost_it():
+                return self.end(ByHandCloseCode.LEASE_ENDED)  # frames of a lease that ended mean nothing any more
+            await self._answer(message.data)
+
+    async def _answer(self, text: str) -> None:
+        try:
+            frame = ClientDocument.model_validate_json(text).root
+        except ValidationError as error:
+            await self._send(_unreadable(error))
+            return
+        try:
+            answer = self._do(frame)
+        except WaydropError as error:
+            answer = _refused(frame.id, error)
+        if answer is not None:
+            await self._send(answer)
+
+    def _do(self, frame: AnyClientFrame) -> BaseModel | None:
+        if isinstance(frame, TakeFrame):
+            return self._take(frame)
+        if self._lease_id is None:
+            raise LeaseLostError("this socket has no lease", hint='send {"type": "take"} first')
+        lease_id, control = self._lease_id, self._control
+        match frame:
+            case SetpointFrame():
+                clamps = control.put(lease_id, frame.setpoint)
+                return TakenFrame(id=frame.id, clamped=[ClampView.of(clamp) for clamp in clamps])
+            case RenewFrame():
+                control.require(lease_id)
+            case HandOverFrame():
+                control.offer(lease_id, frame.to)
+            case EnterFrame() | LeaveFrame():
+                self._pass(lease_id, frame)
+                return None
+            case ReleaseFrame():
+                control.release(lease_id, "released by its holder")
+                self._lease_id = None
+        return DoneFrame(id=frame.id, what=frame.type)
+
+    def _take(self, frame: TakeFrame) -> GrantedFrame:
+        if self._lease_id is not None:
+            raise ConflictError("this socket has the lease already")
+        if frame.override:
+            require_role(self._principal, Role.ADMIN)
+        rate_hz = frame.rate_hz or self._control.settings.rate_hz
+        lease = self._control.take(self._principal.name, rate_hz=rate_hz, override=frame.override)
+        self._lease_id = lease.id
+        return GrantedFrame(id=frame.id, holder=lease.holder, expires_in_s=self._control.settings.lease_s)
+
+    def _pass(self, lease_id: str, frame: EnterFrame | LeaveFrame) -> None:
+        """Entering and leaving take seconds: setpoints are read meanwhile."""
+        if self._passing is not None and not self._passing.done():
+            raise ConflictError("entering or leaving is under way")
+        work = self._enter(lease_id, frame) if isinstance(frame, EnterFrame) else self._leave(lease_id, frame)
+        self._passing = asyncio.create_task(self._passage(frame.id, lambda: work))
+
+    async def _passage(self, frame_id: int | None, work: Callable[[], Awaitable[BaseModel]]) -> None:
+        try:
+            answer = await work()
+        except WaydropError as error:
+            answer = _refused(frame_id, error)
+        await self._send(answer)
+
+    async def _enter(self, lease_id: str, frame: EnterFrame) -> BaseModel:
+        entries = await self._vehicle.passage.enter(lease_id, sticks_held=frame.sticks_held)
+        return DoneFrame(id=frame.id, what="enter", audit=[AuditView.of(entry) for entry in entries])
+
+    async def _leave(self, lease_id: str, frame: LeaveFrame) -> BaseModel:
+        self._leaving = True  # the lease's end is what was asked for
+        try:
+            await self._vehicle.passage.leave(lease_id, frame.to)
+            self._lease_id = None
+        finally:
+            self._leaving = False
+        return DoneFrame(id=frame.id, what="leave")
+
+    # telling --------------------------------------------------------------------------------------------------
+
+    async def _tell(self) -> None:
+        """The state on every change, and conflated while setpoints are sent. A lost lease ends the socket."""
+        while True:
+            self._news.clear()
+            if self._has_lost_it():
+                return self.end(ByHandCloseCode.LEASE_ENDED)
+            view = self._control.view()
+            await self._send(StateFrame(offboard=view))
+            await asyncio.sleep(STATE_PERIOD_S)
+            if view.sent is None:
+                await self._news.wait()
+
+    async def _say_last(self) -> None:
+        await self._send(StateFrame(offboard=self._control.view()))
+
+    async def _send(self, frame: BaseModel) -> None:
+        if not self._socket.closed:
+            await self._socket.send_str(frame.model_dump_json())
+
+
+def _refused(frame_id: int | None, error: WaydropError) -> RefusedFrame:
+    code = error.refusal if isinstance(error, SetpointRefusedError) else error.code
+    extra: dict[str, Any] = to_jsonable_python(dict(error.extra), fallback=str)
+    return RefusedFrame(id=frame_id, code=code, detail=error.detail, hint=error.hint, extra=extra)
+
+
+def _unreadable(error: ValidationError) -> RefusedFrame:
+    found = error.errors(include_url=False, include_input=False, include_context=False)[:MAX_FINDINGS]
+    detail = "; ".join(f"{'/'.join(str(part) for part in one['loc'])}: {one['msg']}" for one in found)
+    return RefusedFrame(code="request.invalid", detail=detail.encode("utf-8", "backslashreplace").decode())

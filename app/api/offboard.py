@@ -1,0 +1,215 @@
+"""/vehicles/{id}/offboard: the lease, the ways in and out, single setpoints. Streams go over the websocket there."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+from aiohttp import web
+
+from app.api.answers import json_answer
+from app.api.authentication import require_role
+from app.api.bodies import NO_BODY, Empty, json_body
+from app.api.offboard_models import (
+    AuditView,
+    CapabilityView,
+    ClampView,
+    EntryRequest,
+    EntryView,
+    HandOverRequest,
+    LeaseGrant,
+    LeaseRequest,
+    LeaseUse,
+    LeaveRequest,
+    OffboardDetail,
+    SetpointRequest,
+    SetpointTaken,
+)
+from app.api.routing import BY_HAND_PATH, Answer, AnyRoute, Call, NoQuery, Route
+from app.api.services import FLEET, OFFBOARD
+from app.domain.setpoint.capability import capabilities, firmware_profile, flight_kind
+from app.services.access import Role
+from app.services.offboard import ByHand
+from app.services.offboard_view import OffboardView
+
+_PATH: Final = BY_HAND_PATH
+_LEASE: Final = ("not_found", "offboard.lease_lost")
+_LINK: Final = ("vehicle.quarantined", "vehicle.refused", "vehicle.link", "vehicle.timeout", "storage.failed")
+
+
+def _by_hand(call: Call[NoQuery, Any]) -> ByHand:
+    return call.request.app[OFFBOARD].vehicle(call.path_value("vehicle_id"))
+
+
+async def get_offboard(call: Call[NoQuery, Empty]) -> web.Response:
+    """GET /vehicles/{vehicle_id}/offboard."""
+    vehicle = call.request.app[FLEET].vehicle(call.path_value("vehicle_id"))
+    offboard = call.request.app[OFFBOARD]
+    who = vehicle.link.identity
+    known = []
+    if who.vehicle_type is not None:
+        kind = flight_kind(who.vehicle_type, vehicle.link.state().vtol_state)
+        known = [CapabilityView.of(row) for row in capabilities(kind, firmware_profile(who.firmware))]
+    view = offboard.vehicle(vehicle.id).control.view()
+    return json_answer(OffboardDetail(offboard=view, capabilities=known, limits=offboard.settings.limits))
+
+
+async def take_offboard_lease(call: Call[NoQuery, LeaseRequest]) -> web.Response:
+    """POST /vehicles/{vehicle_id}/offboard/lease."""
+    if call.body.override:
+        require_role(call.principal, Role.ADMIN)
+    control = _by_hand(call).control
+    rate_hz = call.body.rate_hz or control.settings.rate_hz
+    lease = control.take(call.principal.name, rate_hz=rate_hz, override=call.body.override)
+    return json_answer(
+        LeaseGrant(
+            lease=lease.id,
+            vehicle_id=lease.vehicle_id,
+            holder=lease.holder,
+            expires_in_s=control.settings.lease_s,
+        ),
+        status=201,
+        headers={"Location": call.request.path.removesuffix("/lease")},
+    )
+
+
+async def renew_offboard_lease(call: Call[NoQuery, LeaseUse]) -> web.Response:
+    """POST /vehicles/{vehicle_id}/offboard/lease/renew."""
+    control = _by_hand(call).control
+    control.require(call.body.lease)
+    return json_answer(control.view())
+
+
+async def hand_over_offboard_lease(call: Call[NoQuery, HandOverRequest]) -> web.Response:
+    """POST /vehicles/{vehicle_id}/offboard/lease/hand-over."""
+    control = _by_hand(call).control
+    control.offer(call.body.lease, call.body.to)
+    return json_answer(control.view())
+
+
+async def release_offboard_lease(call: Call[NoQuery, LeaseUse]) -> web.Response:
+    """POST /vehicles/{vehicle_id}/offboard/lease/release."""
+    control = _by_hand(call).control
+    control.release(call.body.lease, "released by its holder")
+    return json_answer(control.view())
+
+
+async def enter_offboard(call: Call[NoQuery, EntryRequest]) -> web.Response:
+    """POST /vehicles/{vehicle_id}/offboard/enter."""
+    vehicle = _by_hand(call)
+    entries = await vehicle.passage.enter(call.body.lease, sticks_held=call.body.sticks_held)
+    return json_answer(EntryView(audit=[AuditView.of(entry) for entry in entries], offboard=vehicle.control.view()))
+
+
+async def leave_offboard(call: Call[NoQuery, LeaveRequest]) -> web.Response:
+    """POST /vehicles/{vehicle_id}/offboard/leave."""
+    vehicle = _by_hand(call)
+    await vehicle.passage.leave(call.body.lease, call.body.to)
+    return json_answer(vehicle.control.view())
+
+
+async def put_setpoint(call: Call[NoQuery, SetpointRequest]) -> web.Response:
+    """POST /vehicles/{vehicle_id}/offboard/setpoint."""
+    clamps = _by_hand(call).control.put(call.body.lease, call.body.setpoint)
+    return json_answer(SetpointTaken(clamped=[ClampView.of(clamp) for clamp in clamps]))
+
+
+_VIEW: Final = Answer(200, "Offboard control as it is now", OffboardView)
+
+ROUTES: tuple[AnyRoute, ...] = (
+    Route(
+        method="GET",
+        path=_PATH,
+        handler=get_offboard,
+        summary="Who flies the vehicle by hand, which setpoints it follows, and the limits",
+        tag="offboard",
+        role=Role.VIEWER,
+        query=NoQuery,
+        body=NO_BODY,
+        answers=(Answer(200, "Offboard control of the vehicle", OffboardDetail),),
+        errors=("not_found",),
+    ),
+    Route(
+        method="POST",
+        path=f"{_PATH}/lease",
+        handler=take_offboard_lease,
+        summary="Take the lease",
+        tag="offboard",
+        role=Role.PILOT,
+        query=NoQuery,
+        body=json_body(LeaseRequest),
+        answers=(Answer(201, "The lease", LeaseGrant, headers=("Location",)),),
+        errors=("not_found", "vehicle.quarantined", "offboard.lease_held", "offboard.not_ready"),
+    ),
+    Route(
+        method="POST",
+        path=f"{_PATH}/lease/renew",
+        handler=renew_offboard_lease,
+        summary="Keep the lease",
+        tag="offboard",
+        role=Role.PILOT,
+        query=NoQuery,
+        body=json_body(LeaseUse),
+        answers=(_VIEW,),
+        errors=_LEASE,
+    ),
+    Route(
+        method="POST",
+        path=f"{_PATH}/lease/hand-over",
+        handler=hand_over_offboard_lease,
+        summary="Let another one take the lease over",
+        tag="offboard",
+        role=Role.PILOT,
+        query=NoQuery,
+        body=json_body(HandOverRequest),
+        answers=(_VIEW,),
+        errors=_LEASE,
+    ),
+    Route(
+        method="POST",
+        path=f"{_PATH}/lease/release",
+        handler=release_offboard_lease,
+        summary="Give the lease back; a vehicle that is flown by hand is told to hold",
+        tag="offboard",
+        role=Role.PILOT,
+        query=NoQuery,
+        body=json_body(LeaseUse),
+        answers=(_VIEW,),
+        errors=_LEASE,
+    ),
+    Route(
+        method="POST",
+        path=f"{_PATH}/enter",
+        handler=enter_offboard,
+        summary="Hold, one second of stream, then OFFBOARD mode",
+        tag="offboard",
+        role=Role.PILOT,
+        query=NoQuery,
+        body=json_body(EntryRequest),
+        answers=(Answer(200, "The vehicle is in OFFBOARD mode", EntryView),),
+        errors=(*_LEASE, "offboard.not_ready", "offboard.audit_failed", "run.wrong_state", *_LINK),
+    ),
+    Route(
+        method="POST",
+        path=f"{_PATH}/leave",
+        handler=leave_offboard,
+        summary="Leave to hold, to the paused mission or to a return, and give the lease back",
+        tag="offboard",
+        role=Role.PILOT,
+        query=NoQuery,
+        body=json_body(LeaveRequest),
+        answers=(_VIEW,),
+        errors=(*_LEASE, "conflict", "run.wrong_state", *_LINK),
+    ),
+    Route(
+        method="POST",
+        path=f"{_PATH}/setpoint",
+        handler=put_setpoint,
+        summary="One setpoint",
+        tag="offboard",
+        role=Role.PILOT,
+        query=NoQuery,
+        body=json_body(SetpointRequest),
+        answers=(Answer(200, "It is sent from the next tick on, for at most 0.4 s", SetpointTaken),),
+        errors=(*_LEASE, "setpoint.refused"),
+    ),
+)

@@ -1,0 +1,146 @@
+"""What requests and answers of offboard control look like."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from app.api.models import Identifier, RequestModel
+from app.domain.setpoint.audit import AuditEntry
+from app.domain.setpoint.capability import Capability
+from app.domain.setpoint.forms import Setpoint
+from app.domain.setpoint.limiter import Clamp
+from app.domain.setpoint.limits import OffboardLimits
+from app.services.offboard import FASTEST_HZ, SLOWEST_HZ
+from app.services.offboard_view import OffboardView
+
+RateHz = Annotated[float, Field(ge=SLOWEST_HZ, le=FASTEST_HZ, description="how often setpoints are sent")]
+LeaseId = Annotated[str, Field(min_length=1, max_length=100, description="the id that taking the lease gave")]
+Destination = Literal["hold", "mission", "return"]
+
+
+class StrictRequest(RequestModel):
+    """As JSON says it: no number for a string."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+class LeaseRequest(StrictRequest):
+    """Take the lease. `override` takes it from whoever has it, and needs the role admin."""
+
+    rate_hz: RateHz | None = None
+    override: bool = False
+
+
+class LeaseUse(StrictRequest):
+    """Something that only the holder of the lease may do."""
+
+    lease: LeaseId
+
+
+class HandOverRequest(LeaseUse):
+    """Who may take the lease over; null takes the offer back."""
+
+    to: Identifier | None
+
+
+class EntryRequest(LeaseUse):
+    """Enter OFFBOARD mode. `sticks_held`: a pilot holds the sticks, so a loss action that needs them is right."""
+
+    sticks_held: bool = False
+
+
+class LeaveRequest(LeaseUse):
+    """Leave OFFBOARD mode and give the lease back. `mission` goes on with the paused run."""
+
+    to: Destination = "hold"
+
+
+class SetpointRequest(LeaseUse):
+    """One setpoint. It is sent from the next tick on, and no longer than 0.4 s."""
+
+    setpoint: Setpoint
+
+
+class LeaseGrant(BaseModel):
+    """The lease. `lease` is its holder's secret; every use of it renews it for `expires_in_s`."""
+
+    lease: str
+    vehicle_id: str
+    holder: str
+    expires_in_s: float
+
+
+class ClampView(BaseModel):
+    """One thing that was changed of a setpoint."""
+
+    code: str
+    detail: str
+
+    @classmethod
+    def of(cls, clamp: Clamp) -> ClampView:
+        """The view of a clamp."""
+        return cls(code=clamp.code, detail=clamp.detail)
+
+
+class SetpointTaken(BaseModel):
+    """The setpoint is in the slot, as it is or clamped."""
+
+    clamped: list[ClampView]
+
+
+class AuditView(BaseModel):
+    """One audited parameter; `value` null: it did not answer."""
+
+    parameter: str
+    value: float | None
+    blocks: bool
+    meaning: str
+
+    @classmethod
+    def of(cls, entry: AuditEntry) -> AuditView:
+        """The view of an entry."""
+        return cls(parameter=entry.parameter, value=entry.value, blocks=entry.blocks, meaning=entry.meaning)
+
+
+class EntryView(BaseModel):
+    """OFFBOARD mode is entered, with these parameters on board."""
+
+    audit: list[AuditView]
+    offboard: OffboardView
+
+
+class CapabilityView(BaseModel):
+    """One setpoint form for this vehicle as it flies now. `frame` null: the message has none."""
+
+    form: str
+    taken: bool
+    code: str
+    reason: str
+    message: str
+    frame: str | None
+    type_mask: int
+    estimate: str
+
+    @classmethod
+    def of(cls, known: Capability) -> CapabilityView:
+        """The view of a row of the capability table."""
+        return cls(
+            form=known.form,
+            taken=known.verdict.is_taken,
+            code=known.verdict.code,
+            reason=known.verdict.reason,
+            message=known.wire.message,
+            frame=None if known.wire.frame is None else known.wire.frame.name,
+            type_mask=known.wire.type_mask,
+            estimate=known.wire.estimate.value,
+        )
+
+
+class OffboardDetail(BaseModel):
+    """Offboard control of one vehicle: how it is, what the vehicle follows, what bounds it."""
+
+    offboard: OffboardView
+    capabilities: list[CapabilityView]
+    limits: OffboardLimits

@@ -1,0 +1,89 @@
+"""What must be right before a vehicle is flown by hand: its state, its run, its parameters, the fence on board."""
+
+from __future__ import annotations
+
+import asyncio
+from dataclasses import asdict
+
+from app.domain.errors import AuditFailedError, OffboardNotReadyError
+from app.domain.fence_area import FenceArea
+from app.domain.geo import LocalProjection
+from app.domain.mission import MissionType
+from app.domain.ports import VehicleLink
+from app.domain.run import Run, RunState
+from app.domain.setpoint.audit import AUDITED, AuditEntry, audit
+from app.domain.setpoint.capability import FlightKind
+from app.domain.setpoint.onboard_fence import onboard_fence
+from app.domain.vehicle import VehicleState
+
+IN_TRANSITION = "transition"
+
+
+def refuse_unready(vehicle_id: str, state: VehicleState, kind: FlightKind, run: Run | None) -> None:
+    """Raises OffboardNotReadyError with the first reason why offboard control may not begin."""
+    reason, hint = _why_not(vehicle_id, state, kind, run)
+    if reason:
+        raise OffboardNotReadyError(reason, hint=hint)
+
+
+async def refuse_unsafe_parameters(link: VehicleLink, *, sticks_held: bool) -> tuple[AuditEntry, ...]:
+    """The audited parameters, read now. Raises AuditFailedError if one of them forbids it, LinkError."""
+    entries = audit(await link.read_parameters(AUDITED), sticks_held=sticks_held)
+    bad = [entry for entry in entries if entry.blocks]
+    if bad:
+        raise AuditFailedError(
+            "; ".join(f"{entry.parameter}: {entry.meaning}" for entry in bad),
+            hint="set the parameter on the vehicle; or say sticks_held if a pilot holds the sticks",
+            audit=[asdict(entry) for entry in entries],
+        )
+    return entries
+
+
+async def until_calm(link: VehicleLink, within_s: float) -> None:
+    """Return when the vehicle, in Hold by our command, says that no failsafe acts: HEARTBEAT tells it at 1 Hz.
+
+    Raises:
+        OffboardNotReadyError: one still acts: a stream could pull the vehicle out of it.
+    """
+    changed = asyncio.Event()
+    end = link.subscribe(lambda _fact: changed.set())
+    try:
+        async with asyncio.timeout(within_s):
+            while link.state().in_failsafe:
+                changed.clear()
+                await changed.wait()
+    except TimeoutError:
+        raise OffboardNotReadyError(
+            "a failsafe still acts, in Hold too",
+            hint="mend what it is about; a stream would pull the vehicle out of it",
+        ) from None
+    finally:
+        end()
+
+
+async def read_fence(link: VehicleLink) -> FenceArea | None:
+    """The fence on board around home; None without one. Raises OffboardNotReadyError without a home, LinkError."""
+    items = await link.download(MissionType.FENCE)
+    home = link.state().home
+    if not items:
+        return None
+    if home is None:
+        raise OffboardNotReadyError("the vehicle has a fence but no home to measure it from", hint="wait for its fix")
+    return onboard_fence(items, LocalProjection(home.latitude_deg, home.longitude_deg))
+
+
+def _why_not(vehicle_id: str, state: VehicleState, kind: FlightKind, run: Run | None) -> tuple[str, str]:
+    if not state.connected:
+        return f"the link to vehicle {vehicle_id} is lost", "wait until it is connected"
+    if not state.armed:
+        return f"vehicle {vehicle_id} is not armed", "start a run and pause it in the air, or take off by RC"
+    if kind is FlightKind.AIRSHIP:
+        return "PX4 names no setpoint that an airship follows", ""
+    if state.vtol_state is not None and state.vtol_state.startswith(IN_TRANSITION):
+        return f"vehicle {vehicle_id} is in transition", "wait until it hovers or flies"
+    if run is not None and run.state is not RunState.PAUSED:
+        return (
+            f"vehicle {vehicle_id} flies run {run.id}, which is {run.state.value}",
+            f"pause it first: POST /api/v1/runs/{run.id}/pause",
+        )
+    return "", ""

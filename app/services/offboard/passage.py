@@ -1,0 +1,136 @@
+"""The ways into offboard control and out of it."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Literal
+
+from app.domain.errors import ConflictError, LeaseLostError, OffboardNotReadyError, WaydropError
+from app.domain.run import Run
+from app.domain.setpoint.audit import AuditEntry
+from app.domain.vehicle import FlightMode
+from app.services.offboard.control import OffboardControl
+from app.services.offboard.entry import read_fence, refuse_unready, refuse_unsafe_parameters, until_calm
+from app.services.offboard_view import OffboardState
+from app.services.runs import Runs
+
+Destination = Literal["hold", "mission", "return"]
+_S = OffboardState
+
+
+class Passage:
+    """Enters and leaves one vehicle's offboard control. One passage at a time; a lost lease ends it."""
+
+    def __init__(self, control: OffboardControl, runs: Runs) -> None:
+        self._control = control
+        self._runs = runs
+        self._task: asyncio.Task[Sequence[AuditEntry]] | None = None
+        control.subscribe(self._watch)
+
+    async def enter(self, lease_id: str, *, sticks_held: bool) -> Sequence[AuditEntry]:
+        """Hold, one second of stream, then the mode: a stream alone could pull a vehicle out of a failsafe.
+
+        Raises:
+            LeaseLostError, OffboardNotReadyError, AuditFailedError, VehicleRefusedError (with the vehicle's reasons),
+            LinkError.
+        """
+        self._control.require(lease_id)
+        if self._control.state is not _S.LEASED:
+            raise OffboardNotReadyError(f"offboard control is {self._control.state.value} already")
+        self._task = asyncio.create_task(self._enter(sticks_held), name=f"enter {self._control.vehicle.id}")
+        return await self._ended(self._task)
+
+    async def leave(self, lease_id: str, to: Destination) -> None:
+        """Leave to a mode, seen, and give the lease back. Raises LeaseLostError, ConflictError, LinkError."""
+        control = self._control
+        control.require(lease_id)
+        run = await self._run()
+        if to == "mission" and run is None:
+            raise ConflictError("the vehicle flies no run: there is no mission to go back to", hint="leave to hold")
+        before = control.state
+        control.move(_S.LEAVING if before is _S.ACTIVE else before, f"leaving to {to}")
+        try:
+            await self._command(to, run)
+        except WaydropError:
+            if control.lease is not None and control.state is _S.LEAVING:
+                control.move(_S.ACTIVE, f"leaving to {to} failed")
+            raise
+        control.end("released", f"left to {to}")
+
+    async def _ended(self, task: asyncio.Task[Sequence[AuditEntry]]) -> Sequence[AuditEntry]:
+        try:
+            await asyncio.wait({task})
+        finally:
+            task.cancel()
+        if task.cancelled():
+            raise LeaseLostError(f"the lease ended on the way: {self._control.reason}", hint="take it again")
+        return task.result()
+
+    async def _enter(self, sticks_held: bool) -> Sequence[AuditEntry]:
+        control = self._control
+        try:
+            entries = await self._check(sticks_held)
+            control.move(_S.HOLDING, "commanding Hold")
+            await self._hold()
+            await until_calm(control.link, control.settings.calm_s)
+            control.move(_S.STREAMING, "the stream flows before the mode is asked for")
+            await control.streamed(control.settings.stream_s)
+            control.move(_S.SWITCHING, "asking for the mode")
+            await control.link.enter_offboard()
+            if control.lease is not None:
+                control.move(_S.ACTIVE, "")
+            return entries
+        except BaseException as error:
+            self._turn_back(error)
+            raise
+
+    async def _check(self, sticks_held: bool) -> Sequence[AuditEntry]:
+        control, surroundings = self._control, self._control.surroundings
+        if surroundings is None:
+            raise LeaseLostError("the lease has ended")
+        state = control.link.state()
+        refuse_unready(control.vehicle.id, state, surroundings.kind(state), await self._run())
+        control.move(_S.CHECKING, "reading parameters and the fence")
+        entries = await refuse_unsafe_parameters(control.link, sticks_held=sticks_held)
+        control.enclose(replace(surroundings, fence=await read_fence(control.link)))
+        control.forget_setpoint()  # it was not measured against this fence
+        return entries
+
+    async def _hold(self) -> None:
+        run = await self._run()
+        await (self._control.link.hold() if run is None else self._runs.pause(run.id, by=self._holder()))
+
+    async def _command(self, to: Destination, run: Run | None) -> None:
+        link, by = self._control.link, self._holder()
+        if run is None:
+            await (link.return_to_launch() if to == "return" else link.hold())
+        elif to == "mission":
+            await self._runs.resume(run.id, by=by)
+        elif to == "return":
+            await self._runs.return_to_launch(run.id, by=by)
+        else:
+            await self._runs.pause(run.id, by=by)
+
+    def _turn_back(self, error: BaseException) -> None:
+        """An entry that failed leaves the client its lease and the vehicle in Hold."""
+        control = self._control
+        if control.lease is None:
+            return
+        reason = error.detail if isinstance(error, WaydropError) else "the entry was broken off"
+        if control.link.state().mode is FlightMode.OFFBOARD:
+            control.give_up("revoked", reason)
+        else:
+            control.move(_S.LEASED, reason)
+
+    def _watch(self) -> None:
+        if self._control.lease is None and self._task is not None:
+            self._task.cancel()
+
+    def _holder(self) -> str:
+        return "" if self._control.lease is None else self._control.lease.holder
+
+    async def _run(self) -> Run | None:
+        run_id = self._control.vehicle.run_id
+        return None if run_id is None else await self._runs.get(run_id)

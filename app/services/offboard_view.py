@@ -1,0 +1,68 @@
+"""What the outside is shown of a vehicle that is flown by hand."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict
+
+
+class OffboardState(StrEnum):
+    """How far offboard control is. A vehicle in `leased` is not commanded yet."""
+
+    IDLE = "idle"
+    LEASED = "leased"
+    CHECKING = "checking"
+    HOLDING = "holding"
+    STREAMING = "streaming"
+    SWITCHING = "switching"
+    ACTIVE = "active"
+    LEAVING = "leaving"
+
+
+class LeaseView(BaseModel):
+    """Who has the vehicle, and for how long still. The lease's id is its holder's secret and not shown."""
+
+    model_config = ConfigDict(frozen=True)
+
+    holder: str
+    expires_in_s: float
+    offered_to: str | None
+
+
+class SentView(BaseModel):
+    """The newest setpoint that was sent. `by`: the client, or the dead-man's zero velocity."""
+
+    model_config = ConfigDict(frozen=True)
+
+    by: Literal["client", "dead_man"]
+    setpoint: dict[str, Any]
+    message: str
+    type_mask: int
+    age_s: float
+    clamped: list[str]
+
+
+class CadenceView(BaseModel):
+    """The rate asked for and the one held, and the intervals between the last sends."""
+
+    model_config = ConfigDict(frozen=True)
+
+    wanted_hz: float
+    held_hz: float | None
+    p50_ms: float | None
+    p99_ms: float | None
+    max_ms: float | None
+
+
+class OffboardView(BaseModel):
+    """Offboard control of one vehicle. `reason` says why it is so, or why the last lease ended."""
+
+    model_config = ConfigDict(frozen=True)
+
+    state: OffboardState
+    lease: LeaseView | None
+    reason: str
+    sent: SentView | None
+    cadence: CadenceView | None

@@ -1,0 +1,188 @@
+"""The offboard websocket: frames and their answers, and that its end is the end of the lease."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import aiohttp
+import pytest
+
+from app.api.by_hand.frames import ByHandCloseCode
+from app.domain.vehicle import FlightMode
+from app.services.access import Role
+from tests.api.fake_links import FakeLink
+from tests.api.service import Service, until
+from tests.api.test_offboard import NORTH, PATH, link
+
+__all__ = ["link"]
+
+
+@dataclass
+class Pilot:
+    """One client of the socket."""
+
+    socket: aiohttp.ClientWebSocketResponse
+
+    async def say(self, kind: str, **fields: Any) -> dict[str, Any]:
+        """Send a frame with an id, and wait for the answer with that id."""
+        await self.socket.send_json({"type": kind, "id": 7, **fields})
+        return await self.answer()
+
+    async def answer(self) -> dict[str, Any]:
+        """The next frame that is no state."""
+        while (frame := await self.frame())["type"] == "state":
+            pass
+        return frame
+
+    async def frame(self) -> dict[str, Any]:
+        frame: dict[str, Any] = await self.socket.receive_json(timeout=10)
+        return frame
+
+    async def state(self, state: str) -> dict[str, Any]:
+        """The next state frame that says this."""
+        while (frame := await self.frame())["type"] != "state" or frame["offboard"]["state"] != state:
+            pass
+        return dict(frame["offboard"])
+
+    async def close_code(self) -> int | None:
+        while not (await self.socket.receive(timeout=10)).type.name.startswith("CLOS"):
+            pass
+        return self.socket.close_code
+
+
+@asynccontextmanager
+async def pilot(service: Service, path: str = PATH, **options: Any) -> AsyncIterator[Pilot]:
+    async with service.http.ws_connect(service.url + path, **options) as socket:
+        yield Pilot(socket)
+
+
+async def test_a_flight_by_hand_over_one_socket(service: Service, link: FakeLink) -> None:
+    async with pilot(service) as ann:
+        granted = await ann.say("take", rate_hz=50)
+        assert (granted["type"], granted["id"], granted["holder"]) == ("granted", 7, "local")
+        assert (await ann.say("setpoint", setpoint=NORTH))["type"] == "taken"
+        done = await ann.say("enter")
+        assert (done["type"], done["what"], done["audit"][0]["parameter"]) == ("done", "enter", "COM_OBL_RC_ACT")
+        clamped = await ann.say("setpoint", setpoint={**NORTH, "north_m_s": 80.0})
+        assert [clamp["code"] for clamp in clamped["clamped"]] == ["limit.speed"]
+        refused = await ann.say("setpoint", setpoint={"type": "position_body", "forward_m": 1.0})
+        assert (refused["type"], refused["code"]) == ("refused", "setpoint.frame_unsupported")
+        active = await ann.state("active")
+        assert active["sent"]["message"] == "SET_POSITION_TARGET_LOCAL_NED"
+        assert active["cadence"]["wanted_hz"] == 50.0
+        assert (await ann.say("leave", to="hold"))["type"] == "done"
+        assert link.state().mode is FlightMode.HOLD
+        assert (await ann.say("take"))["type"] == "granted", "the same socket may take it again"
+
+
+async def test_the_end_of_the_socket_is_hold_at_once(service: Service, link: FakeLink) -> None:
+    async with pilot(service) as ann:
+        await ann.say("take")
+        await ann.say("enter")
+        assert link.state().mode is FlightMode.OFFBOARD
+    await until(lambda: link.state().mode is FlightMode.HOLD, timeout_s=10)
+    sent = len(link.setpoints)
+    async with pilot(service) as ben:
+        assert (await ben.say("take"))["type"] == "granted"
+        assert len(link.setpoints) == sent
+
+
+async def test_a_socket_that_closes_while_leaving_is_hold_too(service: Service, link: FakeLink) -> None:
+    async with pilot(service) as ann:
+        await ann.say("take")
+        await ann.say("enter")
+        waits, original = asyncio.Event(), link.return_to_launch
+
+        async def slow() -> None:
+            waits.set()
+            await asyncio.Event().wait()
+
+        link.return_to_launch = slow  # type: ignore[method-assign]
+        await ann.socket.send_json({"type": "leave", "to": "return"})
+        await asyncio.wait_for(waits.wait(), 10)
+        link.return_to_launch = original  # type: ignore[method-assign]
+    await until(lambda: link.state().mode is FlightMode.HOLD, timeout_s=10)
+    assert service.services.offboard.vehicle("v1").control.lease is None
+
+
+async def test_a_second_socket_is_told_who_flies(service: Service, link: FakeLink) -> None:
+    async with pilot(service) as ann, pilot(service) as ben:
+        await ann.say("take")
+        refused = await ben.say("take")
+        assert (refused["code"], refused["extra"]["holder"]) == ("offboard.lease_held", "local")
+        assert (await ann.say("hand_over", to="local"))["type"] == "done"
+        assert (await ben.say("take"))["type"] == "granted"
+        assert await ann.close_code() == ByHandCloseCode.LEASE_ENDED
+
+
+async def test_a_lost_lease_closes_the_socket_and_what_was_still_to_be_read_is_dropped(
+    service: Service, link: FakeLink
+) -> None:
+    async with pilot(service) as ann:
+        await ann.say("take")
+        await ann.say("enter")
+        link.change(mode=FlightMode.POSITION)  # an RC pilot
+        sent = len(link.setpoints)
+        for _ in range(5):
+            await ann.socket.send_json({"type": "setpoint", "setpoint": NORTH})
+        assert "position mode" in (await ann.state("idle"))["reason"]
+        assert await ann.close_code() == ByHandCloseCode.LEASE_ENDED
+        assert len(link.setpoints) == sent
+        assert link.state().mode is FlightMode.POSITION
+
+
+async def test_without_a_lease_nothing_is_taken(service: Service, link: FakeLink) -> None:
+    async with pilot(service) as ann:
+        for kind, fields in (("setpoint", {"setpoint": NORTH}), ("enter", {}), ("leave", {}), ("release", {})):
+            refused = await ann.say(kind, **fields)
+            assert (refused["type"], refused["code"]) == ("refused", "offboard.lease_lost"), kind
+        await ann.say("take")
+        assert (await ann.say("renew"))["what"] == "renew"
+        assert (await ann.say("release"))["what"] == "release"
+        assert link.setpoints == []
+
+
+@pytest.mark.parametrize(
+    "text", ["", "no json", "[]", '{"type": "take", "x": 1}', '{"type": "fly"}', '{"type": "setpoint"}', '"\\ud83d"']
+)
+async def test_what_is_no_frame_is_refused_and_the_socket_stays(service: Service, text: str) -> None:
+    async with pilot(service) as ann:
+        await ann.socket.send_str(text)
+        refused = await ann.answer()
+        assert (refused["type"], refused["code"]) == ("refused", "request.invalid")
+        assert (await ann.say("take"))["type"] == "granted"
+
+
+async def test_who_may_not_fly_is_told_by_the_close_code(service: Service) -> None:
+    token = await service.token(Role.DISPATCHER)
+    async with pilot(service, headers=token) as ben:
+        assert await ben.close_code() == ByHandCloseCode.ROLE
+    async with pilot(service) as nobody:
+        assert await nobody.close_code() == ByHandCloseCode.UNAUTHORIZED
+    token = await service.token(Role.PILOT)
+    async with pilot(service, "/api/v1/vehicles/v99/offboard", headers=token) as ann:
+        assert await ann.close_code() == ByHandCloseCode.NO_VEHICLE
+    async with pilot(service, headers=token) as ann:
+        refused = await ann.say("take", override=True)
+        assert refused["code"] == "role.insufficient"
+
+
+async def test_a_foreign_page_flies_nothing(service: Service) -> None:
+    with pytest.raises(aiohttp.WSServerHandshakeError) as refused:
+        await service.http.ws_connect(service.url + PATH, headers={"Origin": "https://evil.example"})
+    assert refused.value.status == 403
+
+
+async def test_when_the_service_stops_the_sockets_are_closed_and_the_vehicle_holds(
+    service: Service, link: FakeLink
+) -> None:
+    async with pilot(service) as ann:
+        await ann.say("take")
+        await ann.say("enter")
+        await service.app.shutdown()
+        assert await ann.close_code() == ByHandCloseCode.GOING_AWAY
+    await until(lambda: link.state().mode is FlightMode.HOLD, timeout_s=10)

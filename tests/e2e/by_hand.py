@@ -1,0 +1,105 @@
+"""A pilot at the offboard websocket, and the simulated vehicle as it truly is."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import socket
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager, suppress
+from typing import Any
+
+import aiohttp
+
+from tests.service import until
+from tests.simulated import SimulatedFleet
+
+SAY_EVERY_S = 0.05
+
+
+class Pilot:
+    """Says the same setpoint twenty times a second, and keeps what it is told."""
+
+    def __init__(self, wire: aiohttp.ClientWebSocketResponse) -> None:
+        self.wire = wire
+        self.setpoint: dict[str, Any] = {"type": "velocity_ned", "north_m_s": 3.0, "east_m_s": 0.0}
+        self.offboard: dict[str, Any] = {}
+        self.answers: list[dict[str, Any]] = []
+        self._tasks = [asyncio.create_task(self._say()), asyncio.create_task(self._hear())]
+
+    async def do(self, kind: str, **fields: Any) -> dict[str, Any]:
+        """Ask for something, and wait for its answer."""
+        number = 100 + len(self.answers)
+        await self.wire.send_json({"type": kind, "id": number, **fields})
+        await until(
+            self._closed, lambda closed: closed or self._answer_to(number) is not None, f"{kind} must be answered", 30
+        )
+        answer = self._answer_to(number)
+        assert answer, f"{kind}: the socket was closed with {self.wire.close_code}: {self.offboard}"
+        return answer
+
+    async def enter(self) -> None:
+        """The lease, then OFFBOARD mode."""
+        assert (await self.do("take"))["type"] == "granted"
+        answer = await self.do("enter")
+        assert answer["type"] == "done", answer
+
+    async def until_closed(self) -> int | None:
+        """Wait for the service to close the socket."""
+        async with asyncio.timeout(30):
+            await asyncio.wait({self._tasks[1]})
+        return self.wire.close_code
+
+    def fall_silent(self) -> None:
+        """Say nothing any more; the socket stays open."""
+        self._tasks[0].cancel()
+
+    async def leave(self) -> None:
+        """Close the socket."""
+        for task in self._tasks:
+            task.cancel()
+        await self.wire.close()
+
+    async def _closed(self) -> bool:
+        return self._tasks[1].done()
+
+    def _answer_to(self, number: int) -> dict[str, Any] | None:
+        return next((answer for answer in self.answers if answer.get("id") == number), None)
+
+    async def _say(self) -> None:
+        with suppress(ConnectionError):
+            while not self.wire.closed:
+                await self.wire.send_json({"type": "setpoint", "setpoint": self.setpoint})
+                await asyncio.sleep(SAY_EVERY_S)
+
+    async def _hear(self) -> None:
+        async for message in self.wire:
+            frame = json.loads(message.data)
+            if frame["type"] == "state":
+                self.offboard = frame["offboard"]
+            elif frame["type"] != "taken":
+                self.answers.append(frame)
+
+
+@asynccontextmanager
+async def pilot(http: aiohttp.ClientSession, url: str) -> AsyncIterator[Pilot]:
+    """A pilot of vehicle v1."""
+    async with http.ws_connect(f"{url}/api/v1/vehicles/v1/offboard") as wire:
+        found = Pilot(wire)
+        try:
+            yield found
+        finally:
+            await found.leave()
+
+
+async def truth(fleet: SimulatedFleet) -> dict[str, Any]:
+    """The first vehicle, asked past Waydrop: its control socket answers while Waydrop is stopped."""
+    return await asyncio.to_thread(_truth, fleet.control_port)
+
+
+def _truth(port: int) -> dict[str, Any]:
+    with socket.create_connection(("127.0.0.1", port), 5.0) as connection:
+        connection.sendall(b'{"query": "state"}\n')
+        with connection.makefile("rb") as lines:
+            vehicle: dict[str, Any] = json.loads(lines.readline())["vehicles"][0]
+    return vehicle

@@ -1,0 +1,134 @@
+"""The dead-man and everything else that ends a stream: nothing is sent without a living client and its lease."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from dataclasses import replace
+
+import pytest
+
+from app.domain.errors import LeaseLostError, LinkError
+from app.domain.ports import DuplicateSystem, LinkLost, Rebooted
+from app.domain.setpoint.message import LocalTarget
+from app.domain.vehicle import FlightMode, VehicleType
+from app.services.offboard_view import OffboardState
+from tests.unit.services.offboard.cockpit import SETTINGS, Cockpit, cockpit
+
+
+async def fly_plane(plane: Cockpit) -> None:
+    plane.take()
+    plane.put("position_velocity_ned")
+    plane.vehicle.hold_gate.clear()
+    entering = asyncio.ensure_future(plane.enter())
+    await plane.until_state(OffboardState.HOLDING)
+    plane.put("position_velocity_ned")  # what was put before the fence was read does not count
+    plane.vehicle.hold_gate.set()
+    await entering
+
+
+async def test_a_silent_client_is_first_zero_velocity_and_then_hold() -> None:
+    async with cockpit() as quad:
+        await quad.flown()
+        await quad.silent_for(0.6)
+        last = quad.sent[-1]
+        assert isinstance(last, LocalTarget)
+        assert last.velocity == (0.0, 0.0, 0.0)
+        assert quad.control.state is OffboardState.ACTIVE
+        assert quad.vehicle.sent.count("hold") == 1, "only the entry's"
+        await quad.silent_for(0.6)
+        await quad.until(lambda: quad.vehicle.sent[-1] == "hold", "Hold must be commanded")
+        assert quad.control.state is OffboardState.IDLE
+        assert await quad.quiet() == 0
+
+
+async def test_a_wing_that_cannot_stand_is_told_to_hold_at_once() -> None:
+    async with cockpit(VehicleType.FIXED_WING) as plane:
+        await fly_plane(plane)
+        await plane.silent_for(0.5)
+        await plane.until(lambda: plane.vehicle.sent[-1] == "hold", "Hold must be commanded")
+        assert not [m for m in plane.sent if isinstance(m, LocalTarget) and m.velocity == (0.0, 0.0, 0.0)]
+        assert await plane.quiet() == 0
+
+
+async def test_a_client_that_goes_away_is_hold_at_once_and_its_lease_ends() -> None:
+    async with cockpit() as quad:
+        await quad.flown()
+        quad.control.give_up("released", "the client's socket closed")
+        await quad.until(lambda: quad.vehicle.truth.mode is FlightMode.HOLD, "Hold must be commanded")
+        assert await quad.quiet() == 0
+        with pytest.raises(LeaseLostError):
+            quad.put()
+
+
+@pytest.mark.parametrize(
+    ("mode", "failsafe"), [(FlightMode.POSITION, False), (FlightMode.RETURN, True), (FlightMode.LAND, True)]
+)
+async def test_a_mode_that_somebody_else_commands_ends_the_stream_and_is_not_fought(
+    mode: FlightMode, failsafe: bool
+) -> None:
+    async with cockpit() as quad:
+        await quad.flown()
+        before = len(quad.vehicle.sent)
+        quad.vehicle.put(mode=mode, in_failsafe=failsafe)
+        assert await quad.quiet() == 0
+        assert quad.vehicle.sent[before:] == [], "no mode may be commanded"
+        assert quad.control.lease is None
+        assert ("failsafe" in quad.control.reason) == failsafe
+        lease = (await quad.told("offboard.lease"))[-1]
+        assert lease["change"] == "revoked"
+        assert mode.value in lease["reason"]
+
+
+@pytest.mark.parametrize("fact", [LinkLost(3.0), Rebooted(), DuplicateSystem("two")])
+async def test_a_lost_link_a_reboot_and_a_quarantine_end_the_stream(
+    fact: LinkLost | Rebooted | DuplicateSystem,
+) -> None:
+    async with cockpit() as quad:
+        await quad.flown()
+        before = len(quad.vehicle.sent)
+        quad.vehicle.put(fact)
+        assert await quad.quiet() == 0
+        assert quad.vehicle.sent[before:] == []
+        assert quad.control.state is OffboardState.IDLE
+
+
+async def test_after_the_process_stood_still_nothing_is_sent_and_nothing_commanded() -> None:
+    async with cockpit(settings=replace(SETTINGS, gap_s=0.3)) as quad:
+        await quad.flown()
+        before = len(quad.vehicle.sent)
+        time.sleep(0.6)  # noqa: ASYNC251 - the whole process stands still, as under SIGSTOP
+        sent = len(quad.sent)
+        with pytest.raises(LeaseLostError):
+            quad.put()  # a frame that was buffered meanwhile comes before the next tick
+        assert await quad.quiet() == 0
+        assert len(quad.sent) == sent
+        assert quad.vehicle.sent[before:] == []
+        assert "stood still" in quad.control.reason
+
+
+async def test_a_link_that_cannot_send_ends_the_lease() -> None:
+    async with cockpit() as quad:
+        await quad.flown()
+        quad.vehicle.setpoint_error = LinkError("the link is closed")
+        await quad.until_state(OffboardState.IDLE)
+        assert "cannot send" in quad.control.reason
+
+
+async def test_the_end_of_the_service_is_hold() -> None:
+    async with cockpit() as quad:
+        await quad.flown()
+        vehicle = quad.vehicle
+    assert vehicle.truth.mode is FlightMode.HOLD
+
+
+async def test_a_hold_that_is_not_confirmed_is_said() -> None:
+    async with cockpit() as quad:
+        await quad.flown()
+
+        async def refuse() -> None:
+            raise LinkError("no answer")
+
+        quad.vehicle.hold = refuse  # type: ignore[method-assign]
+        quad.control.give_up("released", "gone")
+        await quad.until(lambda: "not confirmed" in quad.control.reason, "it must be said")

@@ -1,0 +1,109 @@
+"""The lease: one holder, expiry, override, hand-over; a setpoint only from its holder."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.domain.errors import LeaseHeldError, LeaseLostError, OffboardNotReadyError, VehicleQuarantinedError
+from app.domain.ports import DuplicateSystem, VehicleIdentity
+from app.services.offboard_view import OffboardState
+from tests.unit.domain.setpoint.examples import example
+from tests.unit.services.offboard.cockpit import cockpit
+
+
+async def test_a_second_client_is_told_who_has_it_and_for_how_long() -> None:
+    async with cockpit() as quad:
+        quad.take("ann")
+        with pytest.raises(LeaseHeldError, match="ann") as held:
+            quad.control.take("ben", rate_hz=20.0)
+        assert held.value.extra == {"holder": "ann", "expires_in_s": 10.0}
+        with pytest.raises(LeaseHeldError):
+            quad.control.take("ann", rate_hz=20.0)  # the same person at another place is another client
+
+
+async def test_an_unused_lease_expires_and_a_used_one_does_not() -> None:
+    async with cockpit() as quad:
+        quad.take()
+        quad.clock.time_s += 9.0
+        quad.control.require(quad.lease)
+        quad.clock.time_s += 9.0
+        assert quad.control.require(quad.lease)
+        quad.clock.time_s += 10.0
+        await quad.until_state(OffboardState.IDLE)
+        assert (await quad.told("offboard.lease"))[-1]["change"] == "expired"
+        quad.take("ben")
+
+
+async def test_who_comes_as_a_lease_expires_takes_no_flight_over() -> None:
+    async with cockpit() as quad:
+        await quad.flown()
+        quad.clock.time_s += 10.0
+        quad.take("ben")  # before the tick that would have noticed
+        assert quad.control.state is OffboardState.LEASED
+        await quad.until(lambda: quad.vehicle.sent[-1] == "hold", "what ann flew must hold")
+        assert [lease["change"] for lease in await quad.told("offboard.lease")] == ["taken", "expired", "taken"]
+
+
+async def test_a_released_lease_is_free_and_its_id_worthless() -> None:
+    async with cockpit() as quad:
+        old = quad.take("ann")
+        quad.control.release(old, "done")
+        quad.take("ben")
+        for use in (quad.control.require, lambda lease: quad.control.release(lease, "")):
+            with pytest.raises(LeaseLostError):
+                use(old)
+        assert quad.control.lease is not None
+
+
+async def test_an_override_takes_it_and_the_old_holder_can_send_nothing() -> None:
+    async with cockpit() as quad:
+        await quad.flown()
+        old = quad.lease
+        quad.take("admin", override=True)
+        assert quad.control.state is OffboardState.ACTIVE, "the vehicle stays under control"
+        with pytest.raises(LeaseLostError):
+            quad.control.put(old, example("velocity_ned"))
+        changes = [lease["change"] for lease in await quad.told("offboard.lease")]
+        assert changes == ["taken", "overridden"]
+
+
+async def test_a_hand_over_goes_to_the_one_it_was_offered_to_alone() -> None:
+    async with cockpit() as quad:
+        await quad.flown()
+        old = quad.lease
+        quad.control.offer(old, "ben")
+        with pytest.raises(LeaseHeldError):
+            quad.control.take("eve", rate_hz=20.0)
+        quad.take("ben")
+        with pytest.raises(LeaseLostError):
+            quad.control.require(old)
+        sent = quad.control.view().lease
+        assert sent is not None
+        assert (sent.holder, sent.offered_to) == ("ben", None)
+
+
+async def test_a_new_holder_who_says_nothing_is_a_silent_client() -> None:
+    async with cockpit() as quad:
+        await quad.flown()
+        quad.control.offer(quad.lease, "ben")
+        quad.take("ben")
+        await quad.silent_for(1.2)
+        await quad.until(lambda: quad.vehicle.sent[-1] == "hold", "Hold must be commanded")
+
+
+async def test_a_quarantined_or_unknown_vehicle_has_no_lease() -> None:
+    async with cockpit() as quad:
+        quad.vehicle.put(DuplicateSystem("two vehicles"))
+        with pytest.raises(VehicleQuarantinedError):
+            quad.take()
+    async with cockpit() as quad:
+        quad.vehicle.identity = VehicleIdentity(1, "udpin://scripted")
+        with pytest.raises(OffboardNotReadyError):
+            quad.take()
+
+
+async def test_the_secret_of_a_lease_is_nowhere_shown() -> None:
+    async with cockpit() as quad:
+        await quad.flown()
+        shown = quad.control.view().model_dump_json() + str(quad.events.events)
+        assert quad.lease not in shown

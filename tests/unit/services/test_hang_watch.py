@@ -1,0 +1,37 @@
+"""A process whose loop hangs ends, with the stacks that say where; one that lives is left alone."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[3]
+HANGS = """
+import asyncio, time
+from app.services.hang_watch import hang_watch
+async def main():
+    async with hang_watch(0.5):
+        await asyncio.sleep({lives_s})
+        time.sleep({hangs_s})
+    print("ended by itself")
+asyncio.run(main())
+"""
+
+
+def ran(*, lives_s: float, hangs_s: float) -> subprocess.CompletedProcess[str]:
+    script = HANGS.format(lives_s=lives_s, hangs_s=hangs_s)
+    return subprocess.run(
+        [sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, timeout=60, check=False
+    )
+
+
+def test_a_loop_that_hangs_ends_the_process_and_says_where() -> None:
+    ended = ran(lives_s=0.0, hangs_s=50.0)
+    assert ended.returncode == 1
+    assert "time.sleep" in ended.stderr or "in main" in ended.stderr
+
+
+def test_a_loop_that_turns_is_left_alone() -> None:
+    ended = ran(lives_s=1.2, hangs_s=0.0)
+    assert (ended.returncode, ended.stdout.strip()) == (0, "ended by itself")
