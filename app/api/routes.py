@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from app.api import documents, events, health, plan_checks, plans, runs, schemas, simulator, vehicles
+from app.api import documents, events, health, plan_checks, plans, principal, runs, schemas, simulator, vehicles
 from app.api.routing import AnyRoute
 
 ROUTES: Final[tuple[AnyRoute, ...]] = (
@@ -14,6 +14,7 @@ ROUTES: Final[tuple[AnyRoute, ...]] = (
     *runs.ROUTES,
     *events.ROUTES,
     *simulator.ROUTES,
+    *principal.ROUTES,
     *schemas.ROUTES,
     *documents.ROUTES,
     *health.ROUTES,
