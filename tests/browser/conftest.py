@@ -34,6 +34,12 @@ def chromium_args() -> list[str]:
     return [*CHROMIUM_ARGS, *(["--no-sandbox"] if os.geteuid() == 0 else [])]
 
 
+def simulated_service(data_dir: Path, fleet: SimulatedFleet) -> ServiceProcess:
+    """A service that knows these vehicles and the simulator behind them."""
+    control = f"127.0.0.1:{fleet.control_port}"
+    return ServiceProcess(data_dir, fleet.connections, WAYDROP_SIMULATOR_CONTROL=control)
+
+
 @pytest.fixture
 async def browser() -> AsyncIterator[Browser]:
     async with async_playwright() as playwright:
@@ -45,17 +51,14 @@ async def browser() -> AsyncIterator[Browser]:
 @pytest.fixture(scope="session")
 def idle_service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServiceProcess]:
     """A service whose vehicles stay on the ground, for the tests that only look."""
-    with (
-        SimulatedFleet(FLEET) as fleet,
-        ServiceProcess(tmp_path_factory.mktemp("idle"), fleet.connections) as service,
-    ):
+    with SimulatedFleet(FLEET) as fleet, simulated_service(tmp_path_factory.mktemp("idle"), fleet) as service:
         yield service
 
 
 @pytest.fixture
 def flying_service(tmp_path: Path) -> Iterator[ServiceProcess]:
     """A service and vehicles for one test alone, several times as fast as real ones."""
-    with SimulatedFleet(FLEET, speed=SPEED) as fleet, ServiceProcess(tmp_path, fleet.connections) as service:
+    with SimulatedFleet(FLEET, speed=SPEED) as fleet, simulated_service(tmp_path, fleet) as service:
         yield service
 
 

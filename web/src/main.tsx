@@ -5,6 +5,8 @@ import { App } from "./app";
 import { startClock } from "./state/clock";
 import { watchDraft } from "./state/draft";
 import { keepSelectionInAddress } from "./state/selection";
+import { watchPrincipal } from "./state/principal";
+import { watchSimulator } from "./state/simulator";
 import { startSync } from "./state/sync";
 import { applyTheme } from "./state/theme";
 
@@ -17,3 +19,5 @@ startClock();
 watchDraft();
 render(<App />, root);
 startSync();
+watchPrincipal();
+watchSimulator();

@@ -2,7 +2,7 @@
 
 import { ProblemError, problemFrom, unreachable } from "./problem";
 import { readToken } from "./token";
-import type { PlanCheck, PlanDocument, PlanHead, Run, StoredPlan, Vehicle } from "./types";
+import type { PlanCheck, PlanDocument, PlanHead, Principal, Run, SimulatorView, StoredPlan, Vehicle } from "./types";
 import type { RunAction } from "../state/runs";
 
 const BASE = "/api/v1";
@@ -12,6 +12,8 @@ export const api = {
   plans: async (): Promise<PlanHead[]> => (await get<{ plans: PlanHead[] }>("/plans")).plans,
   plan: (id: string): Promise<StoredPlan> => get(`/plans/${encodeURIComponent(id)}`),
   run: (id: string): Promise<Run> => get(`/runs/${encodeURIComponent(id)}`),
+  principal: (): Promise<Principal> => get("/principal"),
+  simulator: (): Promise<SimulatorView> => get("/simulator"),
 
   checkPlan: (plan: PlanDocument, vehicle: string | null, signal: AbortSignal): Promise<PlanCheck> =>
     send("/plan-checks", vehicle === null ? { plan } : { plan, vehicle }, { signal }),
@@ -22,6 +24,9 @@ export const api = {
   runAction: (id: string, action: RunAction): Promise<Run> => send(`/runs/${encodeURIComponent(id)}/${action}`, {}, {}),
   vehicleAction: (id: string, action: "hold" | "return" | "land"): Promise<unknown> =>
     send(`/vehicles/${encodeURIComponent(id)}/${action}`, {}, {}),
+  /** `vehicle` null: all simulated vehicles. */
+  setFault: (vehicle: string | null, fault: string, value: unknown): Promise<unknown> =>
+    send("/simulator/faults", { vehicle, fault, value }, {}),
 };
 
 interface SendOptions {

@@ -10,6 +10,7 @@ const PATHS = {
   plan: "M6 20a2 2 0 1 0 0-4 2 2 0 0 0 0 4Zm12-12a2 2 0 1 0 0-4 2 2 0 0 0 0 4ZM8 18h7a3 3 0 0 0 0-6H9a3 3 0 0 1 0-6h7",
   run: "M12 3c4 5 6 8 6 11a6 6 0 0 1-12 0c0-3 2-6 6-11Zm-3 11 3 3 3-3",
   feed: "M4 6h16M4 12h16M4 18h10",
+  simulator: "M4 21V10m0-4V3m8 18v-6m0-4V3m8 18v-9m0-4V3M2 6h4M10 11h4m4-3h4",
   plus: "M12 5v14M5 12h14",
   minus: "M5 12h14",
   fit: "M4 9V4h5M20 9V4h-5M4 15v5h5M20 15v5h-5",
