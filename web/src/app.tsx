@@ -1,6 +1,7 @@
 import { live } from "./state/store";
 import { panel, view } from "./state/selection";
 import { Feed } from "./ui/feed";
+import { FileDrop } from "./ui/file-drop";
 import { Fleet } from "./ui/fleet";
 import { Header } from "./ui/header";
 import { MapView } from "./ui/map-view";
@@ -30,6 +31,7 @@ export function App() {
         </section>
       </main>
       <ViewBar />
+      <FileDrop />
       <Notices />
       <TokenDialog />
     </div>

@@ -3,6 +3,7 @@
 import { ProblemError, problemFrom, unreachable } from "./problem";
 import { readToken } from "./token";
 import type { PlanCheck, PlanDocument, PlanHead, Principal, Run, SimulatorView, StoredPlan, Vehicle } from "./types";
+import type { Schema } from "../schema/control";
 import type { RunAction } from "../state/runs";
 
 const BASE = "/api/v1";
@@ -13,6 +14,7 @@ export const api = {
   plan: (id: string): Promise<StoredPlan> => get(`/plans/${encodeURIComponent(id)}`),
   run: (id: string): Promise<Run> => get(`/runs/${encodeURIComponent(id)}`),
   principal: (): Promise<Principal> => get("/principal"),
+  planSchema: (): Promise<Schema> => get("/schemas/plan"),
   simulator: (): Promise<SimulatorView> => get("/simulator"),
 
   checkPlan: (plan: PlanDocument, vehicle: string | null, signal: AbortSignal): Promise<PlanCheck> =>
