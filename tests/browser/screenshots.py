@@ -64,7 +64,7 @@ async def every_view(browser: Browser, url: str, folder: Path, size: str, scheme
         for view in VIEWS:
             await views.get_by_role("button", name=view).click()
             if view == "Plan":
-                await board.page.get_by_label("Plan as JSON").fill(faulty_plan())
+                await board.fill_plan(faulty_plan())
                 await expect(board.page.locator(".finding").first).to_be_visible()
             await board.page.screenshot(path=folder / f"{size}-{scheme}-{view.lower()}.png")
 

@@ -12,7 +12,7 @@ export interface ProfilePoint {
 export interface Profile {
   /** From the start on the ground; each leg is straight between two of them. */
   readonly line: readonly (readonly [at_s: number, relative_altitude_m: number])[];
-  /** One for each visit of an item. */
+  /** One for each visit of an item that is no drop. */
   readonly points: readonly ProfilePoint[];
   readonly drops: readonly ProfilePoint[];
   readonly end_s: number;
@@ -29,7 +29,8 @@ export function profileOf(timeline: Timeline | null): Profile | null {
     if (entry.start_s > before_s) line.push([entry.start_s, altitude_m]);
     line.push([entry.end_s, entry.relative_altitude_m]);
   }
-  const points = timeline.entries.map(({ item_id, end_s, relative_altitude_m, brakes }) => ({ itemId: item_id, at_s: end_s, relative_altitude_m, brakes }));
+  const dropIds = new Set(timeline.drops.map(({ item_id }) => item_id)); // they have a mark of their own
+  const points = timeline.entries.filter(({ item_id }) => !dropIds.has(item_id)).map(({ item_id, end_s, relative_altitude_m, brakes }) => ({ itemId: item_id, at_s: end_s, relative_altitude_m, brakes }));
   const drops = timeline.drops.map(({ item_id, at_s, relative_altitude_m, release_motion }) => ({ itemId: item_id, at_s, relative_altitude_m, brakes: release_motion === "stopped" }));
   const heights = line.map(([, altitude_m]) => altitude_m);
   return { line, points, drops, end_s: Math.max(timeline.duration_s, line.at(-1)?.[0] ?? 0), low_m: Math.min(0, ...heights), high_m: Math.max(1, ...heights) };

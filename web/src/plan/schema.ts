@@ -11,7 +11,14 @@ export function itemTypes(schema: Schema): readonly string[] {
 /** The fields of an item type; its `type` has a control of its own. */
 export function itemFields(schema: Schema, type: string): readonly Field[] {
   const found = itemSchema(schema, type);
-  return found === null ? [] : fieldsOf(found, schema).filter(({ name }) => name !== "type");
+  const fields = found === null ? [] : fieldsOf(found, schema).filter(({ name }) => name !== "type");
+  return fields.toSorted((a, b) => rank(a) - rank(b));
+}
+
+/** What it is called, where it is, how high, then the rest as the schema has it. */
+function rank({ name }: Field): number {
+  const first = ["id", "latitude_deg", "longitude_deg", "relative_altitude_m", "absolute_altitude_m"].indexOf(name);
+  return first === -1 ? 9 : first;
 }
 
 /** The plan's own fields, without its lists. */

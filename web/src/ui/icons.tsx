@@ -21,6 +21,7 @@ const PATHS = {
   circle: "M12 4a8 8 0 1 0 0 16 8 8 0 0 0 0-16Z",
   keepOutCircle: "M12 4a8 8 0 1 0 0 16 8 8 0 0 0 0-16ZM6.500 17.500l11-11",
   rally: "M6 21V4m0 1h11l-3 4 3 4H6",
+  store: "M4 6c0-3 16-3 16 0v12c0 3-16 3-16 0ZM4 6c0 3 16 3 16 0M4 12c0 3 16 3 16 0",
   save: "M12 4v11m-5-5 5 5 5-5M5 20h14",
   plus: "M12 5v14M5 12h14",
   minus: "M5 12h14",

@@ -2,7 +2,7 @@ import { useEffect, useRef } from "preact/hooks";
 import { asSentence, vehicleTypeName } from "../format/words";
 import { itemOfFinding } from "../plan/document";
 import { totalText } from "../plan/timeline";
-import { canSend, canStore, check, checking, draftTimeline, findings, isStored, keepDraft, sending, uploadDraft } from "../state/draft";
+import { canSend, check, checking, draftTimeline, findings, sending, uploadDraft } from "../state/draft";
 import { draftView, parsed } from "../state/draft-text";
 import { selectVehicle, vehicleId } from "../state/selection";
 import { live, vehicleIds, vehicles } from "../state/store";
@@ -113,9 +113,6 @@ function SendForm() {
           ))}
         </select>
       </label>
-      <button type="button" class="small store" disabled={!canStore.value} onClick={() => void keepDraft()}>
-        {isStored.value ? "Stored" : "Store"}
-      </button>
       <button type="submit" class="primary" disabled={!canSend.value || chosen === null}>
         <Icon name="run" />
         {sending.value ? "Uploading…" : chosen === null ? "Upload" : `Upload to ${chosen}`}

@@ -1,6 +1,6 @@
 import { useEffect, useRef } from "preact/hooks";
 import { fullTime } from "../format/units";
-import { openStored } from "../state/draft";
+import { canStore, isStored, keepDraft, openStored } from "../state/draft";
 import { draftText, openDraft } from "../state/draft-text";
 import { startNewPlan } from "../state/editor";
 import { openFile, saveFile } from "../state/plan-file";
@@ -21,9 +21,13 @@ export function PlanSource() {
       <StoredPlans />
       {written && (
         <>
+          <button type="button" class="small" disabled={!canStore.value} onClick={() => void keepDraft()}>
+            <Icon name={isStored.value ? "check" : "store"} size={15} />
+            {isStored.value ? "Stored" : "Store"}
+          </button>
           <button type="button" class="small" onClick={saveFile}>
             <Icon name="save" size={15} />
-            Save as a file
+            Save a file
           </button>
           <button type="button" class="small" onClick={() => openDraft("")}>
             Clear
