@@ -52,7 +52,7 @@ class Dashboard:
         await dashboard.open()
         yield dashboard
         await context.close()
-        assert dashboard.problems == []
+        assert dashboard.problems == [], dashboard.problems
 
     async def open(self) -> None:
         """Load the page and wait for the stream and the whole fleet."""

@@ -155,7 +155,13 @@ async def test_a_plan_is_edited_by_keyboard_alone(idle_page: Dashboard) -> None:
     await idle_page.page.keyboard.press("Control+a")
     await idle_page.page.keyboard.type("12.5")
     await expect(altitude).to_have_value("12.5")
-    assert (await editor.document())["items"][1]["relative_altitude_m"] == 12.5
+    name = idle_page.page.get_by_label("Id", exact=True)
+    await name.focus()
+    await idle_page.page.keyboard.press("End")
+    await idle_page.page.keyboard.type("-of-call")  # the item stays open while its name changes
+    await expect(name).to_have_value("point-of-call")
+    item = (await editor.document())["items"][1]
+    assert (item["id"], item["relative_altitude_m"]) == ("point-of-call", 12.5)
 
 
 async def test_a_file_dropped_on_the_page_is_opened_and_saved_as_it_is(idle_page: Dashboard, tmp_path: Path) -> None:

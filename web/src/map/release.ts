@@ -9,7 +9,7 @@ import { circleRing, metresBetween, offset, type Point } from "./geometry";
 type PredictedDrop = Timeline["drops"][number];
 
 /** Shorter ways than this are not drawn: the drop's own icon stands there. */
-const VISIBLE_M = 1;
+const VISIBLE_M = 2;
 
 export function releaseFeatures(plan: PlanView, timeline: Timeline | null): FeatureCollection {
   const places = dropPlaces(plan.items);

@@ -68,7 +68,8 @@ export class Scene {
   }
 
   fit(bounds: [number, number, number, number]): void {
-    this.#map.fitBounds(bounds, { padding: 70, maxZoom: 17.5, duration: 500 });
+    const { clientWidth, clientHeight } = this.#map.getContainer();
+    this.#map.fitBounds(bounds, { padding: Math.min(70, Math.min(clientWidth, clientHeight) / 6), maxZoom: 17.5, duration: 500 });
   }
 
   centre(at: [number, number], zoom?: number): void {

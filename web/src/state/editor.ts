@@ -123,8 +123,20 @@ export function letGo(): void {
   grip = null;
 }
 
+let chosenAt: { readonly index: number; readonly count: number } | null = null;
+
+/** An item that gets another name while it is edited stays the chosen one. */
+function followChosen(): void {
+  const items = draftView.value?.items ?? [];
+  const item = items.find(({ id }) => id === itemId.value);
+  if (item !== undefined) chosenAt = { index: item.index, count: items.length };
+  else if (itemId.value === null || !editing.value || chosenAt?.count !== items.length) chosenAt = null;
+  else itemId.value = items[chosenAt.index]?.id ?? null;
+}
+
 /** The tool is put away when the plan is. */
 export function watchEditor(): void {
+  effect(followChosen);
   effect(() => {
     if (!editing.value) chooseTool(null);
   });

@@ -33,7 +33,7 @@ export function MapToolbar() {
       </div>
       {inHand !== null && (
         <p class="map-hint" role="status">
-          {NAMES[inHand][2]}
+          <span>{NAMES[inHand][2]}</span>
           {sketch.value.length > 0 && (
             <button type="button" class="small" disabled={!canFinish.value} onClick={finishSketch}>
               Close it
