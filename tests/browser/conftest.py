@@ -7,7 +7,7 @@ from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 
 import pytest
-from playwright.async_api import Browser, async_playwright
+from playwright.async_api import Browser, async_playwright, expect
 
 from tests.browser.dashboard import Dashboard
 from tests.service import ServiceProcess
@@ -24,6 +24,8 @@ CHROMIUM_ARGS = (
     "--disable-sync",
     "--disable-quic",
 )
+
+expect.set_options(timeout=20_000)  # it ends a hang; on a busy machine a check of a plan may take seconds
 
 FLEET = "quad,quad,plane,vtol"
 SPEED = 5.0
