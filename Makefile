@@ -14,7 +14,7 @@ PAGE := web/dist/.built
 PAGE_SOURCES := $(shell find web -path web/node_modules -prune -o -path web/dist -prune -o -type f -print 2>/dev/null)
 LOCK_TOOL := uv==0.13.9
 
-.PHONY: all run test test-python test-web lint format types screenshots check lock image clean help
+.PHONY: all run test test-python test-web lint format types screenshots agreement check lock image clean help
 
 all: $(RUNTIME) $(PAGE)  ## build .venv and the page
 
@@ -46,6 +46,9 @@ types: $(RUNTIME) $(NODE)  ## the page's types from the API's schema
 screenshots: $(DEV) $(PAGE)  ## pictures of the page in all its looks, into test-results/screenshots
 	scripts/need-chromium.sh
 	$(PY) -m tests.browser.screenshots test-results/screenshots
+
+agreement: $(DEV)  ## 10,000 random plans: what the rules accept, the simulated autopilot takes, in process and over UDP
+	$(PY) -m tests.contract.feasibility.many
 
 check:  ## what CI runs
 	.ci/run

@@ -25,6 +25,7 @@ from app.services.clock import SystemClock
 from app.services.fleet import Fleet
 from app.services.journal import Journal
 from app.services.plans import Plans
+from app.services.proofs import Proofs
 from app.services.runs import Runs
 from app.services.simulation import Simulation
 from app.services.telemetry import TelemetryFeed
@@ -74,6 +75,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
         services = ApiServices(
             journal=journal,
             plans=Plans(storage.plans, journal, clock),
+            proofs=Proofs(runs, storage.plans, journal, clock, storage.gateway_id),
             access=access,
             fleet=fleet,
             telemetry=telemetry,

@@ -32,6 +32,7 @@ from app.services.clock import SystemClock
 from app.services.fleet import Fleet
 from app.services.journal import Journal
 from app.services.plans import Plans
+from app.services.proofs import Proofs
 from app.services.runs import Runs
 from app.services.simulation import Simulation
 from app.services.telemetry import TelemetryFeed
@@ -92,7 +93,7 @@ class Served:
 
 def numbered(events: Sequence[NewEvent], first: int) -> list[Event]:
     """Events as a journal numbers them."""
-    return [Event(**event.model_dump(), seq=seq, gateway="gw-1") for seq, event in enumerate(events, first)]
+    return [Event(**event.model_dump(), seq=seq, gateway="gw-1", hash="") for seq, event in enumerate(events, first)]
 
 
 @asynccontextmanager
@@ -103,21 +104,28 @@ async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
         journal = Journal(ListStore(), clock)
         await journal.start()
         fleet = Fleet(NoVehicles(), journal)
+        runs = Runs(fleet, storage.plans, storage.runs, journal, clock)
         services = ApiServices(
             journal=journal,
             plans=Plans(storage.plans, journal, clock),
+            proofs=Proofs(runs, storage.plans, journal, clock, "gw-1"),
             access=Access(storage.tokens, clock, None),
             fleet=fleet,
             telemetry=TelemetryFeed(fleet, 3600.0),
-            runs=Runs(fleet, storage.plans, storage.runs, journal, clock),
+            runs=runs,
             commands=VehicleCommands(fleet, journal),
             simulation=Simulation(None, fleet, journal),
             answers=storage.answers,
             clock=clock,
         )
         # nothing paces the events here, so a queue of the usual size would cut clients that are merely busy
-        limits = {"max_sockets": clients, "socket_queue": 100_000}
-        settings = ApiSettings(gateway="gw-1", version="bench", heartbeat_s=3600.0, **limits)  # they answer no pings
+        settings = ApiSettings(
+            gateway="gw-1",
+            version="bench",
+            max_sockets=clients,
+            socket_queue=100_000,
+            heartbeat_s=3600.0,  # they answer no pings
+        )
         app = build_app(services, settings)
         async with served(app, "/api/v1/stream", clients) as process:
             yield Served(lambda events: journal.record(*events), process)

@@ -17,7 +17,7 @@ from typing import Any, Self
 import aiohttp
 
 ROOT = Path(__file__).parents[1]
-START_S = 30.0
+START_S = 60.0
 STOP_S = 10.0
 
 
@@ -108,6 +108,7 @@ class ServiceProcess:
                 if probe.connect_ex(("127.0.0.1", self.port)) == 0:
                     return
             time.sleep(0.05)
+        self.kill()
         raise AssertionError(f"the service did not listen within {START_S} s:\n{self.log()}")
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Collection
 from typing import Final, TypeVar
 
 from aiohttp import web
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from app.api.problems import ApiError
-from app.api.routing import Body, QueryT
+from app.api.routing import JSON, Body, QueryT
 from app.domain.finding import Finding, Severity, json_pointer
 from app.domain.plan import Plan, parse_plan
 
@@ -46,22 +47,24 @@ _EMPTY = json_body(Empty)
 NO_BODY: Final = Body(model=Empty, parse=_nothing, codes=_EMPTY.codes, required=False)
 
 
-async def read_body(request: web.Request, *, required: bool, timeout_s: float) -> bytes:
+async def read_body(
+    request: web.Request, *, required: bool, timeout_s: float, media: Collection[str] = (JSON,)
+) -> bytes:
     """The body's bytes.
 
     Raises:
-        ApiError: it is not JSON by its content type, is missing, breaks off, or does not come in time.
+        ApiError: it is of another content type, is missing, breaks off, or does not come in time.
     """
     if not request.can_read_body:
         if required:
-            raise ApiError("request.malformed", "the body is empty", hint="send a JSON document")
+            raise ApiError("request.malformed", "the body is empty", hint="send a document")
         return b""
     # Forms and text/plain are what a foreign web page can send without asking first: never taken.
-    if request.content_type != "application/json":
+    if request.content_type not in media:
         raise ApiError(
             "request.content_type",
             f"the content type is {request.headers.get('Content-Type', 'missing')}",
-            hint="send Content-Type: application/json",
+            hint=f"send Content-Type: {' or '.join(media)}",
         )
     if request.headers.get("Content-Encoding", "identity").lower() != "identity":
         raise ApiError(

@@ -10,13 +10,14 @@ from pydantic.json_schema import models_json_schema
 
 from app.api.problem_codes import PROBLEMS
 from app.api.problems import CONTENT_TYPE, Problem
-from app.api.routing import Answer, AnyRoute
+from app.api.routing import JSON, Answer, AnyRoute
 
 _REF: Final = "#/components/schemas/{model}"
 _PATH_NAME: Final = re.compile(r"\{(\w+)\}")
 _HEADERS: Final = {
     "Location": "Where the new or changed resource is",
     "ETag": "The version of the resource, for If-None-Match",
+    "Content-Disposition": "A file name for the document",
 }
 _ModelKey = tuple[Any, str]
 """A model and its mode, validation or serialization."""
@@ -74,7 +75,8 @@ def _operation(route: AnyRoute, references: dict[_ModelKey, dict[str, Any]]) -> 
     }
     if route.takes_body:
         schema = references[(route.body.model, "validation")]
-        operation["requestBody"] = {"required": True, "content": {"application/json": {"schema": schema}}}
+        content = {media: {"schema": schema} if media == JSON else {} for media in route.body.media}
+        operation["requestBody"] = {"required": True, "content": content}
     return operation
 
 
@@ -86,7 +88,8 @@ def _path_parameters(route: AnyRoute) -> list[dict[str, Any]]:
 
 
 def _query_parameters(route: AnyRoute) -> list[dict[str, Any]]:
-    properties = route.query.model_json_schema().get("properties", {})
+    model = route.query.model_json_schema()
+    properties = _inlined(model.get("properties", {}), model.get("$defs", {}))
     return [
         {
             "name": name,
@@ -97,6 +100,17 @@ def _query_parameters(route: AnyRoute) -> list[dict[str, Any]]:
         }
         for name, schema in properties.items()
     ]
+
+
+def _inlined(schema: Any, definitions: dict[str, Any]) -> Any:
+    """The schema without references into a document of its own: a parameter has none."""
+    if isinstance(schema, list):
+        return [_inlined(part, definitions) for part in schema]
+    if not isinstance(schema, dict):
+        return schema
+    if "$ref" in schema:
+        return _inlined(definitions[schema["$ref"].rpartition("/")[2]], definitions)
+    return {key: _inlined(part, definitions) for key, part in schema.items()}
 
 
 def _header_parameters(route: AnyRoute) -> list[dict[str, Any]]:

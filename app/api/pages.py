@@ -19,7 +19,7 @@ _TYPES: Final = {".js": "text/javascript", ".mjs": "text/javascript", ".json": "
 _NOT_BUILT: Final = f"""<!doctype html>
 <html lang="en"><meta charset="utf-8"><title>Waydrop</title>
 <h1>Waydrop is running; its page is not built</h1>
-<p>In a checkout, build it with <code>make web</code> (Node.js 20 or newer) and restart.</p>
+<p>In a checkout, build it with <code>make</code> (Node.js 20 or newer) and restart.</p>
 <p>The API needs no page: <a href="{API}/openapi.json">OpenAPI</a>, <a href="{API}/asyncapi.json">AsyncAPI</a>,
 <a href="{API}/schemas/plan">plan schema</a>, <a href="/readyz">readiness</a>.</p>
 </html>

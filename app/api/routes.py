@@ -4,14 +4,31 @@ from __future__ import annotations
 
 from typing import Final
 
-from app.api import documents, events, health, plan_checks, plans, principal, runs, schemas, simulator, vehicles
+from app.api import (
+    documents,
+    events,
+    health,
+    plan_checks,
+    plan_conversions,
+    plan_exports,
+    plans,
+    principal,
+    proofs,
+    runs,
+    schemas,
+    simulator,
+    vehicles,
+)
 from app.api.routing import AnyRoute
 
 ROUTES: Final[tuple[AnyRoute, ...]] = (
     *vehicles.ROUTES,
     *plans.ROUTES,
+    *plan_exports.ROUTES,
     *plan_checks.ROUTES,
+    *plan_conversions.ROUTES,
     *runs.ROUTES,
+    *proofs.ROUTES,
     *events.ROUTES,
     *simulator.ROUTES,
     *principal.ROUTES,

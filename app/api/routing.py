@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict
 from app.services.access import Principal, Role
 
 API: Final = "/api/v1"
+JSON: Final = "application/json"
 PROBED: Final = frozenset({"/healthz", "/readyz"})
 """Asked by probes under an address as Host; they say nothing that a foreign page could use."""
 
@@ -27,12 +28,16 @@ class NoQuery(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class Body(Generic[BodyT]):
-    """A JSON body: its model for the description, and how bytes become it. `codes` are what `parse` may answer."""
+    """A body: its model for the description, and how bytes become it. `codes` are what `parse` may answer.
+
+    `media` are the content types that are taken; the model describes the JSON one.
+    """
 
     model: type[BaseModel]
     parse: Callable[[bytes], BodyT]
     codes: tuple[str, ...]
     required: bool = True
+    media: tuple[str, ...] = (JSON,)
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,6 +14,7 @@ from app.services.clock import Clock
 from app.services.fleet import Fleet
 from app.services.journal import Journal
 from app.services.plans import Plans
+from app.services.proofs import Proofs
 from app.services.runs import Runs
 from app.services.simulation import Simulation
 from app.services.telemetry import TelemetryFeed
@@ -29,6 +30,7 @@ class ApiServices:
 
     journal: Journal
     plans: Plans
+    proofs: Proofs
     access: Access
     fleet: Fleet
     telemetry: TelemetryFeed
@@ -46,6 +48,7 @@ COMMANDS: Final = web.AppKey("commands", VehicleCommands)
 FLEET: Final = web.AppKey("fleet", Fleet)
 JOURNAL: Final = web.AppKey("journal", Journal)
 PLANS: Final = web.AppKey("plans", Plans)
+PROOFS: Final = web.AppKey("proofs", Proofs)
 RUNS: Final = web.AppKey("runs", Runs)
 SIMULATION: Final = web.AppKey("simulation", Simulation)
 
@@ -58,5 +61,6 @@ def install(app: web.Application, services: ApiServices) -> None:
     app[FLEET] = services.fleet
     app[JOURNAL] = services.journal
     app[PLANS] = services.plans
+    app[PROOFS] = services.proofs
     app[RUNS] = services.runs
     app[SIMULATION] = services.simulation

@@ -28,6 +28,7 @@ _BY_CODE: Final = {
     "settings.invalid": ExitStatus.UNUSABLE,
     "plan.invalid": ExitStatus.UNUSABLE,
     "input.invalid": ExitStatus.UNUSABLE,
+    "conversion.refused": ExitStatus.UNUSABLE,
     "plan.rejected": ExitStatus.NOT_ACHIEVED,
     "server.unreachable": ExitStatus.UNREACHABLE,
     "storage.failed": ExitStatus.NOT_ACHIEVED,

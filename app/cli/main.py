@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from app.cli.convert import convert
 from app.cli.down import down
 from app.cli.exit_status import status_of
 from app.cli.fly import fly
@@ -25,6 +26,7 @@ from app.cli.vehicles import vehicles
 from app.cli.verify_journal import verify_journal
 from app.domain.errors import WaydropError
 from app.domain.plan import PlanInvalid
+from app.interchange.findings import ConversionRefused
 
 app = typer.Typer(
     name="waydrop",
@@ -54,6 +56,7 @@ app.command()(down)
 app.command()(serve)
 app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []})(sim)
 app.command()(validate)
+app.command()(convert)
 app.command()(fly)
 app.command()(vehicles)
 app.add_typer(runs_app, name="runs")
@@ -72,6 +75,8 @@ def main() -> None:
         show_findings(err(), findings)
         if isinstance(error, PlanInvalid):
             err().print(f"[bold red]this is no plan[/]: {count(len(findings), 'error')}")
+        elif isinstance(error, ConversionRefused):
+            err().print(f"[bold red]this cannot become a plan[/]: {count(len(findings), 'error')}")
         else:
             show_error(error)
         sys.exit(status_of(error))

@@ -24,12 +24,15 @@ def read_plan(path: Path) -> Plan:
     Raises:
         PlanFileError: it cannot be read; PlanInvalid: it is not a plan, with all findings.
     """
+    return parse_plan(read_file(path))
+
+
+def read_file(path: Path) -> bytes:
+    """The bytes of a file, or of standard input if the path is `-`. Raises PlanFileError."""
     try:
         if str(path) == "-":
-            raw = sys.stdin.buffer.read(MAX_BYTES + 1)
-        else:
-            with path.open("rb") as file:
-                raw = file.read(MAX_BYTES + 1)
+            return sys.stdin.buffer.read(MAX_BYTES + 1)
+        with path.open("rb") as file:
+            return file.read(MAX_BYTES + 1)
     except OSError as error:
-        raise PlanFileError(f"{path}: {error.strerror or error}", hint="name a JSON file that holds a plan") from error
-    return parse_plan(raw)
+        raise PlanFileError(f"{path}: {error.strerror or error}", hint="name a file that holds a plan") from error

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from datetime import datetime
 from enum import StrEnum
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -13,6 +14,7 @@ from rich.table import Table
 from app.cli.run_view import drops_table
 from app.cli.service_client import ServerOption, ServiceClient, TokenOption, service_client
 from app.cli.terminal import err, out, write_json
+from app.domain.errors import InvalidInputError
 from app.domain.run import Run
 
 JsonOption = Annotated[bool, typer.Option("--json", help="The answer of the service as it is.")]
@@ -62,6 +64,25 @@ def show(run: RunArgument, server: ServerOption, token: TokenOption = None, as_j
         _show(Run.model_validate(answer))
 
 
+@runs_app.command()
+def proof(
+    run: RunArgument,
+    server: ServerOption,
+    token: TokenOption = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the sheet (HTML) to this file.")] = None,
+) -> None:
+    """Proof of delivery: JSON to stdout, or the sheet to print to a file."""
+    if output is None:
+        write_json(asyncio.run(_get(server, token, f"/runs/{run}/proof")))
+        return
+    sheet = asyncio.run(_text(server, token, f"/runs/{run}/proof-sheet"))
+    try:
+        output.write_text(sheet, encoding="utf-8")
+    except OSError as error:
+        raise InvalidInputError(f"{output} cannot be written: {error.strerror}", hint="name another file") from error
+    err().print(f"proof of {run} is in {output}", markup=False)
+
+
 def _acting(action: RunAction, help_text: str) -> None:
     def act(run: RunArgument, server: ServerOption, token: TokenOption = None) -> None:
         _show(Run.model_validate(asyncio.run(_act(server, token, run, action))))
@@ -80,6 +101,11 @@ _acting(RunAction.ABORT, "On the ground: end the run at once. In the air: return
 async def _get(server: str, token: str | None, path: str, **query: int) -> Any:
     async with service_client(server, token) as client:
         return await client.get(path, **query)
+
+
+async def _text(server: str, token: str | None, path: str) -> str:
+    async with service_client(server, token) as client:
+        return await client.text(path)
 
 
 async def _act(server: str, token: str | None, run_id: str, action: RunAction) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import os
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from typing import Annotated, Any, Final
 from urllib.parse import urlsplit
@@ -48,6 +48,10 @@ class ServiceClient:
         """The JSON document at a path below /api/v1."""
         return await self._request("GET", path, params={key: str(value) for key, value in query.items()})
 
+    async def text(self, path: str) -> str:
+        """What a path below /api/v1 gives, as text."""
+        return str(await self._request("GET", path, read=aiohttp.ClientResponse.text))
+
     async def post(self, path: str, document: Any = None) -> Any:
         """POST a JSON document; safe to send twice, for it carries an Idempotency-Key."""
         headers = {"Idempotency-Key": str(uuid4())}
@@ -72,13 +76,18 @@ class ServiceClient:
         except (aiohttp.ClientError, TimeoutError) as error:
             raise self._unreachable(error) from error
 
-    async def _request(self, method: str, path: str, **arguments: Any) -> Any:
+    async def _request(
+        self,
+        method: str,
+        path: str,
+        read: Callable[[aiohttp.ClientResponse], Awaitable[Any]] | None = None,
+        **arguments: Any,
+    ) -> Any:
         try:
             async with self._session.request(method, f"{self._server}/api/v1{path}", **arguments) as answer:
-                document = await _document(answer)
                 if answer.status >= 400:
-                    raise _refusal(answer.status, document, path)
-                return document
+                    raise _refusal(answer.status, await _document(answer), path)
+                return await (read or _document)(answer)
         except (aiohttp.ClientError, TimeoutError) as error:
             raise self._unreachable(error) from error
 

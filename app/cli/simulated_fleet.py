@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from app.config import SettingsError
+from app.domain.live_control import MAX_LIVE_RATE
 
 FLEET: Final = ("quad", "quad", "plane", "vtol")
 LOCAL_PORT_OFFSET: Final = 40
@@ -56,4 +57,6 @@ class SimulatedFleet:
     def words(self) -> str:
         """For people."""
         ports = f"port {self.port}" if self.shared_port else f"ports {self.port} to {self.port + len(FLEET) - 1}"
-        return f"two multicopters, one fixed wing, one VTOL on UDP {ports}, {self.speed:g} times real time"
+        live = f" (above {MAX_LIVE_RATE:g} times, supervised drops and OFFBOARD are refused)"
+        pace = f"{self.speed:g} times real time{live if self.speed > MAX_LIVE_RATE else ''}"
+        return f"two multicopters, one fixed wing, one VTOL on UDP {ports}, {pace}"

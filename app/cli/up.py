@@ -16,9 +16,11 @@ from app.cli.simulated_fleet import FLEET, SimulatedFleet
 from app.cli.simulator_process import SimulatorProcess
 from app.cli.terminal import err
 from app.config import Settings, load_settings
+from app.domain.live_control import MAX_LIVE_RATE
 from app.logs import configure_logs
 
 READY_S = 30.0
+SPEED_HELP = f"Simulated time over real time. Above {MAX_LIVE_RATE:g} plans with supervised drops are refused."
 EXAMPLE_PLAN = Path(__file__).resolve().parents[2] / "plans" / "clinic-run.json"
 
 
@@ -26,7 +28,7 @@ def up(
     host: HostOption = None,
     port: PortOption = None,
     data_dir: DataDirOption = None,
-    speed: Annotated[float, typer.Option(min=1.0, max=50.0, help="Simulated time over real time.")] = 1.0,
+    speed: Annotated[float, typer.Option(min=1.0, max=50.0, help=SPEED_HELP)] = 1.0,
     seed: Annotated[int, typer.Option(help="Of everything random in the simulated vehicles.")] = 0,
 ) -> None:
     """Start Waydrop with simulated vehicles. Ctrl-C ends both.

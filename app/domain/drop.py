@@ -6,6 +6,8 @@ from enum import StrEnum
 
 from pydantic import BaseModel, ConfigDict
 
+from app.domain.vehicle import GnssFix, LandedState
+
 
 class DropOutcome(StrEnum):
     """Every drop ends in one of these; `pending` only while the run goes on."""
@@ -37,6 +39,9 @@ class DropPhase(StrEnum):
 class DropRecord(BaseModel):
     """The evidence of one drop. Times are Unix seconds; offsets are metres from the planned point.
 
+    What was measured (`latitude_deg` to `battery_percent`) is of the moment at which the release was sent, or the item
+    passed. `relative_altitude_m` is above home, `absolute_altitude_m` above mean sea level.
+
     `commanded_at` is when a release was sent, `acknowledged_*` what the vehicle answered (COMMAND_ACK of DO_GRIPPER),
     `output_*` what the autopilot put out to the gripper (SERVO_OUTPUT_RAW), `sensed_at` when a sensor saw the parcel
     go. They are never merged. PX4's grippers have no sensor: `sensed_at` stays None for them.
@@ -57,8 +62,17 @@ class DropRecord(BaseModel):
     output_at: float | None = None
     output_us: int | None = None
     sensed_at: float | None = None
+    planned_latitude_deg: float | None = None
+    planned_longitude_deg: float | None = None
     latitude_deg: float | None = None
     longitude_deg: float | None = None
     relative_altitude_m: float | None = None
+    absolute_altitude_m: float | None = None
+    heading_deg: float | None = None
     ground_speed_m_s: float | None = None
     offset_m: float | None = None
+    landed: LandedState | None = None
+    gnss_fix: GnssFix | None = None
+    gnss_satellites: int | None = None
+    gnss_hdop: float | None = None
+    battery_percent: float | None = None

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
+import struct
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
+from typing import Final
 
+_PACKED: Final = struct.Struct("<BHBffffiif")
 NAN = math.nan
 """On the wire "not given" is NaN and never 0: in DO_GRIPPER a 0 means RELEASE."""
 
@@ -113,6 +117,21 @@ class Mission:
     def seqs_of(self, plan_item_id: str) -> tuple[int, ...]:
         """All sequence numbers that one plan item became, in order; empty if it became none."""
         return tuple(seq for seq, item in sorted(self.plan_item_of.items()) if item == plan_item_id)
+
+
+def mission_hash(mission: Mission) -> str:
+    """SHA-256 (hex) over mission, fence and rally points, each item packed as MISSION_ITEM_INT's fields, little-endian.
+
+    The same lists give the same hash on every machine. PX4's own CRC-32 (`mission_id`) is of the mission alone.
+    """
+    digest = hashlib.sha256()
+    for items in (mission.items, mission.fence, mission.rally):
+        digest.update(struct.pack("<H", len(items)))
+        for item in items:
+            floats = (item.param1, item.param2, item.param3, item.param4)
+            plain = (NAN if math.isnan(value) else value for value in floats)
+            digest.update(_PACKED.pack(item.frame, item.command, item.autocontinue, *plain, item.x, item.y, item.z))
+    return digest.hexdigest()
 
 
 @dataclass(frozen=True, slots=True)

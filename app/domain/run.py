@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict
 
 from app.domain.drop import DropRecord
 from app.domain.errors import WrongStateError
+from app.domain.vehicle import VehicleType
 
 
 class RunState(StrEnum):
@@ -56,7 +57,8 @@ class Run(BaseModel):
     """One run as stored and shown. Times are Unix seconds.
 
     `item_id` is the plan item that the vehicle flies to or does. `flown_item_ids` are the items passed, in order.
-    `mission_id` is PX4's CRC32 of the uploaded items (MISSION_ACK.opaque_id), None where the firmware gives none.
+    `mission_id` is PX4's CRC32 of the uploaded items (MISSION_ACK.opaque_id), None where the firmware gives none;
+    `mission_hash` is SHA-256 over mission, fence and rally points as they were compiled (mission.py).
     `asked` is what a user last asked for in flight: "pause", "return", "land", "resume" until the vehicle is in Mission
     mode again, or "" for the mission itself;
     "contingency" when a drop failed and the plan says to return.
@@ -71,12 +73,15 @@ class Run(BaseModel):
     plan_hash: str
     vehicle_id: str
     vehicle_uid: str | None = None
+    vehicle_type: VehicleType | None = None
+    firmware: str | None = None
     state: RunState = RunState.CREATED
     reason: str = ""
     item_id: str | None = None
     flown_item_ids: tuple[str, ...] = ()
     reached_seq: int | None = None
     mission_id: int | None = None
+    mission_hash: str | None = None
     upload_percent: float | None = None
     requested_by: str = ""
     start_requested: bool = False

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+from app.domain.vehicle_clock import UNHEARD, VehicleClock
+
 
 class VehicleType(StrEnum):
     """The vehicle types whose braking semantics differ. From MAV_TYPE of the HEARTBEAT."""
@@ -55,6 +57,20 @@ class FlightMode(StrEnum):
     OTHER = "other"
 
 
+class GnssFix(StrEnum):
+    """GPS_FIX_TYPE, from the weakest to the strongest."""
+
+    NO_GPS = "no_gps"
+    NO_FIX = "no_fix"
+    FIX_2D = "2d"
+    FIX_3D = "3d"
+    DGPS = "dgps"
+    RTK_FLOAT = "rtk_float"
+    RTK_FIXED = "rtk_fixed"
+    STATIC = "static"
+    PPP = "ppp"
+
+
 @dataclass(frozen=True, slots=True, order=True)
 class FirmwareVersion:
     """AUTOPILOT_VERSION.flight_sw_version, as three numbers."""
@@ -81,6 +97,7 @@ class VehicleFacts:
     """What a plan is checked against. Unknown things are None; rules must then take the strict side.
 
     `parameters` holds PX4 parameters by name as read from the vehicle (`NAV_ACC_RAD`, `MIS_TKO_LAND_REQ` ...).
+    `least_clock_rate`: see VehicleClock.least_rate.
     """
 
     vehicle_type: VehicleType
@@ -91,15 +108,17 @@ class VehicleFacts:
     max_mission_items: int = 500
     max_fence_items: int = 64
     max_rally_points: int = 32
+    least_clock_rate: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class VehicleState:
     """The newest measurements. Each `*_age_s` says how old its group is; None means never received.
 
-    Sources: HEARTBEAT (mode, armed), EXTENDED_SYS_STATE, GLOBAL_POSITION_INT, BATTERY_STATUS, MISSION_CURRENT.
+    Sources: HEARTBEAT (mode, armed), EXTENDED_SYS_STATE, GLOBAL_POSITION_INT, BATTERY_STATUS, MISSION_CURRENT,
+    GPS_RAW_INT (gnss).
     `boot_time_s` is the vehicle's own clock (GLOBAL_POSITION_INT.time_boot_ms) at the newest position: it runs faster
-    than ours in a simulation with a speed factor, and a bounded hold is counted on it.
+    than ours in a simulation with a speed factor, and a bounded hold is counted on it. `clock` is how fast.
     `gripper_output_us` is SERVO_OUTPUT_RAW of the gripper's output (2000 grab, 1000 release, 900 disarmed); None while
     its channel is not known. It is what the autopilot commands, not what a sensor saw.
     """
@@ -127,6 +146,10 @@ class VehicleState:
     mission_id: int | None = None
     vtol_state: str | None = None
     boot_time_s: float | None = None
+    gnss_fix: GnssFix | None = None
+    gnss_satellites: int | None = None
+    gnss_hdop: float | None = None
+    clock: VehicleClock = UNHEARD
     gripper_output_us: int | None = None
     gripper_output_age_s: float | None = None
 

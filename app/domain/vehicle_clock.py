@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Final
 
 WINDOW_S = 4.0
 SHORTEST_S = 1.0
 FASTEST = 100.0
+LATE_S = 1.0
+"""A message may come this much later than others did, without proof of a faster clock."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -14,20 +17,44 @@ class VehicleClock:
     """Samples of (our monotonic seconds, the vehicle's seconds since boot) over the last few seconds."""
 
     samples: tuple[tuple[float, float], ...] = ()
+    window_s: float = WINDOW_S
 
     def seen(self, now_s: float, boot_s: float) -> VehicleClock:
         """The clock after one more sample. A clock that jumps back (reboot) starts anew."""
         if self.samples and boot_s < self.samples[-1][1]:
-            return VehicleClock(((now_s, boot_s),))
+            return replace(self, samples=((now_s, boot_s),))
         if self.samples and now_s - self.samples[-1][0] < 0.1:
             return self
-        kept = tuple(s for s in self.samples if now_s - s[0] <= WINDOW_S)
+        kept = tuple(s for s in self.samples if now_s - s[0] <= self.window_s)
         return replace(self, samples=(*kept, (now_s, boot_s)))
 
     @property
     def is_measured(self) -> bool:
         """Whether there are samples over at least a second."""
-        return len(self.samples) > 1 and self.samples[-1][0] - self.samples[0][0] >= SHORTEST_S
+        return self._span_s >= SHORTEST_S
+
+    @property
+    def is_full(self) -> bool:
+        """Whether listening longer tells no more."""
+        return self._span_s >= self.window_s - SHORTEST_S
+
+    @property
+    def least_rate(self) -> float | None:
+        """The clock runs at least so fast, surely; None until it is measured.
+
+        A link that stood still delivers a heap of messages at once, which looks like a fast clock. So each half of the
+        samples must show it, with some of them LATE_S late.
+        """
+        if not self.is_measured:
+            return None
+        first, last = self.samples[0], self.samples[-1]
+        middle = next(sample for sample in self.samples if 2.0 * sample[0] >= first[0] + last[0])
+        halves = ((first, middle), (middle, last))
+        return min((end[1] - begin[1]) / (end[0] - begin[0] + LATE_S) for begin, end in halves)
+
+    @property
+    def _span_s(self) -> float:
+        return self.samples[-1][0] - self.samples[0][0] if self.samples else 0.0
 
     @property
     def rate(self) -> float:
@@ -36,3 +63,6 @@ class VehicleClock:
             return 1.0
         (first_now, first_boot), (last_now, last_boot) = self.samples[0], self.samples[-1]
         return min(FASTEST, max(0.01, (last_boot - first_boot) / (last_now - first_now)))
+
+
+UNHEARD: Final = VehicleClock()

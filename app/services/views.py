@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import BaseModel, ConfigDict
 
-from app.domain.vehicle import FlightMode, LandedState, MissionState, VehicleState, VehicleType
+from app.domain.vehicle import FlightMode, GnssFix, LandedState, MissionState, VehicleState, VehicleType
 
 
 class PositionView(BaseModel):
@@ -44,6 +44,9 @@ class StateView(BaseModel):
     mission_state: MissionState
     mission_id: int | None
     vtol_state: str | None
+    gnss_fix: GnssFix | None
+    gnss_satellites: int | None
+    gnss_hdop: float | None
     gripper_output_us: int | None
 
     @classmethod

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import gc
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Coroutine, Sequence
 from typing import TextIO
 
 from app.simulator.control_server import ControlServer
 from app.simulator.fault_control import FaultControl
 from app.simulator.fleet import Fleet
-from app.simulator.options import Options, parse
+from app.simulator.options import MAX_LIVE_SPEED, Options, parse
+from app.simulator.pace_watch import PaceWatch
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -39,20 +41,37 @@ async def serve(options: Options, out: TextIO) -> None:
         if options.control_port is not None:
             port = await control.open(options.control_port)
             _say(out, f"control: 127.0.0.1:{port}")
+        if options.speed > MAX_LIVE_SPEED:
+            _say(out, _embedded_only(options.speed))
         for vehicle, (local, remote) in zip(fleet.vehicles, fleet.addresses(), strict=True):
             _say(out, f"ready: {vehicle.spec.airframe.name} system {vehicle.system_id} {local} -> {remote}")
-        running = asyncio.create_task(fleet.run())
-        waiting = asyncio.create_task(stopped.wait())
-        done, _ = await asyncio.wait((running, waiting), return_when=asyncio.FIRST_COMPLETED)
-        for task in {running, waiting} - done:
-            task.cancel()
-            with contextlib.suppress(asyncio.CancelledError):
-                await task
-        if running in done:
-            running.result()  # the fleet runs until it is cancelled: anything else is a fault to be seen
+        gc.freeze()  # the vehicles live as long as the process: the collector need not look at them again and again
+        watch = PaceWatch(fleet.pace, lambda line: _say(sys.stderr, line))
+        await _run_until(stopped, fleet.run(), watch.run())
     finally:
         await control.close()
         fleet.close()
+
+
+async def _run_until(stopped: asyncio.Event, *works: Coroutine[None, None, None]) -> None:
+    """Works run until they are cancelled: one that ends by itself is a fault to be seen."""
+    running = [asyncio.create_task(work) for work in works]
+    waiting = asyncio.create_task(stopped.wait())
+    done, _ = await asyncio.wait((*running, waiting), return_when=asyncio.FIRST_COMPLETED)
+    for task in {*running, waiting} - done:
+        task.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await task
+    for task in done:
+        task.result()
+
+
+def _embedded_only(speed: float) -> str:
+    return (
+        f"note: {speed:g}x is for embedded missions only. Supervised drops and OFFBOARD work up to "
+        f"{MAX_LIVE_SPEED:g}x, as their timers on the ground are wall clock: the vehicles refuse OFFBOARD, "
+        "and Waydrop refuses to start a supervised drop"
+    )
 
 
 def _say(out: TextIO, line: str) -> None:

@@ -49,9 +49,9 @@ class Battery:
             self._announce(level)
 
     def _level(self) -> int:
-        fraction = self._status.battery_fraction
-        names = ("BAT_LOW_THR", "BAT_CRIT_THR", "BAT_EMERGEN_THR")
-        return sum(1 for name in names if fraction <= float(self._params[name]))
+        fraction, params = self._status.battery_fraction, self._params
+        low, critical = fraction <= params["BAT_LOW_THR"], fraction <= params["BAT_CRIT_THR"]
+        return low + critical + (fraction <= params["BAT_EMERGEN_THR"])
 
     def _announce(self, level: int) -> None:
         name = ("", "Low", "Critical", "Emergency")[level]

@@ -9,11 +9,11 @@ from typing import cast
 
 from app.simulator.dialect import Message, mavlink
 from app.simulator.faults import LinkFaults
+from app.simulator.faulty_way import Deliver, FaultyWay, Later
 
 Address = tuple[str, int]
 Receive = Callable[["Channel", Message], None]
 
-REORDER_HOLD_S = 0.05
 GCS_TIMEOUT_S = 3.0
 
 
@@ -21,17 +21,25 @@ class Channel(asyncio.DatagramProtocol):
     """Sends to `remote` as PX4 does: from the first moment, whether or not anybody listens.
 
     A ground station that speaks first from another address becomes the remote, unless the present one is alive.
-    `wall` gives wall-clock seconds.
+    `wall` gives wall-clock seconds, `later` waits for some of them.
     """
 
     def __init__(
-        self, remote: Address, faults: LinkFaults, rng: random.Random, receive: Receive, wall: Callable[[], float]
+        self,
+        remote: Address,
+        faults: LinkFaults,
+        rng: random.Random,
+        receive: Receive,
+        wall: Callable[[], float],
+        later: Later | None = None,
     ) -> None:
         self.remote = remote
         self.gcs_heard_s: float | None = None
         """A GCS heartbeat has been received here: STATUSTEXT goes out."""
         self._faults = faults
-        self._rng = rng
+        later = later or _by_the_event_loop
+        self._up = FaultyWay(faults, random.Random(rng.getrandbits(64)), later)
+        self._down = FaultyWay(faults, rng, later)
         self._receive = receive
         self._wall = wall
         self._heard_at_s = -GCS_TIMEOUT_S
@@ -60,7 +68,7 @@ class Channel(asyncio.DatagramProtocol):
         """Nobody listens at the remote (ECONNREFUSED): a vehicle does not care."""
 
     def datagram_received(self, data: bytes, addr: Address) -> None:
-        self._pass(lambda: self._parse(data, addr))
+        self._up.carry(lambda: self._parse(data, addr))
 
     # sending ------------------------------------------------------------------------------------------------
 
@@ -72,7 +80,7 @@ class Channel(asyncio.DatagramProtocol):
             self._packers[system_id, component_id] = packer
         datagram = bytes(message.pack(packer))
         packer.seq = (packer.seq + 1) % 256
-        self._pass(lambda: self._transmit(datagram))
+        self._down.carry(lambda: self._transmit(datagram))
 
     def close(self) -> None:
         """No more messages."""
@@ -83,21 +91,7 @@ class Channel(asyncio.DatagramProtocol):
         if self._transport is not None and not self._faults.link_cut:
             self._transport.sendto(datagram, self.remote)
 
-    # the way between ----------------------------------------------------------------------------------------
-
-    def _pass(self, deliver: Callable[[], None]) -> None:
-        faults = self._faults
-        if faults.link_cut or (faults.loss and self._rng.random() < faults.loss):
-            return
-        copies = 2 if faults.duplicate and self._rng.random() < faults.duplicate else 1
-        for _ in range(copies):
-            wait_s = faults.delay_s + (self._rng.random() * faults.jitter_s if faults.jitter_s else 0.0)
-            if faults.reorder and self._rng.random() < faults.reorder:
-                wait_s += REORDER_HOLD_S
-            if wait_s > 0.0:
-                asyncio.get_running_loop().call_later(wait_s, deliver)
-            else:
-                deliver()
+    # receiving ----------------------------------------------------------------------------------------------
 
     def _parse(self, data: bytes, addr: Address) -> None:
         if self._faults.link_cut:
@@ -113,3 +107,7 @@ class Channel(asyncio.DatagramProtocol):
             return
         self.remote = (addr[0], addr[1])
         self._heard_at_s = now_s
+
+
+def _by_the_event_loop(wait_s: float, deliver: Deliver) -> None:
+    asyncio.get_running_loop().call_later(wait_s, deliver)

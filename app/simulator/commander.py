@@ -8,6 +8,7 @@ from collections.abc import Callable
 from app.simulator.clock import VehicleClock
 from app.simulator.navigator.mission_mode import MissionResult
 from app.simulator.offboard.stream import OffboardStream
+from app.simulator.options import MAX_LIVE_SPEED
 from app.simulator.params import Params
 from app.simulator.state import Home, VehicleState
 from app.simulator.wire import LandedState, Mode, Result, Severity, SystemStatus
@@ -63,7 +64,14 @@ class Commander:
     # modes --------------------------------------------------------------------------------------------------
 
     def set_mode(self, mode: Mode) -> Result:
-        """DO_SET_MODE. Disarmed every mode is taken; armed only one that can run."""
+        """DO_SET_MODE. Disarmed every mode is taken; armed only one that can run.
+
+        No PX4 rule: OFFBOARD is refused where simulated time runs too fast for it.
+        """
+        if mode is Mode.OFFBOARD and self._offboard.too_fast:
+            limit, speed = f"{MAX_LIVE_SPEED:g}x", f"{self._offboard.speed:g}x"
+            self._text(Severity.CRITICAL, f"Offboard refused: simulated at {speed}, limit {limit}")
+            return Result.TEMPORARILY_REJECTED
         if self._state.status.armed and not self._can_run(mode):
             self._text(Severity.CRITICAL, f"Switching to {_mode_name(mode)} is currently not available")
             self._event("commander_modeswitch_not_avail", mode)

@@ -42,6 +42,7 @@ EVENTS: dict[str, tuple[int, int, str]] = {
     "navigator_mis_takeoff_not_first": (33440290, 99, ""),
     "navigator_route_cache_too_large": (25737816, 100, "HH"),
     "navigator_takeoff_default_alt": (20656071, 102, "f"),
+    "rtl_destination_breaches": (22524574, 100, ""),
     "rtl_land_at_destination": (16962474, 102, ""),
     "vrtl_return_at": (22161044, 102, "ii"),
 }

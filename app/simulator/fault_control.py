@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Awaitable, Callable
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from app.simulator.lasting_faults import lasting_faults
+from app.simulator.options import MAX_LIVE_SPEED
 from app.simulator.second_ground import DEEDS, SecondGround
 from app.simulator.vehicle import Vehicle
 from app.simulator.wire import MissionAck, Mode
@@ -91,7 +93,12 @@ class FaultControl:
         """The truth about the vehicles, to be compared with what was measured."""
         if what != "state":
             raise RefusedError(f"unknown query {what!r}; known: state")
-        return {"ok": True, "vehicles": [{**_state(vehicle), "faults": self._faults(vehicle)} for vehicle in vehicles]}
+        speed = asdict(self._fleet.pace.report())
+        return {
+            "ok": True,
+            "speed": speed,
+            "vehicles": [{**_state(vehicle), "faults": self._faults(vehicle)} for vehicle in vehicles],
+        }
 
     def _faults(self, vehicle: Vehicle) -> dict[str, Any]:
         return lasting_faults(vehicle, has_duplicate=bool(self._fleet.duplicates_of(vehicle.system_id)))
@@ -192,6 +199,8 @@ def _mode(vehicle: Vehicle, value: object) -> None:
     """Somebody else, a pilot at the sticks, changes the mode."""
     if not isinstance(value, str) or value not in Mode.__members__:
         raise RefusedError(f"unknown mode {value!r}; known: {', '.join(Mode.__members__)}")
+    if Mode[value] is Mode.OFFBOARD and vehicle.spec.speed > MAX_LIVE_SPEED:
+        raise RefusedError(f"OFFBOARD is not simulated above {MAX_LIVE_SPEED:g}x")
     vehicle.commander.change_mode(Mode[value])
 
 

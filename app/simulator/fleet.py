@@ -10,22 +10,27 @@ from functools import partial
 
 from app.simulator.airframe import AIRFRAMES
 from app.simulator.channel import Channel
-from app.simulator.clock import VehicleClock
+from app.simulator.faulty_way import Later
 from app.simulator.firmware import PROFILES
 from app.simulator.geo import LocalFrame
-from app.simulator.options import Options, VehicleOptions
+from app.simulator.options import MAX_LIVE_SPEED, Options, VehicleOptions
+from app.simulator.pace import Pace
 from app.simulator.params import Params, Value
 from app.simulator.vehicle import Vehicle, VehicleSpec
 from app.simulator.wire import GRIPPER_FUNCTION
 
 LOOPBACK = "127.0.0.1"
-TICK_S = 0.01
-MAX_BEHIND_S = 0.25
-"""When the machine cannot keep up, vehicle time runs slower instead of catching up in one jump."""
+BATCH_S = 0.02
+"""After so much work in one go the sockets are looked at, also when more steps are due."""
+LEAST_WAIT_S = 0.004
+"""At high speeds several steps are taken together: waking up costs more than a step."""
 SPACING_M = 5.0
 DUPLICATE_OFFSET = 6
 TIMES_SCALED_BY_SPEED = ("COM_DL_LOSS_T", "COM_OF_LOSS_T")
 """PX4's SITL start-up multiplies these by the speed factor, so that they stay wall time."""
+
+START_TIME = "COM_DISARM_PRFLT"
+"""PX4 does not: the time from arming to the take-off order. Above 4x it would be over before the order can come."""
 
 
 def build_vehicle(options: Options, index: int, entry: VehicleOptions, wall: Callable[[], float]) -> Vehicle:
@@ -39,6 +44,7 @@ def build_vehicle(options: Options, index: int, entry: VehicleOptions, wall: Cal
     params = Params(airframe.params, profile.params, own, dict(options.params))
     for name in TIMES_SCALED_BY_SPEED:
         params.set(name, params[name] * options.speed)
+    params.set(START_TIME, params[START_TIME] * max(1.0, options.speed / MAX_LIVE_SPEED))
     first = LocalFrame(*options.home)
     latitude, longitude = first.to_global(0.0, SPACING_M * index)
     frame = LocalFrame(latitude, longitude, options.home[2])
@@ -50,10 +56,26 @@ def build_vehicle(options: Options, index: int, entry: VehicleOptions, wall: Cal
         params=params,
         seed=options.seed,
         speed=options.speed,
+        rates=options.rates,
         salt=str(index),
         winch=entry.winch,
     )
     return Vehicle(spec, wall)
+
+
+def build_channel(
+    options: Options,
+    vehicle: Vehicle,
+    remote: tuple[str, int],
+    name: str,
+    wall: Callable[[], float],
+    later: Later | None = None,
+) -> Channel:
+    """A link of a vehicle, without a socket. `name` and the seed choose its losses and delays."""
+    rng = random.Random(f"{options.seed} {name}")
+    channel = Channel(remote, vehicle.faults.link, rng, vehicle.receive, wall, later)
+    vehicle.radio.channels.append(channel)
+    return channel
 
 
 class Fleet:
@@ -62,6 +84,7 @@ class Fleet:
     def __init__(self, options: Options, wall: Callable[[], float] = time.monotonic) -> None:
         self.options = options
         self._wall = wall
+        self.pace = Pace(options.speed, wall)
         self.vehicles = [build_vehicle(options, index, entry, wall) for index, entry in enumerate(options.fleet)]
         self._channels: list[Channel] = []
         """The link of each vehicle."""
@@ -78,11 +101,9 @@ class Fleet:
                 self._extra.append(await self._link(vehicle, (LOOPBACK, self.options.gcs_port), 0, f"{index} gcs"))
 
     async def _link(self, vehicle: Vehicle, remote: tuple[str, int], local_port: int, name: str) -> Channel:
-        rng = random.Random(f"{self.options.seed} {name}")
-        channel = Channel(remote, vehicle.faults.link, rng, vehicle.receive, self._wall)
+        channel = build_channel(self.options, vehicle, remote, name, self._wall)
         loop = asyncio.get_running_loop()
         await loop.create_datagram_endpoint(partial(_same, channel), local_addr=(LOOPBACK, local_port))
-        vehicle.radio.channels.append(channel)
         return channel
 
     async def add_duplicate(self, original: Vehicle) -> None:
@@ -114,19 +135,18 @@ class Fleet:
 
     async def run(self) -> None:
         """Drive the vehicles in step with the wall clock, times the speed factor."""
-        step_s = VehicleClock.STEP_S / self.options.speed
-        due_s = self._wall()
+        self.pace.begin()
         while True:
-            now_s = self._wall()
-            due_s = max(due_s, now_s - MAX_BEHIND_S)
             everybody = [*self.vehicles, *(twin for twins in self._duplicates.values() for twin in twins)]
-            while due_s <= now_s:
+            look_up_s = self._wall() + BATCH_S
+            while self.pace.take():
                 for vehicle in everybody:
                     vehicle.step()
-                due_s += step_s
-            for vehicle in everybody:
-                vehicle.poll()
-            await asyncio.sleep(TICK_S)
+                    vehicle.poll()  # after each step: what is reported does not depend on the speed
+                if self._wall() >= look_up_s:
+                    break
+            wait_s = self.pace.wait_s()
+            await asyncio.sleep(max(wait_s, LEAST_WAIT_S) if wait_s > 0.0 else 0.0)
 
 
 def _same(channel: Channel) -> Channel:

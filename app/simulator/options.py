@@ -9,9 +9,12 @@ from dataclasses import dataclass
 from app.simulator.airframe import AIRFRAMES
 from app.simulator.firmware import PROFILES
 from app.simulator.params import Value
+from app.simulator.rates import RATES
 
 DEFAULT_HOME = (47.397742, 8.545594, 488.0)
 MAX_SPEED = 50.0
+MAX_LIVE_SPEED = 4.0
+"""Above it OFFBOARD is refused: who sends setpoints, or waits for a release, has timers in wall time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +36,7 @@ class Options:
     shared_port: bool = False
     gcs_port: int | None = None
     speed: float = 1.0
+    rates: str = "onboard"
     seed: int = 0
     home: tuple[float, float, float] = DEFAULT_HOME
     control_port: int | None = None
@@ -54,7 +58,15 @@ def parse(arguments: Sequence[str]) -> Options:
     parser.add_argument("--local-port", type=_port, default=14580, help="vehicle i sends from LOCAL_PORT+i; 0: any")
     parser.add_argument("--shared-port", action="store_true", help="all vehicles send to PORT")
     parser.add_argument("--gcs-port", type=_port, default=None, help="a second link of every vehicle, to this port")
-    parser.add_argument("--speed", type=_speed, default=1.0, help="vehicle time over wall time, 1 to 50")
+    parser.add_argument(
+        "--speed", type=_speed, default=1.0, metavar="N",
+        help=f"vehicle time over wall time, 1 to {MAX_SPEED:.0f}; above {MAX_LIVE_SPEED:.0f} embedded missions only: "
+        "OFFBOARD and supervised drops are refused",
+    )  # fmt: skip
+    parser.add_argument(
+        "--rates", choices=sorted(RATES), default="onboard",
+        help="messages before a ground station sets intervals: onboard as PX4's link, about 51 a second; low: 10",
+    )  # fmt: skip
     parser.add_argument("--seed", type=int, default=0, help="of every random choice")
     parser.add_argument("--home", type=_home, default=DEFAULT_HOME, metavar="LAT,LON,ALT", help="of the first vehicle")
     parser.add_argument("--control-port", type=_port, default=None, help="TCP, JSON lines, loopback: faults")

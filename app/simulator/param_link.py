@@ -50,6 +50,8 @@ class ParamLink:
 
     def poll(self) -> None:
         """Go on with a list, a few at a time."""
+        if not self._listing:
+            return
         for _ in range(min(LIST_PER_POLL, len(self._listing))):
             self._send_value(self._listing.popleft())
 

@@ -56,7 +56,9 @@ DEFAULTS: dict[str, Value] = {
     "MIS_TKO_LAND_REQ": 0,
     "MIS_YAW_ERR": 12.0,
     "MIS_YAW_TMT": -1.0,
+    "MPC_ACC_DOWN_MAX": 3.0,
     "MPC_ACC_HOR": 3.0,
+    "MPC_ACC_UP_MAX": 4.0,
     "MPC_JERK_AUTO": 4.0,
     "MPC_LAND_ALT1": 10.0,
     "MPC_LAND_ALT2": 5.0,
@@ -68,6 +70,8 @@ DEFAULTS: dict[str, Value] = {
     "MPC_TKO_SPEED": 1.5,
     "MPC_USE_HTE": 1,
     "MPC_XY_CRUISE": 5.0,
+    "MPC_XY_ERR_MAX": 2.0,
+    "MPC_XY_TRAJ_P": 0.5,
     "MPC_XY_VEL_MAX": 12.0,
     "MPC_Z_V_AUTO_DN": 1.5,
     "MPC_Z_V_AUTO_UP": 3.0,
@@ -114,6 +118,8 @@ class Params:
                 known = self._values.get(name, value)
                 self._values[name] = float(value) if isinstance(known, float) else int(value)
         self._names = sorted(self._values)
+        self.version = 0
+        """Counts the changes: what is derived from parameters in every cycle is derived once."""
 
     def __getitem__(self, name: str) -> Value:
         return self._values[name]
@@ -144,6 +150,7 @@ class Params:
     def set(self, name: str, value: Value) -> None:
         """Out-of-range values are taken, as PX4 takes them [01_connect]."""
         self._values[name] = float(value) if isinstance(self._values[name], float) else int(value)
+        self.version += 1
 
     def encode(self, name: str) -> tuple[float, int]:
         """`param_value` and `param_type`; an int32 is packed bytewise into the float. Raises ParamError."""

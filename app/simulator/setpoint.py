@@ -16,6 +16,8 @@ class SetpointKind(Enum):
     POSITION = auto()
     LOITER = auto()
     LAND = auto()
+    VELOCITY = auto()
+    """A hovering vehicle's horizontal speed is given from cycle to cycle, its height as ever."""
 
 
 @dataclass(slots=True)
@@ -30,9 +32,15 @@ class Setpoint:
     """Where the leg came from: fixed wings and rovers follow the line."""
     next: tuple[float, float] | None = None
     """Where it goes on without a stop; None: stop here (PX4: next setpoint invalid)."""
+    previous_up_m: float = 0.0
+    next_up_m: float = 0.0
+    """Heights of the two, where they are given."""
     acceptance_radius_m: float = 10.0
     cruise_speed_m_s: float = math.nan
     """NaN: the vehicle's own."""
+    velocity: tuple[float, float] = (0.0, 0.0)
+    acceleration: tuple[float, float] = (0.0, 0.0)
+    """VELOCITY: north and east, m/s and m/s2."""
     loiter_radius_m: float = 80.0
     loiter_clockwise: bool = True
     yaw_rad: float = math.nan

@@ -50,6 +50,16 @@ class Home:
 
 
 @dataclass(frozen=True, slots=True)
+class OrbitStatus:
+    """What ORBIT_EXECUTION_STATUS shows, in the local frame."""
+
+    radius_m: float
+    """Negative: counter-clockwise."""
+    centre: tuple[float, float]
+    up_m: float
+
+
+@dataclass(frozen=True, slots=True)
 class LandDetected:
     """vehicle_land_detected: what the land detector published last."""
 
@@ -113,3 +123,5 @@ class VehicleState:
     body: Body = field(default_factory=Body)
     status: Status = field(default_factory=Status)
     gripper: GripperState = field(default_factory=GripperState)
+    orbit: OrbitStatus | None = None
+    """While the vehicle flies a circle. Written by the navigator."""

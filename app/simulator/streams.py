@@ -1,26 +1,14 @@
-"""Which message goes out how often. Rates are those of PX4's onboard link, the fast ones at 10 Hz."""
+"""Sends each message as often as its default rate says, or as a ground station has asked."""
 
 from __future__ import annotations
+
+import math
+from collections.abc import Mapping
 
 from app.simulator.clock import VehicleClock
 from app.simulator.radio import Radio
 from app.simulator.telemetry import Telemetry
 
-DEFAULT_HZ: dict[int, float] = {
-    0: 1.0,  # HEARTBEAT
-    1: 2.0,  # SYS_STATUS
-    24: 2.0,  # GPS_RAW_INT
-    30: 10.0,  # ATTITUDE
-    32: 4.0,  # LOCAL_POSITION_NED
-    33: 10.0,  # GLOBAL_POSITION_INT
-    36: 10.0,  # SERVO_OUTPUT_RAW
-    74: 4.0,  # VFR_HUD
-    141: 1.0,  # ALTITUDE
-    147: 0.5,  # BATTERY_STATUS
-    242: 0.5,  # HOME_POSITION
-    245: 5.0,  # EXTENDED_SYS_STATE
-    436: 0.5,  # CURRENT_MODE
-}
 FIRST_S: dict[int, float] = {0: 1.2, 33: 1.5, 32: 1.5, 436: 2.2, 242: 2.2}
 """Vehicle time of a message's first sending; the others start with the link."""
 LINK_UP_S = 0.25
@@ -29,9 +17,12 @@ FASTEST_WALL_HZ = 25.0
 
 
 class Streams:
-    """Sends what is due; `speed` is the factor between vehicle and wall time."""
+    """Sends what is due. `default_hz` by message id; `speed` is the factor between vehicle and wall time."""
 
-    def __init__(self, telemetry: Telemetry, radio: Radio, clock: VehicleClock, speed: float) -> None:
+    def __init__(
+        self, telemetry: Telemetry, radio: Radio, clock: VehicleClock, default_hz: Mapping[int, float], speed: float
+    ) -> None:
+        self._default_hz = default_hz
         self._telemetry = telemetry
         self._radio = radio
         self._clock = clock
@@ -42,12 +33,16 @@ class Streams:
 
     def boot(self) -> None:
         """Power-up: default rates again."""
-        self._interval_s = {message_id: 1.0 / hz for message_id, hz in DEFAULT_HZ.items()}
-        self._due_s = {message_id: FIRST_S.get(message_id, LINK_UP_S) for message_id in DEFAULT_HZ}
+        self._interval_s = {message_id: 1.0 / hz for message_id, hz in self._default_hz.items()}
+        self._due_s = {message_id: FIRST_S.get(message_id, LINK_UP_S) for message_id in self._default_hz}
+        self._next_s = 0.0
+        """Nothing is due before."""
 
     def step(self) -> None:
         """Send the messages whose time has come."""
         now_s = self._clock.now_s
+        if now_s < self._next_s:
+            return
         for message_id, due_s in self._due_s.items():
             if now_s < due_s:
                 continue
@@ -56,6 +51,7 @@ class Streams:
             message = self._telemetry.builders[message_id]()
             if message is not None:
                 self._radio.broadcast(message)
+        self._next_s = min(self._due_s.values(), default=math.inf)
 
     def set_interval(self, message_id: int, interval_us: float) -> bool:
         """SET_MESSAGE_INTERVAL: 0 is the default rate, -1 stops. False when there is no such stream."""
@@ -65,9 +61,9 @@ class Streams:
             self._interval_s.pop(message_id, None)
             self._due_s.pop(message_id, None)
             return True
-        default_s = 1.0 / DEFAULT_HZ.get(message_id, 1.0)
+        default_s = 1.0 / self._default_hz.get(message_id, 1.0)
         self._interval_s[message_id] = interval_us / 1e6 if interval_us > 0.0 else default_s
-        self._due_s[message_id] = self._clock.now_s
+        self._due_s[message_id] = self._next_s = self._clock.now_s
         return True
 
     def interval_us(self, message_id: int) -> int:

@@ -65,6 +65,7 @@ class Telemetry:
             242: self.home_position,
             245: self.extended_sys_state,
             300: identity.protocol_version,
+            360: self.orbit_execution_status,
             436: self.current_mode,
         }
 
@@ -196,6 +197,17 @@ class Telemetry:
         """EXTENDED_SYS_STATE."""
         status = self._state.status
         return mavlink.MAVLink_extended_sys_state_message(status.vtol_state, status.landed_state)
+
+    def orbit_execution_status(self) -> Message | None:
+        """ORBIT_EXECUTION_STATUS: the height is above the sea from a multicopter, above the ground from a wing."""
+        orbit = self._state.orbit
+        if orbit is None:
+            return None
+        lat, lon = self._frame.to_global(*orbit.centre)
+        height_m = orbit.up_m + (self._frame.altitude_m if self._state.status.mode is Mode.ORBIT else 0.0)
+        return mavlink.MAVLink_orbit_execution_status_message(
+            int(self._clock.now_s * 1e6), orbit.radius_m, 0, round(lat * 1e7), round(lon * 1e7), height_m
+        )
 
     def _lat_lon(self) -> tuple[int, int]:
         lat, lon = self._frame.to_global(self._state.body.north_m, self._state.body.east_m)

@@ -32,6 +32,7 @@ from app.simulator.navigator.context import NavContext
 from app.simulator.navigator.hold_mode import HoldMode
 from app.simulator.navigator.mission_mode import MissionMode, MissionResult
 from app.simulator.navigator.navigator import Navigator
+from app.simulator.navigator.orbit_mode import OrbitMode
 from app.simulator.navigator.takeoff_mode import TakeoffMode
 from app.simulator.offboard.failsafe import OffboardLossFailsafe
 from app.simulator.offboard.mode import OffboardMode
@@ -41,6 +42,7 @@ from app.simulator.param_link import ParamLink
 from app.simulator.params import Params
 from app.simulator.payload import PayloadDeliverer
 from app.simulator.radio import Radio, Sender
+from app.simulator.rates import RATES
 from app.simulator.router import Router
 from app.simulator.state import Body, VehicleState
 from app.simulator.streams import Streams
@@ -65,6 +67,7 @@ class VehicleSpec:
     params: Params
     seed: int
     speed: float
+    rates: str = "onboard"
     salt: str = ""
     winch: bool = False
 
@@ -91,7 +94,7 @@ class Vehicle:
         self._events = EventLog(self.radio, self.clock)
         result = MissionResult()
         self.payload = PayloadDeliverer(state.gripper, self.params, self.faults, self.clock)
-        self._offboard = OffboardStream(self.params, self.clock)
+        self._offboard = OffboardStream(self.params, self.clock, spec.speed)
         self.commander = Commander(
             state, self.params, self.clock, result, self._offboard, self.radio.text, self._events.emit
         )
@@ -102,11 +105,14 @@ class Vehicle:
         self.mission = MissionMode(self.context, self.store, result, self.payload)
         self._hold = HoldMode(self.context)
         self._takeoff = TakeoffMode(self.context)
+        self._orbit = OrbitMode(self.context)
         offboard = OffboardMode(self.context, self._offboard)
         self._navigator = Navigator(
-            self.context, self.store, self.mission, self._hold, self._takeoff, offboard, self.commander.change_mode
-        )
+            self.context, self.store, self.mission, self._hold, self._takeoff, offboard, self._orbit,
+            self.commander.change_mode,
+        )  # fmt: skip
         self._detector = land_detector_for(spec.airframe, state, self.params, self.clock, self.faults)
+        self._wind = Wind(0.0, 0.0)
         self._dynamics = dynamics_for(spec.airframe, self.params, state.status)
 
     def _build_failsafes(self) -> None:
@@ -116,12 +122,14 @@ class Vehicle:
             state.status, self.params, self.clock, self.commander, self.radio.text, self._events.emit, spec.speed
         )
         self._offboard_loss = OffboardLossFailsafe(
-            state.status, self.params, self.commander, self._offboard, self.radio.text, self._events.emit
+            state.status, self.params, self.commander, self._offboard, self.radio.text, self._events.emit, self.clock
         )
 
     def _build_wire(self, wall: Callable[[], float]) -> None:
         spec, state = self.spec, self.state
-        flight = FlightCommands(self.context, self.commander, self.mission, self._hold, self._takeoff, self._transition)
+        flight = FlightCommands(
+            self.context, self.commander, self.mission, self._hold, self._takeoff, self._orbit, self._transition
+        )
         self._internal = InternalCommands(
             self.radio,
             self.clock,
@@ -135,7 +143,7 @@ class Vehicle:
         )
         self.identity = Identity(spec.profile, spec.seed, spec.system_id, spec.salt)
         telemetry = Telemetry(state, spec.airframe, spec.frame, self.clock, self.faults, self.identity)
-        self._streams = Streams(telemetry, self.radio, self.clock, spec.speed)
+        self._streams = Streams(telemetry, self.radio, self.clock, RATES[spec.rates], spec.speed)
         payload_commands = PayloadCommands(self.payload)
         self._commands = CommandLink(
             self.radio,
@@ -241,7 +249,9 @@ class Vehicle:
     def _move(self) -> None:
         body, dt_s = self.state.body, VehicleClock.STEP_S
         if self.state.status.armed:
-            wind = Wind(self.faults.wind_north_m_s, self.faults.wind_east_m_s)
+            faults, wind = self.faults, self._wind
+            if wind.north_m_s != faults.wind_north_m_s or wind.east_m_s != faults.wind_east_m_s:
+                wind = self._wind = Wind(faults.wind_north_m_s, faults.wind_east_m_s)
             self._dynamics.step(body, self.context.setpoint, dt_s, wind)
             return
         body.v_north_m_s = body.v_east_m_s = body.throttle = body.climb_command_m_s = 0.0

@@ -53,6 +53,15 @@ class GlobalPositionInt:
 
 
 @dataclass(frozen=True, slots=True)
+class GpsRawInt:
+    """GPS_RAW_INT: GPS_FIX_TYPE, HDOP in hundredths (65535: unknown), satellites (255: unknown)."""
+
+    fix_type: int
+    eph: int
+    satellites_visible: int
+
+
+@dataclass(frozen=True, slots=True)
 class HomePosition:
     """HOME_POSITION: 1e7 deg, mm AMSL."""
 
@@ -237,6 +246,7 @@ DECODERS: Final[Mapping[str, Callable[[Fields], Any]]] = {
     "CURRENT_MODE": _plain(CurrentMode),
     "EXTENDED_SYS_STATE": _plain(ExtendedSysState),
     "GLOBAL_POSITION_INT": _plain(GlobalPositionInt),
+    "GPS_RAW_INT": _plain(GpsRawInt),
     "HOME_POSITION": _plain(HomePosition),
     "BATTERY_STATUS": _plain(BatteryStatus),
     "SYS_STATUS": _plain(SysStatus),

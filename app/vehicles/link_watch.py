@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 
+from app.domain.mav_type import vehicle_type
 from app.domain.ports import (
     DuplicateSystem,
     GripperOutput,
@@ -22,6 +23,7 @@ from app.vehicles.decoders import (
     EventReport,
     ExtendedSysState,
     GlobalPositionInt,
+    GpsRawInt,
     Heartbeat,
     HomePosition,
     MissionCurrentReport,
@@ -37,7 +39,6 @@ from app.vehicles.gripper_output import GripperChannel, output_us
 from app.vehicles.identity import Identity
 from app.vehicles.inbox import Inbox
 from app.vehicles.item_visits import ItemVisits
-from app.vehicles.mav_type import vehicle_type
 from app.vehicles.measurements import Measurements, mission_state
 from app.vehicles.settings import LinkSettings
 from app.vehicles.status_texts import StatusTexts
@@ -70,6 +71,7 @@ class LinkWatch:
         inbox.on(ExtendedSysState, lambda message, _: self._tell(measurements.take_system(message)))
         inbox.on(GlobalPositionInt, self._position)
         inbox.on(SystemTime, lambda message, at_s: self._judge(self._timeline.take(message.time_boot_ms, at_s), at_s))
+        inbox.on(GpsRawInt, lambda message, _: measurements.take_gnss(message))
         inbox.on(HomePosition, lambda message, _: measurements.take_home(message))
         inbox.on(BatteryStatus, lambda message, _: measurements.take_battery(message))
         inbox.on(SysStatus, lambda message, _: measurements.take_battery(message))

@@ -11,6 +11,7 @@ from typing import Final
 
 from app.domain.commands import CommandAck, CommandRequest
 from app.domain.errors import LinkError, VehicleQuarantinedError
+from app.domain.mav_type import vehicle_type
 from app.domain.mission import MavCmd, Mission, MissionItem, MissionType
 from app.domain.ports import (
     DuplicateSystem,
@@ -32,7 +33,6 @@ from app.vehicles.identity import Identity
 from app.vehicles.inbox import Inbox
 from app.vehicles.link_setup import LinkSetup
 from app.vehicles.link_watch import LinkWatch
-from app.vehicles.mav_type import vehicle_type
 from app.vehicles.mavsdk_system import NativeSystem
 from app.vehicles.measurements import Measurements
 from app.vehicles.mission_readiness import MissionReadiness

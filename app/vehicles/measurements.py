@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 from app.domain.ports import LinkFact, MissionCurrent, StateChanged
-from app.domain.vehicle import FlightMode, GlobalPosition, LandedState, MissionState, VehicleState
+from app.domain.vehicle import FlightMode, GlobalPosition, GnssFix, LandedState, MissionState, VehicleState
+from app.domain.vehicle_clock import VehicleClock
 from app.vehicles.custom_mode import flight_mode
 from app.vehicles.decoders import (
     BatteryStatus,
     CurrentMode,
     ExtendedSysState,
     GlobalPositionInt,
+    GpsRawInt,
     Heartbeat,
     HomePosition,
     MissionCurrentReport,
     SysStatus,
 )
 
+_FIX: Final = tuple(GnssFix)
 _LANDED: Final = tuple(LandedState)
 _MISSION: Final = tuple(MissionState)
 _VTOL: Final = (None, "transition_to_fixed_wing", "transition_to_multicopter", "multicopter", "fixed_wing")
@@ -26,6 +29,10 @@ _ARMED: Final = 128
 _CRITICAL: Final = 5
 _NO_MISSION_TOTAL: Final = 65535
 _HEADING_UNKNOWN: Final = 65535
+_HDOP_UNKNOWN: Final = 65535
+_SATELLITES_UNKNOWN: Final = 255
+CLOCK_WINDOW_S: Final = 10.0
+"""Long enough to tell 5x from 4x although a message may be late."""
 
 
 @dataclass(slots=True)
@@ -39,6 +46,8 @@ class Measurements:
     system: ExtendedSysState | None = None
     position: GlobalPositionInt | None = None
     position_s: float | None = None
+    gnss: GpsRawInt | None = None
+    clock: VehicleClock = field(default_factory=lambda: VehicleClock(window_s=CLOCK_WINDOW_S))
     home: GlobalPosition | None = None
     battery_percent: float | None = None
     battery_from_battery: bool = False
@@ -74,6 +83,11 @@ class Measurements:
     def take_position(self, message: GlobalPositionInt, received_s: float) -> None:
         """GLOBAL_POSITION_INT."""
         self.position, self.position_s = message, received_s
+        self.clock = self.clock.seen(received_s, message.time_boot_ms / 1e3)
+
+    def take_gnss(self, message: GpsRawInt) -> None:
+        """GPS_RAW_INT: how good the position is."""
+        self.gnss = message
 
     def take_home(self, message: HomePosition) -> None:
         """HOME_POSITION: it moves to where the vehicle disarms."""
@@ -102,6 +116,7 @@ class Measurements:
     def state(self, now_s: float, *, connected: bool) -> VehicleState:
         """All of it, with ages at `now_s`."""
         beat, place, mission, system = self.heartbeat, self.position, self.mission, self.system
+        gnss = self.gnss
         total = None if mission is None or mission.total == _NO_MISSION_TOTAL else mission.total
         return VehicleState(
             connected=connected,
@@ -126,7 +141,13 @@ class Measurements:
             mission_state=MissionState.UNKNOWN if mission is None else mission_state(mission),
             mission_id=None if mission is None or not mission.mission_id else mission.mission_id,
             vtol_state=None if system is None or system.vtol_state >= len(_VTOL) else _VTOL[system.vtol_state],
+            clock=self.clock,
             boot_time_s=None if place is None else place.time_boot_ms / 1e3,
+            gnss_fix=None if gnss is None or gnss.fix_type >= len(_FIX) else _FIX[gnss.fix_type],
+            gnss_satellites=None
+            if gnss is None or gnss.satellites_visible == _SATELLITES_UNKNOWN
+            else gnss.satellites_visible,
+            gnss_hdop=None if gnss is None or gnss.eph == _HDOP_UNKNOWN else gnss.eph / 1e2,
             gripper_output_us=self.gripper_output_us,
             gripper_output_age_s=_age(self.gripper_output_s, now_s),
         )

@@ -11,6 +11,7 @@ from app.vehicles.settings import LinkSettings
 SERVO_OUTPUT_RAW: Final = 36
 _GLOBAL_POSITION_INT: Final = 33
 _EXTENDED_SYS_STATE: Final = 245
+_GPS_RAW_INT: Final = 24
 _CURRENT_MODE: Final = 436
 _HOME_POSITION: Final = 242
 _SYS_STATUS: Final = 1
@@ -31,6 +32,7 @@ class StreamRates:
             (_GLOBAL_POSITION_INT, self._settings.position_rate_hz),
             (_EXTENDED_SYS_STATE, self._settings.slow_rate_hz),
             (_CURRENT_MODE, self._settings.slow_rate_hz),
+            (_GPS_RAW_INT, _SLOW_HZ),
             (_HOME_POSITION, _SLOW_HZ),
             (_SYS_STATUS, _SLOW_HZ),
             (_SYSTEM_TIME, _SLOW_HZ),

@@ -18,6 +18,7 @@ from app.services.clock import SystemClock
 from app.services.fleet import Fleet
 from app.services.journal import Journal
 from app.services.plans import Plans
+from app.services.proofs import Proofs
 from app.services.runs import Runs
 from app.services.simulation import Simulation
 from app.services.telemetry import TelemetryFeed
@@ -81,6 +82,7 @@ async def run_service(
         await fleet.start()
         telemetry = TelemetryFeed(fleet, period_s=0.02)
         await telemetry.start()
+        runs = Runs(fleet, storage.plans, storage.runs, journal, clock)
         services = change(
             ApiServices(
                 journal=journal,
@@ -88,7 +90,8 @@ async def run_service(
                 access=Access(storage.tokens, clock, bootstrap_token),
                 fleet=fleet,
                 telemetry=telemetry,
-                runs=Runs(fleet, storage.plans, storage.runs, journal, clock),
+                proofs=Proofs(runs, storage.plans, journal, clock, storage.gateway_id),
+                runs=runs,
                 commands=VehicleCommands(fleet, journal),
                 simulation=Simulation(None, fleet, journal),
                 answers=storage.answers,

@@ -98,7 +98,7 @@ async def test_bent_plans_can_be_checked(service: Service, plan: Any, vehicle: A
 @settings(ONE_SERVICE, max_examples=100)
 @given(
     body=st.one_of(st.binary(max_size=200), values.map(sent)),
-    path=st.sampled_from(["plans", "runs", "plan-checks", "simulator/faults"]),
+    path=st.sampled_from(["plans", "runs", "plan-checks", "plan-conversions", "simulator/faults"]),
 )
 async def test_any_bytes_get_an_answer(service: Service, body: bytes, path: str) -> None:
     status, _, _ = await service.call("POST", f"/api/v1/{path}", data=body, headers=JSON)

@@ -87,7 +87,7 @@ async def test_without_a_built_page_there_is_help(service: Service) -> None:
         status, headers, text = await service.call("GET", path)
         assert status == 200
         assert headers["Content-Type"].startswith("text/html")
-        assert "make web" in text
+        assert "<code>make</code>" in text
         assert "/api/v1/openapi.json" in text
 
 

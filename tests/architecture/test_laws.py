@@ -45,8 +45,8 @@ def test_only_api_serves_http() -> None:
     held(imports.servers_outside_api(APP))
 
 
-def test_domain_is_pure() -> None:
-    held(imports.impure_domain(APP))
+def test_domain_and_interchange_are_pure() -> None:
+    held(imports.impure_parts(APP))
 
 
 def test_files_have_at_most_300_lines() -> None:

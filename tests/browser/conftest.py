@@ -28,7 +28,7 @@ CHROMIUM_ARGS = (
 expect.set_options(timeout=20_000)  # it ends a hang; on a busy machine a check of a plan may take seconds
 
 FLEET = "quad,quad,plane,vtol"
-SPEED = 5.0
+SPEED = 4.0
 
 
 def chromium_args() -> list[str]:

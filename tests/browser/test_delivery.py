@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from playwright.async_api import expect
 
 from tests.browser.dashboard import CLINIC_RUN, FLIGHT_MS, Dashboard
 from tests.service import ServiceProcess
 
 
-async def test_a_delivery_flies_from_the_page_until_the_drop_is_released(flying_page: Dashboard) -> None:
+async def test_a_delivery_flies_from_the_page_until_the_drop_is_released_and_proven(
+    flying_page: Dashboard, tmp_path: Path
+) -> None:
     await flying_page.upload(CLINIC_RUN, "v1")
     await flying_page.button("Start v1").click(delay=100)  # too short to be meant
     await expect(flying_page.button("Start v1")).to_contain_text("Hold to start v1")
@@ -27,6 +31,14 @@ async def test_a_delivery_flies_from_the_page_until_the_drop_is_released(flying_
     await flying_page.until_state("completed")
     await expect(flying_page.page.locator(".plan-item.done")).to_have_count(5)
     await expect(flying_page.page.locator(".steps .done")).to_have_count(5)
+
+    async with flying_page.page.expect_download() as saving:
+        await flying_page.button("Save the proof of delivery").click()
+    saved = await saving.value
+    assert saved.suggested_filename.startswith("proof-run-")
+    await saved.save_as(tmp_path / "proof.html")
+    sheet = (tmp_path / "proof.html").read_text(encoding="utf-8")
+    assert '<p class="outcome">released</p>' in sheet
 
 
 async def test_a_run_is_started_and_ended_by_keyboard_alone(flying_page: Dashboard) -> None:

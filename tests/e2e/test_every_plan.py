@@ -1,4 +1,7 @@
-"""Every plan in plans/ is flown: its drops end as they should, and its items come in the predicted order."""
+"""Every plan in plans/ is flown: its drops end as they should, and its items come in the predicted order.
+
+So is a QGroundControl .plan made by hand: it is converted, flown, and exported equal in meaning.
+"""
 
 from __future__ import annotations
 
@@ -11,8 +14,10 @@ import aiohttp
 
 from tests.service import Dispatcher, ServiceProcess
 from tests.simulated import SimulatedFleet
+from tests.unit.interchange.files import document, meaning
 
 PLANS = sorted((Path(__file__).parents[2] / "plans").glob("*.json"))
+PLAN_FILE = "multicopter-delivery.plan"
 AIRFRAME = {"multicopter": "quad", "fixed_wing": "plane", "vtol": "vtol", "rover": "rover", "airship": "airship"}
 SUPERVISED_SPEED = 4.0
 LONGEST_FLIGHT_S = 150.0
@@ -22,18 +27,28 @@ async def test_every_plan_flies_as_predicted(tmp_path: Path, http: aiohttp.Clien
     """All at once, one vehicle each: at the highest speed factor at which our own timers still hold."""
     plans = [json.loads(path.read_text()) for path in PLANS]
     assert plans, "there must be example plans"
-    fleet = ",".join(AIRFRAME[plan["vehicle_type"]] + ":winch=1" * _has_winch(plan) for plan in plans)
+    fleet = ",".join(AIRFRAME[plan["vehicle_type"]] + ":winch=1" * _has_winch(plan) for plan in plans) + ",quad"
     with (
         SimulatedFleet(fleet, speed=SUPERVISED_SPEED) as simulated,
         ServiceProcess(tmp_path, simulated.connections) as service,
     ):
         dispatcher = Dispatcher(http, service.url)
-        await dispatcher.until_vehicles(len(plans))
+        await dispatcher.until_vehicles(len(plans) + 1)
+        plans.append(await _converted(dispatcher))
         flights = [_fly(dispatcher, plan, f"v{number}") for number, plan in enumerate(plans, start=1)]
         ended = await asyncio.gather(*flights)
         log = service.log()
-    wrong = [f"{path.name}: {problem}" for path, problem in zip(PLANS, ended, strict=True) if problem]
+    names = [*(path.name for path in PLANS), PLAN_FILE]
+    wrong = [f"{name}: {problem}" for name, problem in zip(names, ended, strict=True) if problem]
     assert not wrong, "\n".join([*wrong, log])
+
+
+async def _converted(dispatcher: Dispatcher) -> Any:
+    """The hand-made file as a plan, which is exported with the same items, fence and rally points."""
+    plan = (await dispatcher.post("/plan-conversions", document(PLAN_FILE)))["plan"]
+    stored = await dispatcher.post("/plans", plan)
+    assert meaning(await dispatcher.get(f"/plans/{stored['id']}/exports/qgc")) == meaning(document(PLAN_FILE))
+    return plan
 
 
 async def _fly(dispatcher: Dispatcher, plan: Any, vehicle_id: str) -> str:

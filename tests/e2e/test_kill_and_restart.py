@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from tests.service import Dispatcher, ServiceProcess
 from tests.simulated import SimulatedFleet
 
 PLAN = json.loads((Path(__file__).parents[2] / "plans" / "clinic-run.json").read_text())
+FLIGHT_S = 180.0
 
 
 class Watcher:
@@ -27,7 +29,10 @@ class Watcher:
     async def watch(self, until_kind: str, **fields: Any) -> None:
         """Take events in until one of this kind with these data comes."""
         after = self.seqs[-1] if self.seqs else 0
-        async with self._http.ws_connect(f"{self._url}/api/v1/stream?after={after}") as socket:
+        async with (
+            asyncio.timeout(FLIGHT_S),
+            self._http.ws_connect(f"{self._url}/api/v1/stream?after={after}") as socket,
+        ):
             async for message in socket:
                 frame = json.loads(message.data)
                 if frame["type"] != "event":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shlex
 import signal
 import subprocess
@@ -29,6 +30,7 @@ class Up:
     """One `waydrop up` in a terminal of its own."""
 
     def __init__(self, data_dir: Path, port: int, *options: str) -> None:
+        self.port = port
         self._out = data_dir / "up.out"
         settings = {"PORT": str(port), "DATA_DIR": str(data_dir), "CONNECTIONS": UDP_PORTS, "LOG_LEVEL": "warning"}
         environment = {**os.environ, "COLUMNS": "200", **{f"WAYDROP_{name}": value for name, value in settings.items()}}
@@ -69,7 +71,7 @@ def data_dir(tmp_path: Path) -> Iterator[Path]:
 
 
 def test_it_says_what_it_started_and_three_commands_that_work(data_dir: Path) -> None:
-    up = Up(data_dir, free_tcp_port(), "--speed", "8")
+    up = Up(data_dir, free_tcp_port(), "--speed", "4")
     try:
         commands = up.until_ready()
         assert "two multicopters, one fixed wing, one VTOL" in up.said()
@@ -80,6 +82,12 @@ def test_it_says_what_it_started_and_three_commands_that_work(data_dir: Path) ->
             )
             assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}\n{up.said()}"
         assert "released" in done.stdout
+        run = re.search(r"run-[0-9a-f]{12}", done.stdout)
+        assert run is not None
+        sheet = data_dir / "proof.html"
+        proof = [*shlex.split(commands[1])[:1], "runs", "proof", run[0], "--server", f"http://127.0.0.1:{up.port}"]
+        subprocess.run([*proof, "--output", str(sheet)], cwd=ROOT, timeout=60, check=True)
+        assert '<p class="outcome">released</p>' in sheet.read_text(encoding="utf-8")
         assert up.ctrl_c() < CLEAN_END_S
         assert up.process.returncode == 0, up.said()
     finally:

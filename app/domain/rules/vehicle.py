@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from app.domain.finding import Severity
 from app.domain.geo import distance_m
+from app.domain.live_control import MAX_LIVE_RATE, TOO_FAST_HINT, is_too_fast, too_fast_words
 from app.domain.plan.fields import Altitude
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 
@@ -70,6 +71,15 @@ def _command_timeout(context: RuleContext) -> Iterator[Violation]:
             yield at_item(drop.step, message, "set MIS_COMMAND_TOUT to 0; the compiled mission has its own delay")
 
 
+def _clock(context: RuleContext) -> Iterator[Violation]:
+    rate = None if context.vehicle is None else context.vehicle.least_clock_rate
+    if rate is None or not is_too_fast(rate):
+        return
+    for drop in context.drops:
+        if drop.supervised:
+            yield at_item(drop.step, too_fast_words(rate), TOO_FAST_HINT)
+
+
 RULES = (
     Rule(
         "vehicle.type_differs",
@@ -112,5 +122,12 @@ RULES = (
         "MIS_COMMAND_TOUT above 0 waits its full time at each gripper item.",
         "PX4 MIS_COMMAND_TOUT (flown).",
         _command_timeout,
+    ),
+    Rule(
+        "vehicle.clock_too_fast",
+        Severity.ERROR,
+        f"Our deadlines are wall clock: simulated faster than {MAX_LIVE_RATE:g}x, a vehicle does too much within them.",
+        "Ours; GLOBAL_POSITION_INT.time_boot_ms against our clock, over 10 s.",
+        _clock,
     ),
 )

@@ -33,7 +33,8 @@ class DropMachine:
     """The state of one supervised drop.
 
     `in_flight` is the attempt whose final ack is awaited. `unsure` says that some attempt had no final answer, so the
-    parcel may be gone. `withheld` counts attempts that were never sent. `approached` is set once the mission was seen
+    parcel may be gone. `opened`: the output was seen at release after one; a later output (900 when disarmed) takes
+    nothing from that. `withheld` counts attempts that were never sent. `approached` is set once the mission was seen
     before or at the hold, so that a stale index from an earlier flight does not count as passed. `accepted_at_s` is
     set while the gripper's output is watched after an ACCEPTED.
 
@@ -52,6 +53,7 @@ class DropMachine:
     withheld: int = 0
     in_flight: int | None = None
     unsure: bool = False
+    opened: bool = False
     accepted_at_s: float | None = None
     retry_at_s: float = 0.0
     last_seen: Observation | None = None
@@ -111,7 +113,9 @@ def _observed(drop: DropMachine, seen: Observation) -> tuple[DropMachine, Effect
         and seen.mission_seq is not None
         and seen.mission_seq <= max(drop.terms.hold_seqs)
     )
-    drop = replace(drop, hold=drop.hold.observed(seen, drop.terms), approached=approached, last_seen=seen)
+    opened = drop.opened or (drop.attempts > 0 and _output(seen) == GRIPPER_OPEN_US)
+    hold = drop.hold.observed(seen, drop.terms)
+    drop = replace(drop, hold=hold, approached=approached, opened=opened, last_seen=seen)
     drop = _with_calm(drop, seen)
     if drop.accepted_at_s is not None:
         return _watch_output(drop, seen, drop.accepted_at_s)
@@ -185,7 +189,7 @@ def _acked(drop: DropMachine, heard: ReleaseAck) -> tuple[DropMachine, Effects]:
 
 def _watch_output(drop: DropMachine, seen: Observation, accepted_at_s: float) -> tuple[DropMachine, Effects]:
     """After ACCEPTED (a timer): the output must have moved too, where it can be seen."""
-    if _output(seen) == GRIPPER_OPEN_US:
+    if drop.opened:
         return _finish_and_resume(
             drop, seen, DropOutcome.RELEASED, Certainty.ACKNOWLEDGED, "acknowledged, and the output moved"
         )
@@ -203,8 +207,8 @@ def _after_attempt(drop: DropMachine, seen: Observation) -> tuple[DropMachine, E
     """No answer is awaited any more, and none settled it: look at the output, try again, or close."""
     if not seen.connected:
         return drop, ()  # whatever is true on board is true later too: wait for the link or the run's end
-    if _output(seen) == GRIPPER_OPEN_US:
-        reason = "no final ack, but the gripper's output is at release"
+    if drop.opened:
+        reason = "no final ack, but the gripper's output went to release"
         return _finish_and_resume(drop, seen, DropOutcome.RELEASED, Certainty.INFERRED, reason)
     if is_passed(seen, drop.terms) or _is_hopeless(drop, seen):
         return _conclude(drop, seen, "the hold was over before the release was acknowledged")
@@ -215,7 +219,10 @@ def _after_attempt(drop: DropMachine, seen: Observation) -> tuple[DropMachine, E
 
 def _conclude(drop: DropMachine, seen: Observation | None, reason: str) -> tuple[DropMachine, Effects]:
     """Close a drop that was commanded and not accepted."""
-    if _output(seen) == GRIPPER_CLOSED_US and seen is not None and seen.connected:
+    if drop.opened:
+        outcome, certainty = DropOutcome.RELEASED, Certainty.INFERRED
+        reason += "; but the gripper's output went to release"
+    elif _output(seen) == GRIPPER_CLOSED_US and seen is not None and seen.connected:
         outcome, certainty = DropOutcome.KEPT, Certainty.INFERRED
         reason += "; the gripper's output is still at grab"
     elif drop.unsure:
@@ -230,8 +237,9 @@ def _ended(drop: DropMachine, heard: RunEnding) -> tuple[DropMachine, Effects]:
         return _finish(drop, DropOutcome.KEPT, Certainty.INFERRED, heard.reason)
     if drop.accepted_at_s is not None:
         return _finish(drop, DropOutcome.RELEASED, Certainty.ACKNOWLEDGED, "acknowledged; then " + heard.reason)
-    if _output(drop.last_seen) == GRIPPER_OPEN_US:
-        return _finish(drop, DropOutcome.RELEASED, Certainty.INFERRED, heard.reason)
+    if drop.opened:
+        reason = f"no final ack, but the gripper's output went to release; {heard.reason}"
+        return _finish(drop, DropOutcome.RELEASED, Certainty.INFERRED, reason)
     if drop.in_flight is not None or drop.unsure:
         return _finish(drop, DropOutcome.UNKNOWN, Certainty.NONE, heard.reason)
     return _finish(drop, DropOutcome.KEPT, _certainty_kept(drop), heard.reason)

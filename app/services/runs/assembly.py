@@ -34,7 +34,17 @@ class Assembled:
 
 def drop_records(mission: Mission) -> tuple[DropRecord, ...]:
     """The records of a mission's drops before the flight."""
-    return tuple(DropRecord(plan_item_id=d.plan_item_id, supervised=d.supervised) for d in mission.drops)
+    return tuple(
+        [
+            DropRecord(
+                plan_item_id=drop.plan_item_id,
+                supervised=drop.supervised,
+                planned_latitude_deg=drop.latitude_deg,
+                planned_longitude_deg=drop.longitude_deg,
+            )
+            for drop in mission.drops
+        ]
+    )
 
 
 def assemble(

@@ -40,21 +40,21 @@ def offset_m(state: VehicleState, compiled: CompiledDrop) -> float | None:
     return distance_m(state.latitude_deg, state.longitude_deg, compiled.latitude_deg, compiled.longitude_deg)
 
 
-def where(seen: Look, compiled: CompiledDrop) -> dict[str, float | None]:
-    """Where the vehicle is at this look, for the evidence."""
-    state = seen.state
-    return {
-        "latitude_deg": state.latitude_deg,
-        "longitude_deg": state.longitude_deg,
-        "relative_altitude_m": state.relative_altitude_m,
-        "ground_speed_m_s": state.ground_speed_m_s,
-        "offset_m": offset_m(state, compiled),
-    }
+_MEASURED = (
+    *("latitude_deg", "longitude_deg", "relative_altitude_m", "absolute_altitude_m", "heading_deg", "ground_speed_m_s"),
+    *("landed", "gnss_fix", "gnss_satellites", "gnss_hdop", "battery_percent"),
+)
+
+
+def where(seen: Look, compiled: CompiledDrop) -> dict[str, object]:
+    """Where the vehicle is at this look and how well that is known, for the evidence."""
+    measured: dict[str, object] = {name: getattr(seen.state, name) for name in _MEASURED}
+    return {**measured, "offset_m": offset_m(seen.state, compiled)}
 
 
 def commanded(record: DropRecord, attempt: int, seen: Look, compiled: CompiledDrop) -> DropRecord:
     """The record with a release about to be sent."""
-    changes = {"attempts": attempt, "commanded_at": seen.time_s, **where(seen, compiled)}
+    changes: dict[str, object] = {"attempts": attempt, "commanded_at": seen.time_s, **where(seen, compiled)}
     return record.model_copy(update=changes)
 
 

@@ -20,6 +20,7 @@ from app.domain.mission import NAN, MavCmd, Mission
 from app.domain.ports import UploadProgress, VehicleLink
 from app.domain.run import RunState
 from app.services.clock import Clock
+from app.services.runs.clock_gate import refuse_fast_clock
 from app.services.runs.recorder import RunRecorder
 from app.services.runs.settings import RunSettings
 
@@ -75,12 +76,14 @@ class Preparation:
         """Ready, secure the parcel, arm, start. If anything fails on the ground the vehicle is disarmed.
 
         Raises:
-            ConflictError: somebody else has armed it; LinkError: with the vehicle's reason; StorageError.
+            ConflictError: somebody else has armed it, or its clock runs too fast for supervised drops.
+            LinkError: with the vehicle's reason; StorageError.
         """
         if self._link.state().armed:
             raise ConflictError("the vehicle is armed, and not by Waydrop", hint="land and disarm it, then start again")
         self._recorder.move(RunState.STARTING)
         await self._recorder.flush()
+        await refuse_fast_clock(self._link, self._mission, self._clock)
         await self._link.wait_mission_ready(
             mission_id=self._recorder.run.mission_id, rerun=False, timeout_s=self._settings.ready_s
         )

@@ -11,7 +11,7 @@ import structlog
 from app.domain.compiler import compile_plan
 from app.domain.errors import ConflictError, NotFoundError, PlanRejectedError, VehicleBusyError, WrongStateError
 from app.domain.events import EventKind
-from app.domain.mission import Mission
+from app.domain.mission import Mission, mission_hash
 from app.domain.plan import Plan, parse_plan
 from app.domain.ports import PlanStore, RunStore, StoredPlan, VehicleLink
 from app.domain.rules import Severity, check_plan
@@ -149,6 +149,9 @@ class Runs:
             plan_hash=stored.hash,
             vehicle_id=vehicle.id,
             vehicle_uid=link.identity.uid,
+            vehicle_type=link.identity.vehicle_type,
+            firmware=None if link.identity.firmware is None else str(link.identity.firmware),
+            mission_hash=mission_hash(mission),
             requested_by=by,
             start_requested=start,
             drops=drop_records(mission),

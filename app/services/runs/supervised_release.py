@@ -22,6 +22,7 @@ from app.domain.supervised import (
     step,
 )
 from app.domain.supervised.inputs import DropInput
+from app.domain.supervised.terms import GRIPPER_OPEN_US
 from app.services.runs.evidence import Look, commanded, finished, offset_m
 from app.services.runs.orders import Order, ReleaseOrder, ResumeOrder, failure_order
 
@@ -127,14 +128,18 @@ class SupervisedRelease:
         for effect in effects:
             if isinstance(effect, SendRelease):
                 self.record = commanded(self.record, effect.attempt, seen, self.compiled)
-        output = seen.state.gripper_output_us
-        if self.record.commanded_at is not None and output is not None and output != self.record.output_us:
-            self.record = self.record.model_copy(update={"output_us": output, "output_at": seen.time_s})
+        self._note_output(seen)
         self._take(effects)
         if failure := failure_order(self.record, self._on_failure, seen.state):
             return (failure,)  # instead of moving on
         sends = [ReleaseOrder(self, e.attempt) for e in effects if isinstance(e, SendRelease)]
         return (*sends, *(ResumeOrder(e.seq, self.compiled.hold_seqs) for e in effects if isinstance(e, Resume)))
+
+    def _note_output(self, seen: Look) -> None:
+        """Until the output is at release: that it is 900 again after the landing is no evidence of anything."""
+        output, noted = seen.state.gripper_output_us, self.record.output_us
+        if self.record.commanded_at is not None and output not in (None, noted) and noted != GRIPPER_OPEN_US:
+            self.record = self.record.model_copy(update={"output_us": output, "output_at": seen.time_s})
 
     def _take(self, effects: tuple[object, ...]) -> None:
         for effect in effects:

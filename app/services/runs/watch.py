@@ -48,6 +48,7 @@ class FlightWatch:
         self._mission_done = False
         self._was_airborne = False
         self._was_armed = False
+        self._was_away = False
         self._first_look_s: float | None = None
         self._rebooted = False
         self._landed_at_s: float | None = None
@@ -65,7 +66,7 @@ class FlightWatch:
             passed_to=progress.passed_to,
             flown=tuple(known + [item for item in progress.flown if item not in known]),
         )
-        self._was_airborne = self._was_armed = True
+        self._was_airborne = self._was_armed = self._was_away = True
 
     def heard(self, fact: LinkFact) -> None:
         """A fact from the link."""
@@ -96,6 +97,7 @@ class FlightWatch:
         if seen.state.connected and seen.state.boot_time_s is not None and seen.state.position_age_s is not None:
             self._rate = self._rate.seen(seen.now_s - seen.state.position_age_s, seen.state.boot_time_s)
         if not seen.state.connected:
+            self._was_away = self._was_airborne  # it may have flown on to its end, unseen
             self._look_at_silence(seen)
             return ()
         self._connected_at_s = seen.now_s
@@ -113,6 +115,7 @@ class FlightWatch:
 
     def _follow_mission(self, state: VehicleState) -> None:
         if state.mode is FlightMode.MISSION and state.mission_seq is not None:
+            self._was_away = False
             before = self._progress.current
             self._advance(self._progress.now_current(state.mission_seq))
             if self._progress.current != before:
@@ -120,6 +123,7 @@ class FlightWatch:
                 self._recorder.note(EventKind.RUN_ITEM, seq=state.mission_seq, what="current", item_id=item_id)
                 self._recorder.change(item_id=item_id)
         near_end = self._progress.current == self._progress.last_seq or self._progress.is_complete
+        near_end = near_end or (self._was_away and state.mission_id in (None, self._recorder.run.mission_id))
         if self._recorder.run.asked == "resume" and state.mode is FlightMode.MISSION:
             self._recorder.change(asked="")
         unasked = self._recorder.run.asked in UNASKED

@@ -8,10 +8,11 @@ from collections.abc import Callable
 from app.simulator.commander import Commander, is_force
 from app.simulator.commands.link import Handler, Request
 from app.simulator.navigator.context import NavContext
-from app.simulator.navigator.hold_mode import HoldMode
+from app.simulator.navigator.hold_mode import HoldMode, Reposition
 from app.simulator.navigator.mission_mode import MissionMode
+from app.simulator.navigator.orbit_mode import OrbitCommand, OrbitMode
 from app.simulator.navigator.takeoff_mode import TakeoffMode
-from app.simulator.wire import Cmd, Mode, Result
+from app.simulator.wire import Cmd, Mode, Result, Severity, VtolState
 
 CUSTOM_MODE_ENABLED = 1
 REPOSITION_CHANGES_MODE = 1
@@ -28,6 +29,7 @@ class FlightCommands:
         mission: MissionMode,
         hold: HoldMode,
         takeoff: TakeoffMode,
+        orbit: OrbitMode,
         transition: Callable[[float], Result],
     ) -> None:
         self._context = context
@@ -35,6 +37,7 @@ class FlightCommands:
         self._mission = mission
         self._hold = hold
         self._takeoff = takeoff
+        self._orbit = orbit
         self._transition = transition
 
     def handlers(self) -> dict[int, Handler]:
@@ -46,6 +49,7 @@ class FlightCommands:
             Cmd.NAV_TAKEOFF: self._nav_takeoff,
             Cmd.NAV_LAND: lambda request: self._commander.land(),
             Cmd.NAV_RETURN_TO_LAUNCH: lambda request: self._commander.return_to_launch(),
+            Cmd.DO_ORBIT: self._do_orbit,
             Cmd.DO_REPOSITION: self._reposition,
             Cmd.DO_CHANGE_SPEED: self._change_speed,
             Cmd.DO_SET_MISSION_CURRENT: self._set_mission_current,
@@ -77,19 +81,33 @@ class FlightCommands:
         return self._commander.set_mode(Mode.TAKEOFF)
 
     def _reposition(self, request: Request) -> Result:
-        """Whatever the frame says, z is above mean sea level [22_reposition_quad]."""
-        context = self._context
-        latitude, longitude = request.latitude_deg, request.longitude_deg
-        point = None
-        if math.isfinite(latitude) and math.isfinite(longitude):
-            point = context.frame.to_local(latitude, longitude)
-        up_m = request.z - context.frame.altitude_m if math.isfinite(request.z) else None
-        self._hold.reposition(point, up_m)
-        if request.param1 > 0.0:
-            context.cruise_speed_m_s = request.param1
+        point, up_m = self._place(request)
+        self._hold.reposition(Reposition(point, up_m, speed_m_s=request.param1))
         if int(request.param2) & REPOSITION_CHANGES_MODE:
             self._commander.change_mode(Mode.LOITER)
         return Result.ACCEPTED
+
+    def _do_orbit(self, request: Request) -> Result:
+        """A plane loiters with that radius; all else changes to the orbit mode [22_reposition_*]."""
+        context = self._context
+        if context.state.status.vtol_state in (VtolState.TRANSITION_TO_FW, VtolState.TRANSITION_TO_MC):
+            context.text(Severity.CRITICAL, "Orbit command rejected")
+            return Result.TEMPORARILY_REJECTED
+        point, up_m = self._place(request)
+        if context.flies_like_plane:
+            self._hold.reposition(Reposition(point, up_m, orbit_radius_m=request.param1))
+            self._commander.change_mode(Mode.LOITER)
+            return Result.ACCEPTED
+        self._orbit.command(OrbitCommand(request.param1, request.param2, request.param3, point, up_m))
+        self._commander.change_mode(Mode.ORBIT)
+        return Result.ACCEPTED
+
+    def _place(self, request: Request) -> tuple[tuple[float, float] | None, float]:
+        """Params 5 to 7, None and NaN where not given. In every frame z is above sea level [22_reposition_quad]."""
+        frame, latitude, longitude = self._context.frame, request.latitude_deg, request.longitude_deg
+        given = math.isfinite(latitude) and math.isfinite(longitude)
+        point = frame.to_local(latitude, longitude) if given else None
+        return point, request.z - frame.altitude_m
 
     def _change_speed(self, request: Request) -> Result:
         self.apply_speed(request.param2)

@@ -33,6 +33,8 @@ class LandDetector(ABC):
         self._flight_time = FlightTime(params)
         self._was_armed = False
         self._was_landed = True
+        self._times: tuple[int, int] | None = None
+        """Factor, and the parameters' version, that the hysteresis times are set for."""
         self._restart()
 
     def boot(self) -> None:
@@ -53,7 +55,10 @@ class LandDetector(ABC):
         """One cycle with given readings, in PX4's order: each state may build on those above it."""
         now_s = self._clock.now_s
         blind = sample.has_range_sensor and sample.dist_bottom_m is None
-        self._set_times(WITHOUT_RANGE_FACTOR if blind else 1)
+        times = (WITHOUT_RANGE_FACTOR if blind else 1, self._params.version)
+        if times != self._times:
+            self._times = times
+            self._set_times(times[0])
         self._freefall.update(self._is_freefall(sample), now_s)
         self._ground_contact.update(self._is_ground_contact(sample), now_s)
         self._maybe_landed.update(self._is_maybe_landed(sample), now_s)
@@ -90,6 +95,7 @@ class LandDetector(ABC):
     # publishing ---------------------------------------------------------------------------------------------
 
     def _restart(self) -> None:
+        self._times = None
         self._freefall = Hysteresis()
         self._ground_contact = Hysteresis(True)
         self._maybe_landed = Hysteresis(True)

@@ -10,8 +10,8 @@ def landed_state(landed: bool, mode: Mode, kind: SetpointKind) -> LandedState:
     """PX4's MavlinkStreamExtendedSysState: TAKEOFF and LANDING are the setpoint's type, in the auto modes only."""
     if landed:
         return LandedState.ON_GROUND
-    if mode.is_auto and kind is SetpointKind.TAKEOFF:
+    if kind is SetpointKind.TAKEOFF and mode.is_auto:
         return LandedState.TAKEOFF
-    if mode.is_auto and kind is SetpointKind.LAND:
+    if kind is SetpointKind.LAND and mode.is_auto:
         return LandedState.LANDING
     return LandedState.IN_AIR

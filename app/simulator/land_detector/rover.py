@@ -1,4 +1,4 @@
-"""Rovers: always in contact; landed when disarmed, in land mode, or at the end of a return."""
+"""Rovers: always in contact; landed when disarmed, in land mode, or back home in a return."""
 
 from __future__ import annotations
 
@@ -22,5 +22,5 @@ class RoverLandDetector(LandDetector):
     def _is_landed(self, sample: LandSample) -> bool:
         if sample.mode is Mode.LAND:
             return True
-        has_returned = sample.mode is Mode.RTL and sample.wants_to_land
-        return has_returned or not sample.armed
+        back_home = sample.mode is Mode.RTL and sample.home_distance_m < float(self._params["NAV_ACC_RAD"])
+        return back_home or not sample.armed

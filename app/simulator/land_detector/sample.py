@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import Enum, auto
 
@@ -49,6 +50,8 @@ class LandSample:
     """Range to the ground; None while it is not valid."""
     has_range_sensor: bool
     takeoff_state: TakeoffState
+    home_distance_m: float = math.inf
+    """Over ground; infinite while home is unknown."""
 
     @property
     def climb_rate_controlled(self) -> bool:

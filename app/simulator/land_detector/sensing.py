@@ -28,6 +28,7 @@ class Sensing:
     def __init__(self, state: VehicleState, airframe: Airframe, params: Params, faults: VehicleFaults) -> None:
         self._state = state
         self._airframe = airframe
+        self._has_range_sensor = airframe.has_range_sensor
         self._params = params
         self._faults = faults
         self._velocity: Velocity = (0.0, 0.0, 0.0)
@@ -60,8 +61,9 @@ class Sensing:
             rate_xy_rad_s=math.hypot(roll_rate, pitch_rate),
             rate_rad_s=math.hypot(roll_rate, pitch_rate, yaw_rate),
             dist_bottom_m=self._range(),
-            has_range_sensor=self._airframe.has_range_sensor,
+            has_range_sensor=self._has_range_sensor,
             takeoff_state=self._takeoff_state(),
+            home_distance_m=self._home_distance(),
         )
 
     def _remember(self) -> None:
@@ -72,16 +74,19 @@ class Sensing:
     def _acceleration(self) -> tuple[float, float, float]:
         """Forward, right, up, of the motion alone."""
         body, before = self._state.body, self._velocity
-        now = (body.v_north_m_s, body.v_east_m_s, body.v_up_m_s)
-        north, east, up = ((new - old) / VehicleClock.STEP_S for new, old in zip(now, before, strict=True))
+        north = (body.v_north_m_s - before[0]) / VehicleClock.STEP_S
+        east = (body.v_east_m_s - before[1]) / VehicleClock.STEP_S
+        up = (body.v_up_m_s - before[2]) / VehicleClock.STEP_S
         cos, sin = math.cos(body.yaw_rad), math.sin(body.yaw_rad)
         return north * cos + east * sin, east * cos - north * sin, up
 
     def _rates(self) -> tuple[float, float, float]:
         body, before = self._state.body, self._attitude
-        now = (body.roll_rad, body.pitch_rad, body.yaw_rad)
-        roll, pitch, yaw = (wrap_pi(new - old) / VehicleClock.STEP_S for new, old in zip(now, before, strict=True))
-        return roll, pitch, yaw
+        if before == (body.roll_rad, body.pitch_rad, body.yaw_rad):
+            return 0.0, 0.0, 0.0
+        roll = wrap_pi(body.roll_rad - before[0]) / VehicleClock.STEP_S
+        pitch = wrap_pi(body.pitch_rad - before[1]) / VehicleClock.STEP_S
+        return roll, pitch, wrap_pi(body.yaw_rad - before[2]) / VehicleClock.STEP_S
 
     def _airspeed(self) -> float | None:
         if not self._airframe.has_airspeed_sensor or self._params.integer("SYS_HAS_NUM_ASPD") == 0:
@@ -91,8 +96,12 @@ class Sensing:
 
     def _range(self) -> float | None:
         up_m = self._state.body.up_m
-        seen = self._airframe.has_range_sensor and not self._faults.range_lost and up_m <= RANGE_MAX_M
+        seen = self._has_range_sensor and not self._faults.range_lost and up_m <= RANGE_MAX_M
         return up_m if seen else None
+
+    def _home_distance(self) -> float:
+        home, body = self._state.status.home, self._state.body
+        return math.hypot(body.north_m - home.north_m, body.east_m - home.east_m) if home else math.inf
 
     def _hover_throttle(self) -> float | None:
         """The estimator knows the true value as soon as it flies; it stops with the landing."""

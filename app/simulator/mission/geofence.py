@@ -40,6 +40,14 @@ class _Area:
             previous = vertex
         return inside
 
+    def border_m(self, point: Point) -> float:
+        """Distance to the border, on whichever side."""
+        if not self.vertices:
+            return abs(math.dist(point, self.centre) - self.radius_m)
+        return min(
+            _to_edge_m(point, a, b) for a, b in zip(self.vertices, (*self.vertices[1:], self.vertices[0]), strict=True)
+        )
+
 
 class Geofence:
     """Built from the stored fence items; a polygon with missing vertices contains nothing [05_fence_rally]."""
@@ -67,9 +75,30 @@ class Geofence:
         """No usable area."""
         return not self._areas
 
+    @property
+    def first_point(self) -> Point | None:
+        """First vertex or centre; None without a fence, and with one that has a polygon of missing vertices."""
+        if not self._areas or not all(area.complete for area in self._areas):
+            return None
+        return self._areas[0].vertices[0] if self._areas[0].vertices else self._areas[0].centre
+
+    def keeps_off(self, point: Point, margin_m: float) -> bool:
+        """Inside every inclusion, outside every exclusion, and that far from all borders."""
+        return all(area.contains(point) == area.inclusion and area.border_m(point) >= margin_m for area in self._areas)
+
     def allows(self, point: Point) -> bool:
         """In at least one inclusion, if there are any, and in no exclusion."""
         inclusions = [area for area in self._areas if area.inclusion]
         if inclusions and not any(area.contains(point) for area in inclusions):
             return False
         return not any(area.contains(point) for area in self._areas if not area.inclusion)
+
+
+def _to_edge_m(point: Point, start: Point, end: Point) -> float:
+    along = (end[0] - start[0], end[1] - start[1])
+    squared = along[0] ** 2 + along[1] ** 2
+    share = 0.0
+    if squared > 0.0:
+        share = ((point[0] - start[0]) * along[0] + (point[1] - start[1]) * along[1]) / squared
+        share = max(0.0, min(1.0, share))
+    return math.dist(point, (start[0] + share * along[0], start[1] + share * along[1]))

@@ -90,6 +90,7 @@ class NavContext:
         setpoint.up_m = up_m
         setpoint.next = next_point
         setpoint.previous = previous
+        setpoint.previous_up_m = setpoint.next_up_m = up_m
         radius_m = acceptance_radius_m if acceptance_radius_m else float(self.params["NAV_ACC_RAD"])
         setpoint.acceptance_radius_m = radius_m
         setpoint.cruise_speed_m_s = self.cruise_speed_m_s

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from app.simulator.navigator.context import NavContext
 from app.simulator.setpoint import SetpointKind
@@ -10,17 +11,28 @@ from app.simulator.setpoint import SetpointKind
 TAKEOFF_TOLERANCE_M = 0.8
 
 
+@dataclass(frozen=True, slots=True)
+class Reposition:
+    """Where to hold instead; None and NaN keep what is."""
+
+    point: tuple[float, float] | None
+    up_m: float
+    speed_m_s: float = math.nan
+    """For the way there only [22_reposition_quad]."""
+    orbit_radius_m: float = math.nan
+    """A plane's; negative is counter-clockwise."""
+
+
 class HoldMode:
     """Hold. `reposition` moves the held point, also before the mode is entered."""
 
     def __init__(self, context: NavContext) -> None:
         self._context = context
-        self._wanted: tuple[float | None, float | None, float | None] | None = None
+        self._wanted: Reposition | None = None
 
-    def reposition(self, point: tuple[float, float] | None, up_m: float | None) -> None:
-        """DO_REPOSITION: None keeps the present place or height."""
-        north, east = point if point is not None else (None, None)
-        self._wanted = (north, east, up_m)
+    def reposition(self, wanted: Reposition) -> None:
+        """DO_REPOSITION, or DO_ORBIT of a plane."""
+        self._wanted = wanted
 
     def activate(self) -> None:
         context = self._context
@@ -29,6 +41,22 @@ class HoldMode:
             context.set_point(SetpointKind.IDLE, (body.north_m, body.east_m), body.up_m)
         else:
             context.set_point(SetpointKind.LOITER, context.stop_point(), self._height_m())
+
+    def _go(self, wanted: Reposition) -> None:
+        context = self._context
+        point = wanted.point
+        if point is None:
+            holding = context.setpoint.kind is SetpointKind.LOITER
+            point = context.setpoint.point if holding else context.stop_point()
+        up_m = wanted.up_m if math.isfinite(wanted.up_m) else context.state.body.up_m
+        setpoint = context.set_point(SetpointKind.LOITER, point, up_m)
+        if wanted.speed_m_s > 0.0:
+            setpoint.cruise_speed_m_s = wanted.speed_m_s
+        if math.isfinite(wanted.orbit_radius_m):
+            setpoint.loiter_radius_m, setpoint.loiter_clockwise = (
+                abs(wanted.orbit_radius_m),
+                wanted.orbit_radius_m > 0.0,
+            )
 
     def _height_m(self) -> float:
         """Where it is; after a finished takeoff, where that was to end."""
@@ -39,12 +67,7 @@ class HoldMode:
     def step(self) -> None:
         context = self._context
         if self._wanted is not None:
-            north, east, up_m = self._wanted
-            self._wanted = None
-            holding = context.setpoint.kind is SetpointKind.LOITER
-            kept = context.setpoint.point if holding else context.stop_point()
-            point = kept if north is None or east is None else (north, east)
-            height = context.state.body.up_m if up_m is None or not math.isfinite(up_m) else up_m
-            context.set_point(SetpointKind.LOITER, point, height)
+            wanted, self._wanted = self._wanted, None
+            self._go(wanted)
         elif context.setpoint.kind is SetpointKind.IDLE and not context.state.status.landed:
             self.activate()

@@ -6,14 +6,14 @@ from collections.abc import Sequence
 
 from app.simulator.mission.item import TAKEOFF_COMMANDS, Item
 from app.simulator.navigator.context import NavContext
-from app.simulator.navigator.target import target_of
+from app.simulator.navigator.target import Target, target_of
 from app.simulator.wire import Cmd
 
 PAYLOAD_COMMANDS = (Cmd.DO_GRIPPER, Cmd.DO_WINCH)
 
 
-def next_point(context: NavContext, items: Sequence[Item], seq: int) -> tuple[float, float] | None:
-    """The next position, over DO_ items; None makes the vehicle stop at the current one."""
+def next_target(context: NavContext, items: Sequence[Item], seq: int) -> Target | None:
+    """The next position item, over DO_ items; None makes the vehicle stop at the current one."""
     item = items[seq]
     following = items[seq + 1 :]
     if brakes(context, item, following):
@@ -22,7 +22,7 @@ def next_point(context: NavContext, items: Sequence[Item], seq: int) -> tuple[fl
         if candidate.command in TAKEOFF_COMMANDS:
             return None
         if candidate.has_position:
-            return target_of(candidate, context.frame, context.home, context.params).point
+            return target_of(candidate, context.frame, context.home, context.params)
     return None
 
 

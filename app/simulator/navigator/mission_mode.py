@@ -10,11 +10,12 @@ from app.simulator.mission.store import MissionStore
 from app.simulator.navigator.arrival import Arrival
 from app.simulator.navigator.context import NavContext
 from app.simulator.navigator.jumps import JumpCounter
-from app.simulator.navigator.lookahead import next_point
+from app.simulator.navigator.lookahead import next_target
 from app.simulator.navigator.preparation import Preparation
 from app.simulator.navigator.target import Target, target_of
 from app.simulator.payload import PayloadDeliverer
 from app.simulator.setpoint import SetpointKind
+from app.simulator.state import Home
 from app.simulator.wire import Cmd, Severity
 
 CLIMB_TOLERANCE_M = 0.8
@@ -52,6 +53,7 @@ class MissionMode:
         """The next leg begins where the vehicle is, not at the last waypoint."""
         self._activated = False
         self._pending_seq: int | None = None
+        self._resolved: tuple[Item, Home, int, Target] | None = None
 
     # requests -----------------------------------------------------------------------------------------------
 
@@ -96,7 +98,6 @@ class MissionMode:
         self._activated = True
         self.result.finished = False
         self.result.started = True
-        context.cruise_speed_m_s = math.nan
         if self.result.valid:
             context.text(Severity.INFO, "Executing Mission")
             context.event("mission_execute")
@@ -129,7 +130,13 @@ class MissionMode:
         return self._store.mission.items[self._store.current_seq]
 
     def _target(self, item: Item) -> Target:
-        return target_of(item, self._context.frame, self._context.home, self._context.params)
+        """Asked for in every cycle, and resolved again only when the item, home or a parameter has changed."""
+        home, params = self._context.home, self._context.params
+        known = self._resolved
+        if known is None or known[0] is not item or known[1] is not home or known[2] != params.version:
+            known = (item, home, params.version, target_of(item, self._context.frame, home, params))
+            self._resolved = known
+        return known[3]
 
     def _go_to(self, seq: int) -> None:
         self._store.current_seq = seq
@@ -175,8 +182,8 @@ class MissionMode:
         if item.has_position:
             waits = self._preparation.begin(item, self._target(item))
         else:
-            towards = next_point(context, self._store.mission.items, self._store.current_seq)
-            waits = self._preparation.begin_transition(item, towards)
+            towards = next_target(context, self._store.mission.items, self._store.current_seq)
+            waits = self._preparation.begin_transition(item, towards.point if towards is not None else None)
         if not waits:
             self._execute(item)
 
@@ -202,18 +209,21 @@ class MissionMode:
             kind = SetpointKind.LOITER
             if target.command == Cmd.NAV_LOITER_TO_ALT and context.flies_like_plane:
                 up_m = max(body.up_m, target.up_m)
-        came_from = (body.north_m, body.east_m)
+        came_from, came_from_up_m = (body.north_m, body.east_m), body.up_m
         if kind is SetpointKind.POSITION and not self._from_here:
-            came_from = context.setpoint.point  # the last waypoint, not where its turn began
+            came_from, came_from_up_m = context.setpoint.point, context.setpoint.up_m  # not where its turn began
         self._from_here = False
+        following = next_target(context, self._store.mission.items, self._store.current_seq)
         setpoint = context.set_point(
             kind,
             target.point,
             up_m,
-            next_point=next_point(context, self._store.mission.items, self._store.current_seq),
+            next_point=following.point if following is not None else None,
             previous=came_from,
             acceptance_radius_m=target.acceptance_radius_m,
         )
+        setpoint.previous_up_m = came_from_up_m
+        setpoint.next_up_m = following.up_m if following is not None else up_m
         setpoint.loiter_radius_m = target.loiter_radius_m
         setpoint.loiter_clockwise = target.loiter_clockwise
         distance_m = math.dist((body.north_m, body.east_m), target.point)

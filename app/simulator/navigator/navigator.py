@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from app.simulator.mission.feasibility import FeasibilityInput, first_waypoint_m, problems
@@ -12,9 +13,12 @@ from app.simulator.navigator.hold_mode import HoldMode
 from app.simulator.navigator.land_mode import LandMode
 from app.simulator.navigator.mission_mode import MissionMode
 from app.simulator.navigator.mode import FlightMode
+from app.simulator.navigator.orbit_mode import OrbitMode
+from app.simulator.navigator.return_check import ReturnCheck
 from app.simulator.navigator.return_mode import ReturnMode
 from app.simulator.navigator.takeoff_mode import TakeoffMode
 from app.simulator.setpoint import SetpointKind
+from app.simulator.state import OrbitStatus
 from app.simulator.wire import Mode, Severity
 
 FENCE_CHECK_S = 0.6
@@ -33,6 +37,7 @@ class Navigator:
         hold: HoldMode,
         takeoff: TakeoffMode,
         offboard: FlightMode,
+        orbit: OrbitMode,
         change_mode: Callable[[Mode], None],
     ) -> None:
         self._context = context
@@ -49,7 +54,9 @@ class Navigator:
             Mode.LAND: self._land,
             Mode.TAKEOFF: takeoff,
             Mode.OFFBOARD: offboard,
+            Mode.ORBIT: orbit,
         }
+        self._orbit = orbit
         self._hold = hold
         self._active: tuple[Mode, bool, float] | None = None
         """Mode, armed, armed since: entering is all of these, so that a quick disarm and arm is seen too."""
@@ -57,10 +64,12 @@ class Navigator:
         self._fence_serial = -1
         self._fence_due_s: float | None = None
         self._fence = Geofence((), context.frame)
+        self._return_check = ReturnCheck(context)
 
     def boot(self) -> None:
         """Power-up: everything stored is read and checked again once home is known."""
         self._active = None
+        self._return_check.boot()
         self._mission_serial = self._fence_serial = -1
         self._mission.active = False
         self._mission.result.valid = False
@@ -73,22 +82,36 @@ class Navigator:
         """One cycle."""
         status = self._context.state.status
         self._check_stored()
+        self._return_check.step()
         wanted = (status.mode, status.armed, status.armed_at_s)
         if wanted != self._active:
             self._active = wanted
             self._enter(status.mode, status.armed)
         mode = self._modes.get(status.mode, self._hold)
         if not status.armed:
+            self._context.state.orbit = None
             return
         mode.step()
+        self._context.state.orbit = self._orbiting()
         if status.mode is Mode.TAKEOFF and self._takeoff.finished:
             self._mission.result.finished = True
             self._change_mode(Mode.LOITER)
         elif status.mode is Mode.LAND and self._land.finished:
             self._mission.result.finished = True
 
+    def _orbiting(self) -> OrbitStatus | None:
+        """A multicopter's orbit, or any loiter of a fixed wing [10_plane_delivery, 22_reposition_plane]."""
+        context, setpoint = self._context, self._context.setpoint
+        if context.hovers:
+            return self._orbit.status if context.state.status.mode is Mode.ORBIT else None
+        if not context.flies_like_plane or setpoint.kind is not SetpointKind.LOITER:
+            return None
+        side = 1.0 if setpoint.loiter_clockwise else -1.0
+        return OrbitStatus(side * setpoint.loiter_radius_m, setpoint.point, setpoint.up_m)
+
     def _enter(self, mode: Mode, armed: bool) -> None:
         self._mission.deactivate()
+        self._context.cruise_speed_m_s = math.nan
         self._mission.active = mode is Mode.MISSION and armed
         if mode in (Mode.TAKEOFF, Mode.LAND):
             self._mission.result.finished = False
@@ -114,6 +137,7 @@ class Navigator:
         if self._fence_due_s is not None and now_s >= self._fence_due_s:
             self._fence_due_s = None
             self._check_fence()
+            self._return_check.take(self._fence)
             if len(self._store.mission):
                 self._mission.result.valid = self._check_mission()
         if self._store.mission_serial != self._mission_serial:

@@ -44,11 +44,15 @@ class ReturnMode:
             self._stage = _Stage.LAND
             return
         self._return_up_m = max(self._cone_altitude(), body.up_m)
+        if context.airframe.is_rover:
+            self._land()
         above_m = self._return_up_m - self._ground_m
         amsl_m = context.frame.altitude_m + self._return_up_m
         amsl, above = (math.ceil(height_m - ROUNDING_M) for height_m in (amsl_m, above_m))
         context.text(Severity.INFO, f"RTL: start return at {amsl} m ({above} m above destination)")
         context.event("vrtl_return_at")
+        if context.airframe.is_rover:
+            return
         self._stage = _Stage.CLIMB
         context.set_point(SetpointKind.LOITER, context.stop_point(), self._return_up_m)
 
@@ -70,6 +74,11 @@ class ReturnMode:
             descend_m = self._ground_m + float(context.params["RTL_DESCEND_ALT"])
             context.set_point(SetpointKind.LOITER, self._destination, min(self._return_up_m, descend_m))
             return
+        self._land()
+
+    def _land(self) -> None:
+        """What drives begins with this [21_offboard_rover]."""
+        context = self._context
         self._stage = _Stage.LAND
         context.text(Severity.INFO, "RTL: land at destination")
         context.event("rtl_land_at_destination")
@@ -90,8 +99,6 @@ class ReturnMode:
 
     def _at_altitude(self) -> bool:
         context = self._context
-        if context.airframe.is_rover:
-            return True
         tolerance_m = float(context.params["NAV_FW_ALT_RAD"]) if context.flies_like_plane else ALTITUDE_TOLERANCE_M
         return context.state.body.up_m >= self._return_up_m - tolerance_m
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from app.simulator.clock import VehicleClock
 from app.simulator.commander import Commander
 from app.simulator.offboard.stream import OffboardStream
 from app.simulator.params import Params
@@ -13,6 +14,9 @@ from app.simulator.wire import Mode, Severity
 ACTIONS = {0: Mode.POSCTL, 1: Mode.ALTCTL, 2: Mode.STABILIZED, 3: Mode.RTL, 4: Mode.LAND, 5: Mode.LOITER}
 """COM_OBL_RC_ACT. With nobody at the sticks the first three hold here."""
 TERMINATE_OR_DISARM = frozenset({6, 7})
+CHECK_S = 0.1
+"""The commander's checks run at 10 Hz: a lost stream, or one that is back, is seen that late. A changed action is
+followed at once [18_offboard_quad, 20_offboard_plane]."""
 HOLD_ACTION, OTHER_ACTION = 5, 6
 """As recorded in the event."""
 
@@ -28,7 +32,9 @@ class OffboardLossFailsafe:
         stream: OffboardStream,
         text: Callable[[Severity, str], None],
         event: Callable[..., None],
+        clock: VehicleClock,
     ) -> None:
+        self._clock = clock
         self._status = status
         self._params = params
         self._commander = commander
@@ -36,16 +42,25 @@ class OffboardLossFailsafe:
         self._text = text
         self._event = event
         self._lost = False
+        self._action = 0
+        self._due_s = 0.0
 
     def boot(self) -> None:
         """Power-up."""
         self._lost = False
+        self._due_s = 0.0
 
     def step(self) -> None:
         """One cycle. Only somebody who still intends OFFBOARD is concerned."""
         if not self._status.armed or self._commander.intended is not Mode.OFFBOARD:
             self._lost = False
-        elif self._lost and self._stream.lives:
+            return
+        if self._lost and self._params.integer("COM_OBL_RC_ACT") != self._action:
+            self._act()
+        if self._clock.now_s < self._due_s:
+            return
+        self._due_s = self._clock.now_s + CHECK_S
+        if self._lost and self._stream.lives:
             self._lost = False
             self._commander.change_mode(Mode.OFFBOARD)
         elif not self._lost and not self._stream.lives:
@@ -53,7 +68,7 @@ class OffboardLossFailsafe:
             self._act()
 
     def _act(self) -> None:
-        action = self._params.integer("COM_OBL_RC_ACT")
+        action = self._action = self._params.integer("COM_OBL_RC_ACT")
         self._text(Severity.CRITICAL, "Failsafe activated")
         mode = ACTIONS.get(action, Mode.LOITER)
         self._event("commander_failsafe_enter_generic", Mode.OFFBOARD, HOLD_ACTION if action == 5 else OTHER_ACTION)

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from app.simulator.clock import VehicleClock
 from app.simulator.offboard.target import OffboardTarget
+from app.simulator.options import MAX_LIVE_SPEED
 from app.simulator.params import Params
 
 
 class OffboardStream:
-    """Proof of life: the newest valid setpoint is younger than COM_OF_LOSS_T, whatever the rate."""
+    """Proof of life: the newest valid setpoint is younger than COM_OF_LOSS_T, whatever the rate.
 
-    def __init__(self, params: Params, clock: VehicleClock) -> None:
+    `speed` is vehicle time over wall time. Above MAX_LIVE_SPEED no stream lives: its sender's timers are wall clock.
+    """
+
+    def __init__(self, params: Params, clock: VehicleClock, speed: float) -> None:
+        self.speed = speed
         self._params = params
         self._clock = clock
         self._heard_at_s: float | None = None
@@ -27,8 +32,13 @@ class OffboardStream:
         self._heard_at_s = self._clock.now_s
 
     @property
+    def too_fast(self) -> bool:
+        """Simulated time runs too fast for anybody to control the vehicle."""
+        return self.speed > MAX_LIVE_SPEED
+
+    @property
     def lives(self) -> bool:
         """Whether OFFBOARD can be flown now."""
-        if self._heard_at_s is None:
+        if self.too_fast or self._heard_at_s is None:
             return False
         return self._clock.now_s - self._heard_at_s <= float(self._params["COM_OF_LOSS_T"])

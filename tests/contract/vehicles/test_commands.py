@@ -136,12 +136,12 @@ async def test_the_grippers_output_is_seen(link: VehicleLink) -> None:
     await acks_of(link, gripper(GRAB))
     heard = Heard(link)
     await armed(link)
-    await until(lambda: link.state().gripper_output_us == 2000, "armed and grabbed is 2000 us", 5.0)
+    await until(lambda: link.state().gripper_output_us == 2000, "armed and grabbed is 2000 us", 15.0)
     await acks_of(link, gripper(RELEASE))
-    await until(lambda: link.state().gripper_output_us == 1000, "released is 1000 us", 5.0)
+    await until(lambda: link.state().gripper_output_us == 1000, "released is 1000 us", 15.0)
     assert link.state().gripper_output_age_s is not None
     await link.disarm()
-    await until(lambda: link.state().gripper_output_us == 900, "disarmed is 900 us", 5.0)
+    await until(lambda: link.state().gripper_output_us == 900, "disarmed is 900 us", 15.0)
     outputs = [fact.output_us for fact in heard.of(GripperOutput)]
     assert outputs[-2:] == [1000, 900]
     assert outputs == [one for n, one in enumerate(outputs) if n == 0 or one != outputs[n - 1]]

@@ -9,7 +9,7 @@ import pytest
 
 from app.domain.errors import LinkTimeoutError, VehicleQuarantinedError
 from app.domain.ports import DuplicateSystem, LinkLost, LinkRestored, Rebooted, StatusText, VehicleLink
-from app.domain.vehicle import VehicleType
+from app.domain.vehicle import GnssFix, VehicleType
 from tests.contract.vehicles.driving import Heard, flying, mission, opened, opened_link, until, uploaded
 from tests.simulated import SimulatedFleet
 
@@ -31,7 +31,7 @@ async def test_a_cut_link_is_lost_after_three_seconds_and_restored_with_the_next
     own_quad: SimulatedFleet, own_link: VehicleLink
 ) -> None:
     heard = Heard(own_link)
-    await until(lambda: own_link.state().latitude_deg is not None, "a position must come", 5.0)
+    await until(lambda: own_link.state().latitude_deg is not None, "a position must come", 15.0)
     place = own_link.state().latitude_deg
     own_quad.control("link_cut", True)
     lost = await heard.until(LinkLost, 15.0)
@@ -70,10 +70,10 @@ async def test_after_a_restart_in_flight_the_kept_mission_starts_at_its_first_it
     heard = Heard(own_link)
     await flying(own_link, mission(6, north_m=40))
     await own_link.set_current(3)
-    await until(lambda: own_link.state().mission_seq == 3, "item 3 must be current", 3.0)
+    await until(lambda: own_link.state().mission_seq == 3, "item 3 must be current", 15.0)
     own_quad.control("reboot", True)
     await heard.until(Rebooted, 10.0)
-    await until(lambda: own_link.state().mission_seq == 0, "the index must be 0 again", 5.0)
+    await until(lambda: own_link.state().mission_seq == 0, "the index must be 0 again", 15.0)
     await own_link.wait_mission_ready(mission_id=own_link.state().mission_id, rerun=True, timeout_s=10.0)
 
 
@@ -140,3 +140,11 @@ async def test_a_negative_integer_parameter_is_read_exactly() -> None:
         async with opened_link(fleet.connections) as link:
             facts = await link.read_facts()
             assert facts.parameters["PD_GRIPPER_TYPE"] == -1
+
+
+async def test_the_position_comes_with_how_good_it_is(own_link: VehicleLink, own_quad: SimulatedFleet) -> None:
+    await until(lambda: own_link.state().gnss_fix is GnssFix.FIX_3D, "GPS_RAW_INT must come", 15.0)
+    assert own_link.state().gnss_satellites == 10
+    assert own_link.state().gnss_hdop == pytest.approx(0.7)
+    own_quad.control("gps_loss", True)
+    await until(lambda: own_link.state().gnss_fix is GnssFix.NO_GPS, "its loss must show", 15.0)

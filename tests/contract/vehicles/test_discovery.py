@@ -31,8 +31,8 @@ async def test_an_upload_on_a_shared_port_reaches_its_vehicle_alone() -> None:
             one, two = sorted(source.links(), key=lambda link: link.identity.system_id)
             steps = await asyncio.gather(uploaded(one, mission(5)), uploaded(two, mission(7)))
             assert [step.total for step in steps] == [5, 7]
-            await until(lambda: one.state().mission_total == 5, "vehicle 1 must show its mission", 3.0)
-            await until(lambda: two.state().mission_total == 7, "vehicle 2 must show its mission", 3.0)
+            await until(lambda: one.state().mission_total == 5, "vehicle 1 must show its mission", 15.0)
+            await until(lambda: two.state().mission_total == 7, "vehicle 2 must show its mission", 15.0)
 
 
 async def test_vehicles_on_ports_of_their_own_are_found_with_their_connection() -> None:

@@ -51,9 +51,9 @@ async def test_arming_is_refused_with_the_vehicles_reason_until_its_checks_pass(
             assert caught.value.extra["result"] == "TEMPORARILY_REJECTED"
             assert any("Arming denied" in text for text in caught.value.extra["texts"])  # type: ignore[attr-defined]
             await armed(link, within_s=15.0)
-            await until(lambda: link.state().armed is True, "HEARTBEAT must show it armed", 3.0)
+            await until(lambda: link.state().armed is True, "HEARTBEAT must show it armed", 15.0)
             await link.disarm()
-            await until(lambda: link.state().armed is False, "HEARTBEAT must show it disarmed", 3.0)
+            await until(lambda: link.state().armed is False, "HEARTBEAT must show it disarmed", 15.0)
 
 
 async def test_a_mission_is_ready_when_the_vehicle_shows_its_id_and_not_earlier(link: VehicleLink) -> None:
@@ -91,7 +91,7 @@ async def test_a_reason_that_comes_only_as_an_event_is_told_in_words(link: Vehic
 async def test_starting_without_a_mission_is_refused(link: VehicleLink) -> None:
     outside = Mission(mission(4, north_m=400).items, fence=square_fence(100))
     await uploaded(link, outside)
-    await until(lambda: link.state().mission_state is MissionState.NO_MISSION, "it must be infeasible", 5.0)
+    await until(lambda: link.state().mission_state is MissionState.NO_MISSION, "it must be infeasible", 15.0)
     await armed(link)
     with pytest.raises(VehicleRefusedError, match="mission mode"):
         await link.start_mission()
@@ -153,7 +153,7 @@ async def test_set_current_in_flight_moves_the_mission_on(link: VehicleLink) -> 
     heard = Heard(link)
     await flying(link, mission(8, north_m=60))
     await link.set_current(5)
-    await until(lambda: link.state().mission_seq == 5, "MISSION_CURRENT must show it", 3.0)
+    await until(lambda: link.state().mission_seq == 5, "MISSION_CURRENT must show it", 15.0)
     assert heard.of(MissionCurrent)[-1].seq == 5
 
 
@@ -162,7 +162,7 @@ async def test_set_current_while_holding_takes_effect_on_resuming(link: VehicleL
     await link.hold()
     await link.set_current(4)
     await link.start_mission()
-    await until(lambda: link.state().mission_seq == 4, "the mission must go on at item 4", 3.0)
+    await until(lambda: link.state().mission_seq == 4, "the mission must go on at item 4", 15.0)
 
 
 async def test_set_current_beyond_the_mission_is_refused(link: VehicleLink) -> None:

@@ -50,7 +50,7 @@ async def test_progress_grows_to_the_total_and_only_the_last_step_is_verified(li
 async def test_the_id_of_the_upload_is_the_one_the_vehicle_then_shows(link: VehicleLink) -> None:
     last = await uploaded(link, mission(6))
     assert last.mission_id is not None
-    await until(lambda: link.state().mission_id == last.mission_id, "MISSION_CURRENT must show the mission", 3.0)
+    await until(lambda: link.state().mission_id == last.mission_id, "MISSION_CURRENT must show the mission", 15.0)
 
 
 async def test_fence_and_rally_points_go_first_and_are_verified(link: VehicleLink) -> None:

@@ -29,6 +29,14 @@ def test_the_fleet_is_two_multicopters_a_fixed_wing_and_a_vtol() -> None:
     assert "two multicopters, one fixed wing, one VTOL" in fleet("udpin://0.0.0.0:14540").words()
 
 
+def test_above_four_times_real_time_it_says_what_is_refused() -> None:
+    def words(speed: float) -> str:
+        return SimulatedFleet.for_connections(["udpin://127.0.0.1:14540"], speed=speed, seed=7).words()
+
+    assert words(4.0).endswith("4 times real time")
+    assert words(10.0).endswith("10 times real time (above 4 times, supervised drops and OFFBOARD are refused)")
+
+
 @pytest.mark.parametrize(
     "connections",
     [

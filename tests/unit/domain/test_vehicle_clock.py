@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
-import pytest
+from collections.abc import Callable
 
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.domain.live_control import is_too_fast, needs_longer_look
 from app.domain.vehicle_clock import VehicleClock
 
 
@@ -13,6 +18,48 @@ def test_the_rate_is_the_speed_factor(factor: float) -> None:
     for n in range(30):
         clock = clock.seen(100 + n * 0.1001, 5 + n * 0.1001 * factor)
     assert clock.rate == pytest.approx(factor, rel=0.02)
+
+
+def heard(rate: float, seconds: float, late: Callable[[float], float] = lambda _: 0.0) -> VehicleClock:
+    """After `seconds` of ours, positions at 10 Hz of ours; `late` says how late one that left at this time comes."""
+    clock = VehicleClock(window_s=10.0)
+    arrivals = sorted((n * 0.1 + late(n * 0.1), n) for n in range(round(seconds * 10) + 1))
+    for arrived_s, n in arrivals:
+        clock = clock.seen(100.0 + arrived_s, n * 0.1 * rate)
+    return clock
+
+
+@pytest.mark.parametrize(("rate", "seconds"), [(5.0, 9.0), (8.0, 3.0), (10.0, 2.0), (50.0, 1.1)])
+def test_a_clock_that_runs_too_fast_is_found_out_sooner_the_faster_it_is(rate: float, seconds: float) -> None:
+    assert is_too_fast(heard(rate, seconds).least_rate)
+
+
+@given(
+    seconds=st.floats(1.0, 30.0),
+    lateness=st.lists(st.floats(0.0, 1.0), min_size=1, max_size=400),
+    rate=st.sampled_from([1.0, 4.0]),
+)
+def test_messages_that_come_up_to_a_second_late_make_no_four_too_fast(
+    seconds: float, lateness: list[float], rate: float
+) -> None:
+    clock = heard(rate, seconds, lambda s: lateness[round(s * 10) % len(lateness)])
+    assert not is_too_fast(clock.least_rate)
+
+
+@pytest.mark.parametrize("stood_still_s", [3.0, 20.0, 60.0])
+def test_a_heap_of_messages_after_a_silence_does_not_make_a_real_vehicle_too_fast(stood_still_s: float) -> None:
+    for after_s in range(30):
+        clock = heard(1.0, stood_still_s + after_s / 10, lambda s: max(0.0, stood_still_s - s))
+        assert not is_too_fast(clock.least_rate)
+
+
+def test_a_rate_that_may_be_chance_is_looked_at_until_it_is_decided() -> None:
+    assert needs_longer_look(heard(5.0, 2.0))
+    assert not needs_longer_look(heard(5.0, 9.5)), "it is too fast"
+    assert not needs_longer_look(heard(4.0, 2.0))
+    assert not needs_longer_look(heard(1.0, 2.0))
+    assert not needs_longer_look(heard(5.0, 0.5)), "not measured: a real vehicle is not kept waiting"
+    assert not needs_longer_look(heard(4.5, 12.0)), "longer would tell no more"
 
 
 def test_it_is_one_until_known_and_after_a_reboot() -> None:

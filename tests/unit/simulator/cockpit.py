@@ -92,12 +92,14 @@ class Cockpit:
         heartbeats: bool = True,
         ready: bool = True,
         winch: bool = False,
+        speed: float = 1.0,
+        rates: str = "onboard",
     ) -> None:
         self.now_s = 0.0
         self.heard: list[Heard] = []
         self.heartbeats = heartbeats
-        options = Options(fleet=(), firmware=firmware, params=tuple((params or {}).items()))
-        self.vehicle = build_vehicle(options, 0, VehicleOptions(airframe, 1, winch), lambda: self.now_s)
+        options = Options(fleet=(), firmware=firmware, speed=speed, rates=rates, params=tuple((params or {}).items()))
+        self.vehicle = build_vehicle(options, 0, VehicleOptions(airframe, 1, winch), lambda: self.now_s / speed)
         self.wire = Wire(self)
         self.vehicle.radio.channels.append(self.wire)
         self._next_heartbeat_s = 0.0

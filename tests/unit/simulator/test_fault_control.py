@@ -91,6 +91,7 @@ async def test_the_state_can_be_asked_for(fleet: Fleet) -> None:
     answer = await ask(fleet, vehicle=7, query="state")
     assert [vehicle["vehicle"] for vehicle in answer["vehicles"]] == [7]
     assert answer["vehicles"][0]["landed_state"] == "ON_GROUND"
+    assert answer["speed"] == {"wanted": 1.0, "achieved": None, "behind": False, "lost_s": 0.0, "latest_s": 0.0}
     json.dumps(answer)
 
 

@@ -32,6 +32,12 @@ def test_the_trigger_time_is_a_parameter() -> None:
     assert bench.seconds_until("landed", True, STANDING) == pytest.approx(3.0, abs=3 * CYCLE_S)
 
 
+def test_a_trigger_time_that_is_changed_counts_from_then_on() -> None:
+    bench = Bench("quad").flown()
+    bench.params.set("LNDMC_TRIG_TIME", 3.0)
+    assert bench.seconds_until("landed", True, STANDING) == pytest.approx(3.0, abs=3 * CYCLE_S)
+
+
 def test_without_valid_range_data_every_stage_takes_three_times_as_long() -> None:
     blind = replace(STANDING, dist_bottom_m=None)
     bench = Bench("quad").flown()

@@ -104,21 +104,23 @@ def test_an_armed_rover_leaves_the_ground_after_half_a_second_and_always_has_con
 
 
 @pytest.mark.parametrize(
-    ("mode", "wants_to_land", "landed"),
+    ("mode", "home_distance_m", "landed"),
     [
-        (Mode.LAND, True, True),
-        (Mode.RTL, True, True),
-        (Mode.RTL, False, False),
-        (Mode.MISSION, True, False),
-        (Mode.LOITER, False, False),
+        (Mode.LAND, 20.0, True),
+        (Mode.RTL, 9.9, True),
+        (Mode.RTL, 10.1, False),
+        (Mode.MISSION, 9.9, False),
+        (Mode.LOITER, 9.9, False),
     ],
 )
-def test_an_armed_rover_lands_in_land_mode_and_at_the_end_of_a_return_only(
-    mode: Mode, wants_to_land: bool, landed: bool
+def test_an_armed_rover_lands_in_land_mode_and_back_home_in_a_return_only(
+    mode: Mode, home_distance_m: float, landed: bool
 ) -> None:
+    """Scenario 21: within NAV_ACC_RAD of home, though its setpoint is a landing from the start."""
     bench = Bench("rover")
     bench.feed(FLYING, 1.0)
-    assert bench.feed(replace(STANDING, mode=mode, wants_to_land=wants_to_land), 3.0).landed is landed
+    sample = replace(STANDING, mode=mode, wants_to_land=True, home_distance_m=home_distance_m)
+    assert bench.feed(sample, 3.0).landed is landed
 
 
 def test_an_armed_airship_never_lands() -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from app.simulator.dialect import mavlink
 from app.simulator.wire import Cmd, Result
-from tests.unit.simulator.cockpit import Cockpit
+from tests.unit.simulator.cockpit import Cockpit, takeoff, waypoint
 
 
 @pytest.fixture
@@ -70,6 +70,16 @@ def test_the_list_is_complete_and_indexed(cockpit: Cockpit) -> None:
 def test_parameters_of_another_vehicle_are_none_of_its_business(cockpit: Cockpit) -> None:
     cockpit.send(mavlink.MAVLink_param_set_message(2, 1, b"NAV_ACC_RAD", 3.0, 9))
     assert cockpit.vehicle.params["NAV_ACC_RAD"] == 10.0
+
+
+def test_an_acceptance_radius_that_is_changed_in_flight_counts_from_then_on() -> None:
+    cockpit = Cockpit()
+    cockpit.start([takeoff(10), waypoint(100, 0, 10), waypoint(100, 50, 10)])
+    cockpit.until(lambda: cockpit.vehicle.store.current_seq == 1)
+    cockpit.fly(3.0)
+    cockpit.send(mavlink.MAVLink_param_set_message(1, 1, b"NAV_ACC_RAD", 3.0, 9))
+    cockpit.until(lambda: cockpit.vehicle.store.current_seq == 2)
+    assert cockpit.distance_to(100, 0) < 3.0, "10 m before"
 
 
 def test_airframes_and_firmware_bring_their_own_parameters() -> None:
@@ -143,3 +153,12 @@ def test_without_a_position_there_is_no_global_position(cockpit: Cockpit) -> Non
     cockpit.fly(2.0)
     assert cockpit.messages("GLOBAL_POSITION_INT", begin_s) == []
     assert cockpit.last("GPS_RAW_INT").fix_type == 0
+
+
+@pytest.mark.parametrize(("rates", "hz"), [("onboard", 51.5), ("low", 10.0)])
+def test_the_rates_are_what_is_said_of_them(rates: str, hz: float) -> None:
+    """All messages of an idle vehicle a second, MISSION_CURRENT included."""
+    cockpit = Cockpit(rates=rates)
+    begin_s = cockpit.now_s
+    cockpit.fly(20.0)
+    assert len([heard for heard in cockpit.heard if heard.t_s >= begin_s]) / 20.0 == pytest.approx(hz, rel=0.03)

@@ -16,6 +16,12 @@ export const api = {
   principal: (): Promise<Principal> => get("/principal"),
   planSchema: (): Promise<Schema> => get("/schemas/plan"),
   simulator: (): Promise<SimulatorView> => get("/simulator"),
+  /** The proof of delivery as a page (HTML) to file or print. */
+  proofSheet: async (run: string): Promise<string> => {
+    const answer = await answerTo(`/runs/${encodeURIComponent(run)}/proof-sheet`, { method: "GET" });
+    if (!answer.ok) throw problemFrom(answer.status, await answer.json().catch(() => null));
+    return answer.text();
+  },
 
   checkPlan: (plan: PlanDocument, vehicle: string | null, signal: AbortSignal): Promise<PlanCheck> =>
     send("/plan-checks", vehicle === null ? { plan } : { plan, vehicle }, { signal }),
@@ -48,21 +54,24 @@ function send<T>(path: string, body: unknown, { signal, once = false }: SendOpti
 }
 
 async function call<T>(path: string, init: RequestInit): Promise<T> {
-  const token = readToken();
-  const headers = new Headers(init.headers);
-  headers.set("Accept", "application/json, application/problem+json");
-  if (token !== null) headers.set("Authorization", `Bearer ${token}`);
-  let answer: Response;
-  try {
-    answer = await fetch(BASE + path, { ...init, headers });
-  } catch (error) {
-    if (error instanceof DOMException && error.name === "AbortError") throw error;
-    throw unreachable();
-  }
+  const answer = await answerTo(path, init);
   const body: unknown = await answer.json().catch(() => null);
   if (answer.ok && body !== null) return body as T;
   if (answer.ok) throw new ProblemError(answer.status, "answer.unreadable", "The service's answer cannot be read", "", "", []);
   throw problemFrom(answer.status, body);
+}
+
+async function answerTo(path: string, init: RequestInit): Promise<Response> {
+  const token = readToken();
+  const headers = new Headers(init.headers);
+  headers.set("Accept", "application/json, application/problem+json");
+  if (token !== null) headers.set("Authorization", `Bearer ${token}`);
+  try {
+    return await fetch(BASE + path, { ...init, headers });
+  } catch (error) {
+    if (error instanceof DOMException && error.name === "AbortError") throw error;
+    throw unreachable();
+  }
 }
 
 /** 128 random bits. crypto.randomUUID would need https where the service is not on this machine. */

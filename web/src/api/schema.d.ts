@@ -148,6 +148,86 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/plans/{plan_id}/exports": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * The formats that a plan can be had in, and what each leaves out
+         * @description Role: viewer or higher.
+         */
+        get: operations["list_exports"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/plans/{plan_id}/exports/qgc": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * A plan as a QGroundControl .plan
+         * @description Role: viewer or higher.
+         */
+        get: operations["export_qgc"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/plans/{plan_id}/exports/geojson": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * A plan and its prediction as GeoJSON
+         * @description Role: viewer or higher.
+         */
+        get: operations["export_geojson"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/plans/{plan_id}/exports/kml": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * A plan and its predicted route as KML
+         * @description Role: viewer or higher.
+         */
+        get: operations["export_kml"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/plan-checks": {
         parameters: {
             query?: never;
@@ -162,6 +242,26 @@ export interface paths {
          * @description Role: dispatcher or higher.
          */
         post: operations["check_plan"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/plan-conversions": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Read a QGroundControl .plan or a waypoint file as a plan
+         * @description Role: dispatcher or higher.
+         */
+        post: operations["convert_plan"];
         delete?: never;
         options?: never;
         head?: never;
@@ -346,6 +446,46 @@ export interface paths {
          * @description Role: pilot or higher.
          */
         post: operations["abort_run"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/runs/{run_id}/proof": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Proof of delivery: what flew, how each drop ended, and the events that say so
+         * @description Role: viewer or higher.
+         */
+        get: operations["get_proof"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/runs/{run_id}/proof-sheet": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * The proof as a page to print or file, with maps
+         * @description Role: viewer or higher.
+         */
+        get: operations["get_sheet"];
+        put?: never;
+        post?: never;
         delete?: never;
         options?: never;
         head?: never;
@@ -676,6 +816,24 @@ export interface components {
             on_link_loss: ("continue" | "hold" | "return" | "land") | null;
         };
         /**
+         * ConversionFinding
+         * @description One thing that a conversion changed. `pointer` is a JSON pointer into the source, `code` is stable.
+         */
+        ConversionFinding: {
+            kind: components["schemas"]["FindingKind"];
+            /** Code */
+            code: string;
+            /** Pointer */
+            pointer: string;
+            /** Message */
+            message: string;
+            /**
+             * Hint
+             * @default
+             */
+            hint: string;
+        };
+        /**
          * Delay
          * @description Wait where the vehicle is (NAV_DELAY). The only way to stop a rover.
          */
@@ -727,6 +885,9 @@ export interface components {
         /**
          * DropRecord
          * @description The evidence of one drop. Times are Unix seconds; offsets are metres from the planned point.
+         *
+         *     What was measured (`latitude_deg` to `battery_percent`) is of the moment at which the release was sent, or the item
+         *     passed. `relative_altitude_m` is above home, `absolute_altitude_m` above mean sea level.
          *
          *     `commanded_at` is when a release was sent, `acknowledged_*` what the vehicle answered (COMMAND_ACK of DO_GRIPPER),
          *     `output_*` what the autopilot put out to the gripper (SERVO_OUTPUT_RAW), `sensed_at` when a sensor saw the parcel
@@ -784,6 +945,16 @@ export interface components {
              */
             sensed_at: number | null;
             /**
+             * Planned Latitude Deg
+             * @default null
+             */
+            planned_latitude_deg: number | null;
+            /**
+             * Planned Longitude Deg
+             * @default null
+             */
+            planned_longitude_deg: number | null;
+            /**
              * Latitude Deg
              * @default null
              */
@@ -799,6 +970,16 @@ export interface components {
              */
             relative_altitude_m: number | null;
             /**
+             * Absolute Altitude M
+             * @default null
+             */
+            absolute_altitude_m: number | null;
+            /**
+             * Heading Deg
+             * @default null
+             */
+            heading_deg: number | null;
+            /**
              * Ground Speed M S
              * @default null
              */
@@ -808,6 +989,42 @@ export interface components {
              * @default null
              */
             offset_m: number | null;
+            /** @default null */
+            landed: components["schemas"]["LandedState"] | null;
+            /** @default null */
+            gnss_fix: components["schemas"]["GnssFix"] | null;
+            /**
+             * Gnss Satellites
+             * @default null
+             */
+            gnss_satellites: number | null;
+            /**
+             * Gnss Hdop
+             * @default null
+             */
+            gnss_hdop: number | null;
+            /**
+             * Battery Percent
+             * @default null
+             */
+            battery_percent: number | null;
+        };
+        /**
+         * Entry
+         * @description An event of the run that the proof rests on. `seq` and `hash` are its link in the journal's chain.
+         */
+        Entry: {
+            /** Seq */
+            seq: number;
+            /** Hash */
+            hash: string;
+            /** Time */
+            time: number;
+            kind: components["schemas"]["EventKind"];
+            /** Data */
+            data: {
+                [key: string]: unknown;
+            };
         };
         /**
          * Event
@@ -858,6 +1075,27 @@ export interface components {
             events: components["schemas"]["Event"][];
             /** Last Seq */
             last_seq: number;
+        };
+        /**
+         * ExportView
+         * @description One format. `findings` are what the document leaves out, or has in a place that only Waydrop reads.
+         */
+        ExportView: {
+            format: components["schemas"]["TargetFormat"];
+            /** Media Type */
+            media_type: string;
+            /** Path */
+            path: string;
+            /** Findings */
+            findings: components["schemas"]["ConversionFinding"][];
+        };
+        /**
+         * ExportsView
+         * @description All formats that a plan can be had in.
+         */
+        ExportsView: {
+            /** Exports */
+            exports: components["schemas"]["ExportView"][];
         };
         /**
          * FaultKind
@@ -950,11 +1188,26 @@ export interface components {
             item_id: string | null;
         };
         /**
+         * FindingKind
+         * @description `lost` is not in the result. `assumed` is in the result and was not in the source. `kept` is in the result, but
+         *
+         *     only where Waydrop reads it: other software passes over it.
+         * @enum {string}
+         */
+        FindingKind: "lost" | "assumed" | "kept";
+        /**
          * FlightMode
          * @description PX4's custom_mode in the words that matter to Waydrop.
          * @enum {string}
          */
         FlightMode: "mission" | "hold" | "return" | "land" | "takeoff" | "offboard" | "position" | "altitude" | "manual" | "stabilized" | "orbit" | "other";
+        /**
+         * ForeignPlan
+         * @description A QGroundControl .plan, or a plan of Waydrop's own. A waypoint file is sent as application/octet-stream.
+         */
+        ForeignPlan: {
+            [key: string]: unknown;
+        };
         /**
          * Geofence
          * @description Allowed is what lies in any inclusion (everywhere if there is none) and in no exclusion.
@@ -971,6 +1224,12 @@ export interface components {
              */
             circles: components["schemas"]["FenceCircle"][];
         };
+        /**
+         * GnssFix
+         * @description GPS_FIX_TYPE, from the weakest to the strongest.
+         * @enum {string}
+         */
+        GnssFix: "no_gps" | "no_fix" | "2d" | "3d" | "dgps" | "rtk_float" | "rtk_fixed" | "static" | "ppp";
         /**
          * Gripper
          * @description Release or grab a parcel at the position item before (DO_GRIPPER).
@@ -1232,6 +1491,16 @@ export interface components {
             value: number;
         };
         /**
+         * MissionProof
+         * @description What was uploaded: SHA-256 over mission, fence and rally points; PX4's CRC-32 of the mission, if it gave one.
+         */
+        MissionProof: {
+            /** Hash */
+            hash: string | null;
+            /** Id */
+            id: number | null;
+        };
+        /**
          * MissionState
          * @description MISSION_CURRENT.mission_state. PX4 says `no_mission` for an infeasible mission too.
          * @enum {string}
@@ -1350,6 +1619,19 @@ export interface components {
             vehicle: string | null;
         };
         /**
+         * PlanConversion
+         * @description The plan, ready for /plan-checks and /plans, and what was lost or assumed on the way to it.
+         */
+        PlanConversion: {
+            format: components["schemas"]["SourceFormat"];
+            /** Plan */
+            plan: {
+                [key: string]: unknown;
+            };
+            /** Findings */
+            findings: components["schemas"]["ConversionFinding"][];
+        };
+        /**
          * PlanHead
          * @description A stored plan without its document. `hash` is the SHA-256 of the document, `created_at` Unix seconds.
          */
@@ -1365,6 +1647,23 @@ export interface components {
             created_at: number;
             /** Created By */
             created_by: string;
+        };
+        /**
+         * PlanProof
+         * @description The plan that was flown. `hash` is the SHA-256 of its canonical JSON, as when it was posted.
+         */
+        PlanProof: {
+            /** Id */
+            id: string;
+            /** Hash */
+            hash: string;
+            /**
+             * Name
+             * @default null
+             */
+            name: string | null;
+            /** @default null */
+            order: components["schemas"]["Order"] | null;
         };
         /**
          * PlanView
@@ -1512,6 +1811,41 @@ export interface components {
             [key: string]: unknown;
         };
         /**
+         * Proof
+         * @description One run's proof. Times are Unix seconds. It may change until `is_final`.
+         *
+         *     `entries` are its commands, acks, drops and states, in order. `waydrop verify-journal --anchor SEQ:HASH` with any of
+         *     them shows whether the journal still says the same.
+         */
+        Proof: {
+            /** Gateway */
+            gateway: string;
+            /** Issued At */
+            issued_at: number;
+            /** Is Final */
+            is_final: boolean;
+            /** Run Id */
+            run_id: string;
+            state: components["schemas"]["RunState"];
+            /** Reason */
+            reason: string;
+            /** Requested By */
+            requested_by: string;
+            /** Created At */
+            created_at: number;
+            /** Started At */
+            started_at: number | null;
+            /** Ended At */
+            ended_at: number | null;
+            plan: components["schemas"]["PlanProof"];
+            mission: components["schemas"]["MissionProof"];
+            vehicle: components["schemas"]["VehicleProof"];
+            /** Drops */
+            drops: components["schemas"]["DropRecord"][];
+            /** Entries */
+            entries: components["schemas"]["Entry"][];
+        };
+        /**
          * RallyPoint
          * @description A place the vehicle may return to instead of home.
          */
@@ -1614,7 +1948,8 @@ export interface components {
          * @description One run as stored and shown. Times are Unix seconds.
          *
          *     `item_id` is the plan item that the vehicle flies to or does. `flown_item_ids` are the items passed, in order.
-         *     `mission_id` is PX4's CRC32 of the uploaded items (MISSION_ACK.opaque_id), None where the firmware gives none.
+         *     `mission_id` is PX4's CRC32 of the uploaded items (MISSION_ACK.opaque_id), None where the firmware gives none;
+         *     `mission_hash` is SHA-256 over mission, fence and rally points as they were compiled (mission.py).
          *     `asked` is what a user last asked for in flight: "pause", "return", "land", "resume" until the vehicle is in Mission
          *     mode again, or "" for the mission itself;
          *     "contingency" when a drop failed and the plan says to return.
@@ -1635,6 +1970,13 @@ export interface components {
              * @default null
              */
             vehicle_uid: string | null;
+            /** @default null */
+            vehicle_type: components["schemas"]["VehicleType"] | null;
+            /**
+             * Firmware
+             * @default null
+             */
+            firmware: string | null;
             /** @default created */
             state: components["schemas"]["RunState"];
             /**
@@ -1662,6 +2004,11 @@ export interface components {
              * @default null
              */
             mission_id: number | null;
+            /**
+             * Mission Hash
+             * @default null
+             */
+            mission_hash: string | null;
             /**
              * Upload Percent
              * @default null
@@ -1846,6 +2193,12 @@ export interface components {
             value: number;
         };
         /**
+         * SourceFormat
+         * @description `plan` is Waydrop's own, `qgc` QGroundControl's .plan, `waypoints` the text of Mission Planner.
+         * @enum {string}
+         */
+        SourceFormat: "plan" | "qgc" | "waypoints";
+        /**
          * StateView
          * @description The newest measurements of a vehicle, with their ages in seconds; null is "never received".
          */
@@ -1890,6 +2243,11 @@ export interface components {
             mission_id: number | null;
             /** Vtol State */
             vtol_state: string | null;
+            gnss_fix: components["schemas"]["GnssFix"] | null;
+            /** Gnss Satellites */
+            gnss_satellites: number | null;
+            /** Gnss Hdop */
+            gnss_hdop: number | null;
             /** Gripper Output Us */
             gripper_output_us: number | null;
         };
@@ -1960,6 +2318,12 @@ export interface components {
              */
             pitch_deg: number | null;
         };
+        /**
+         * TargetFormat
+         * @description `qgc` is QGroundControl's .plan, which can be read back; the others are for maps.
+         * @enum {string}
+         */
+        TargetFormat: "qgc" | "geojson" | "kml";
         /**
          * Timeline
          * @description `order` is the ids of the items as flown, jumps unrolled; jumps themselves are not in it, they take no time.
@@ -2043,6 +2407,19 @@ export interface components {
              * @enum {string}
              */
             to: "fixed_wing" | "multicopter";
+        };
+        /**
+         * VehicleProof
+         * @description The vehicle that flew, as it reported itself when the run was made. `uid` is AUTOPILOT_VERSION's.
+         */
+        VehicleProof: {
+            /** Id */
+            id: string;
+            /** Uid */
+            uid: string | null;
+            vehicle_type: components["schemas"]["VehicleType"] | null;
+            /** Firmware */
+            firmware: string | null;
         };
         /**
          * VehicleType
@@ -2452,7 +2829,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -2611,7 +2988,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -2770,7 +3147,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -2995,7 +3372,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -3148,6 +3525,424 @@ export interface operations {
             };
         };
     };
+    list_exports: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                plan_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The formats */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["ExportsView"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `plan.invalid`: The document is not a plan */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    export_qgc: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description The ETag that the client has */
+                "If-None-Match"?: string;
+            };
+            path: {
+                plan_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The document */
+            200: {
+                headers: {
+                    /** @description The version of the resource, for If-None-Match */
+                    ETag?: string;
+                    /** @description A file name for the document */
+                    "Content-Disposition"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": Record<string, never>;
+                };
+            };
+            /** @description The client has it already (If-None-Match) */
+            304: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `plan.invalid`: The document is not a plan */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    export_geojson: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description The ETag that the client has */
+                "If-None-Match"?: string;
+            };
+            path: {
+                plan_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The document */
+            200: {
+                headers: {
+                    /** @description The version of the resource, for If-None-Match */
+                    ETag?: string;
+                    /** @description A file name for the document */
+                    "Content-Disposition"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/geo+json": Record<string, never>;
+                };
+            };
+            /** @description The client has it already (If-None-Match) */
+            304: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `plan.invalid`: The document is not a plan */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    export_kml: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description The ETag that the client has */
+                "If-None-Match"?: string;
+            };
+            path: {
+                plan_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The document */
+            200: {
+                headers: {
+                    /** @description The version of the resource, for If-None-Match */
+                    ETag?: string;
+                    /** @description A file name for the document */
+                    "Content-Disposition"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/vnd.google-earth.kml+xml": string;
+                };
+            };
+            /** @description The client has it already (If-None-Match) */
+            304: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content?: never;
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `plan.invalid`: The document is not a plan */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     check_plan: {
         parameters: {
             query?: never;
@@ -3233,7 +4028,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -3289,6 +4084,126 @@ export interface operations {
             };
             /** @description `vehicle.timeout`: The vehicle did not answer */
             504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    convert_plan: {
+        parameters: {
+            query?: {
+                format?: ("plan" | "qgc" | "waypoints") | null;
+                /** @description of the plan */
+                name?: string | null;
+                vehicle_type?: ("multicopter" | "fixed_wing" | "vtol" | "rover" | "airship") | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ForeignPlan"];
+                "application/octet-stream": unknown;
+            };
+        };
+        responses: {
+            /** @description The plan, and every loss and assumption */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PlanConversion"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `conversion.refused`: The document cannot become a plan; `plan.invalid`: The document is not a plan */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -3467,7 +4382,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -3801,7 +4716,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -3960,7 +4875,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -4119,7 +5034,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -4278,7 +5193,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -4437,7 +5352,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -4596,7 +5511,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;
@@ -4661,6 +5576,176 @@ export interface operations {
             };
             /** @description `vehicle.timeout`: The vehicle did not answer */
             504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_proof: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                run_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The proof, as of now */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Proof"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_sheet: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                run_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The sheet */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/html": string;
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -4899,7 +5984,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.content_type`: The body must be application/json */
+            /** @description `request.content_type`: The body must be of a type that is taken here */
             415: {
                 headers: {
                     [name: string]: unknown;

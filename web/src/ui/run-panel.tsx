@@ -12,6 +12,7 @@ import { Badge } from "./badge";
 import { DropCard } from "./drop-card";
 import { Icon } from "./icons";
 import { PlanItems } from "./plan-items";
+import { ProofButton } from "./proof-button";
 import { RunActions } from "./run-actions";
 import { RunSteps } from "./run-steps";
 
@@ -30,6 +31,7 @@ export function RunPanel() {
           {run.drops.map((drop) => (
             <DropCard key={drop.plan_item_id} drop={drop} />
           ))}
+          <ProofButton key={run.id} run={run} />
         </section>
       )}
       <RunItems run={run} />

@@ -12,6 +12,8 @@ from app.simulator.compare.sides import stands
 
 ARMED = 128
 AUTOPILOT_PX4 = 12
+CURRENT_PERIOD_S = 1.02
+"""As recorded: 1.01 to 1.02 s from one MISSION_CURRENT to the next."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,9 +44,9 @@ def _mode(heard: Heard) -> str | None:
 
 ASPECTS = (
     _Aspect("mission items reached", "MISSION_ITEM_REACHED", 1.0, _field("seq")),
-    _Aspect("current mission item", "MISSION_CURRENT", 1.0, _field("seq")),
-    _Aspect("mission_state", "MISSION_CURRENT", 1.0, _field("mission_state")),
-    _Aspect("stored mission", "MISSION_CURRENT", 1.0, _plan),
+    _Aspect("current mission item", "MISSION_CURRENT", CURRENT_PERIOD_S, _field("seq")),
+    _Aspect("mission_state", "MISSION_CURRENT", CURRENT_PERIOD_S, _field("mission_state")),
+    _Aspect("stored mission", "MISSION_CURRENT", CURRENT_PERIOD_S, _plan),
     _Aspect("landed_state", "EXTENDED_SYS_STATE", 0.5, _field("landed_state")),
     _Aspect("vtol_state", "EXTENDED_SYS_STATE", 0.5, _field("vtol_state")),
     _Aspect("mode and arming", "HEARTBEAT", 1.0, _mode),

@@ -227,6 +227,23 @@ VEHICLE_CASES = [
         multicopter(RELATIVE, ABSOLUTE),
     ),
     Case(
+        "vehicle.clock_too_fast",
+        "/items/2",
+        multicopter(waypoint(), gripper()),
+        multicopter(waypoint(), gripper()),
+        replace(facts(), least_clock_rate=4.1),
+        replace(facts(), least_clock_rate=4.0),
+    ),
+    Case(
+        "vehicle.clock_too_fast",
+        "/items/2",
+        multicopter(waypoint(), gripper()),
+        multicopter(waypoint(), gripper(mode="embedded")),
+        replace(facts(), least_clock_rate=50.0),
+        replace(facts(), least_clock_rate=50.0),
+        about="embedded drops may",
+    ),
+    Case(
         "contingency.link_loss_differs",
         "/contingency/on_link_loss",
         multicopter(waypoint(), contingency={"on_link_loss": "return"}),

@@ -93,6 +93,18 @@ def test_all_acks_lost_but_the_output_moved_is_a_release_by_inference() -> None:
     assert ended(flight) == (DropOutcome.RELEASED, Certainty.INFERRED)
 
 
+def test_an_output_that_went_to_release_counts_although_it_is_off_again_at_the_end() -> None:
+    flight = Flight(knows_output=True)
+    flight.until_sent()
+    flight.gripper_open = True
+    flight.tick(1.0)
+    flight.gripper_open = False
+    flight.tick(1.0)
+    flight.end()
+    assert ended(flight) == (DropOutcome.RELEASED, Certainty.INFERRED)
+    assert "went to release" in (flight.finish.reason if flight.finish else "")
+
+
 def test_all_acks_lost_and_the_output_still_at_grab_is_kept_by_inference() -> None:
     flight = Flight(knows_output=True)
     for attempt in range(1, TERMS.max_attempts + 1):

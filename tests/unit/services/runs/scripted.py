@@ -51,6 +51,7 @@ class ScriptedVehicle:
             mission_seq=0,
         )
         self.listeners: list[Callable[[LinkFact], None]] = []
+        self.looks = 0
         self.sent: list[str] = []
         self.releases: list[CommandRequest] = []
         self.answers: list[list[MavResult] | LinkError] = []
@@ -75,6 +76,7 @@ class ScriptedVehicle:
                 listener(fact)
 
     def state(self) -> VehicleState:
+        self.looks += 1
         now_s = time.monotonic()
         return replace(self.truth, boot_time_s=now_s, position_age_s=0.01, heartbeat_age_s=0.1)
 

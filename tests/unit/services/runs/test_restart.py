@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from app.domain.drop import DropOutcome
 from app.domain.errors import LinkTimeoutError
 from app.domain.run import RunState
@@ -78,3 +80,45 @@ async def test_after_a_restart_during_an_upload_nothing_is_started() -> None:
         await restarted(at)
         await at.until_state(RunState.FAILED)
         assert at.vehicle.sent == []
+
+
+async def vanish(at: Desk) -> None:
+    """The link is away, and that was noticed."""
+    at.vehicle.put(connected=False)
+    before = at.vehicle.looks
+    await at.until(lambda: at.vehicle.looks > before + 3, "the silence must be looked at")
+
+
+@pytest.mark.parametrize("ours", [False, True])
+async def test_a_flight_that_went_on_to_its_end_unseen_is_completed_and_its_parcel_kept(ours: bool) -> None:
+    async with desk() as at:
+        await at.create()
+        await at.until_state(RunState.FLYING)
+        at.vehicle.put(mission_seq=1, landed=LandedState.IN_AIR)
+        await at.until(lambda: at.run.item_id == "corner", "progress must show")
+
+        def fly_on() -> None:
+            at.vehicle.touch_down(complete=True, last_seq=len(at.mission.items) - 1)
+
+        if ours:
+            await restarted(at, meanwhile=fly_on)
+        else:
+            await vanish(at)
+            fly_on()
+            at.vehicle.put(connected=True)
+        await at.until(lambda: at.run.is_over, "the run must end")
+        assert at.run.state is RunState.COMPLETED, at.run.reason
+        assert (at.drop.outcome, at.vehicle.releases) == (DropOutcome.KEPT, [])
+
+
+async def test_a_flight_that_ended_unseen_before_its_last_item_is_no_completed_one() -> None:
+    async with desk() as at:
+        await at.create()
+        await at.until_state(RunState.FLYING)
+        at.vehicle.put(mission_seq=1, landed=LandedState.IN_AIR)
+        await at.until(lambda: at.run.item_id == "corner", "progress must show")
+        await vanish(at)
+        at.vehicle.touch_down(complete=True, last_seq=2)
+        at.vehicle.put(connected=True)
+        await at.until(lambda: at.run.is_over, "the run must end")
+        assert at.run.state is RunState.FAILED

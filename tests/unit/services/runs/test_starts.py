@@ -9,6 +9,7 @@ from app.domain.errors import LinkTimeoutError, VehicleRefusedError
 from app.domain.ports import Rebooted
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode, LandedState
+from app.domain.vehicle_clock import VehicleClock
 from tests.unit.services.runs.desk import FAST, Desk, desk, restarted
 
 
@@ -36,6 +37,39 @@ async def test_an_uploaded_run_is_not_started_while_somebody_else_flies_the_vehi
         await at.until(lambda: "not by Waydrop" in at.run.reason, "the reason must be told")
         assert at.run.state is RunState.UPLOADED
         assert at.vehicle.sent == sent
+
+
+def _clock(rate: float, seconds: float) -> VehicleClock:
+    return VehicleClock(tuple((n * 0.1, n * 0.1 * rate) for n in range(round(seconds * 10))), window_s=10.0)
+
+
+async def test_a_vehicle_whose_clock_runs_too_fast_is_not_armed_for_a_supervised_drop() -> None:
+    async with desk() as at:
+        await _uploaded(at)
+        at.vehicle.put(clock=_clock(10.0, 5.0))
+        await at.runs.start(at.run_id, "test")
+        await at.until(lambda: "supervised drops work up to 4 times" in at.run.reason, "the reason must be told")
+        assert at.run.state is RunState.UPLOADED
+        assert "arm" not in at.vehicle.sent
+
+
+async def test_the_same_vehicle_flies_embedded_drops() -> None:
+    async with desk("multicopter-embedded.json") as at:
+        at.vehicle.put(clock=_clock(50.0, 5.0))
+        await at.create()
+        await at.until_state(RunState.FLYING)
+
+
+async def test_a_clock_that_seems_too_fast_is_listened_to_until_it_is_known() -> None:
+    async with desk() as at:
+        await _uploaded(at)
+        at.vehicle.put(clock=_clock(5.0, 2.0))
+        await at.runs.start(at.run_id, "test")
+        await at.until_state(RunState.STARTING)
+        await asyncio.sleep(FAST.look_every_s * 3)
+        assert "arm" not in at.vehicle.sent
+        at.vehicle.put(clock=_clock(4.0, 9.0))
+        await at.until_state(RunState.FLYING)
 
 
 async def test_a_start_that_cannot_be_undone_is_followed_and_not_called_failed() -> None:

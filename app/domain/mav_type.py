@@ -1,4 +1,4 @@
-"""MAV_TYPE of the HEARTBEAT to the vehicle types whose braking semantics differ."""
+"""MAV_TYPE of the HEARTBEAT and of plan files, and the vehicle types whose braking semantics differ."""
 
 from __future__ import annotations
 
@@ -21,7 +21,20 @@ _TYPES: Final = {
     35: VehicleType.MULTICOPTER,  # decarotor
 }
 
+_USUAL: Final = {
+    VehicleType.FIXED_WING: 1,
+    VehicleType.MULTICOPTER: 2,
+    VehicleType.AIRSHIP: 7,
+    VehicleType.ROVER: 10,
+    VehicleType.VTOL: 22,  # fixed rotors: what PX4 calls a standard VTOL
+}
+
 
 def vehicle_type(mav_type: int) -> VehicleType | None:
     """The vehicle type; None for a MAV_TYPE that Waydrop cannot fly."""
     return _TYPES.get(mav_type)
+
+
+def usual_mav_type(kind: VehicleType) -> int:
+    """The MAV_TYPE that stands for a vehicle type where a file wants one."""
+    return _USUAL[kind]

@@ -1,0 +1,1 @@
+"""The proof of delivery as a page: HTML with SVG, no scripts."""

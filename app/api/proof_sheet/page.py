@@ -1,0 +1,166 @@
+"""The proof sheet: one HTML page without scripts or outside parts, made to be printed or filed."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from datetime import UTC, datetime
+from html import escape
+from pathlib import Path
+from typing import Any, Final
+
+from app.api.proof_sheet.picture import close_up, overview
+from app.domain.drop import Certainty, DropOutcome, DropRecord
+from app.domain.events import EventKind
+from app.domain.proof import Entry, Proof
+
+POLICY: Final = (
+    "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'; sandbox allow-downloads allow-modals"
+)
+"""No script runs; the page's own style is in the page, so that a saved copy looks the same."""
+
+_OUTCOMES: Final = {
+    DropOutcome.PENDING: "not yet made",
+    DropOutcome.RELEASED: "released",
+    DropOutcome.KEPT: "kept on board",
+    DropOutcome.UNKNOWN: "not known",
+}
+_CERTAINTIES: Final = {
+    Certainty.SENSED: "sensed: a sensor saw the parcel go",
+    Certainty.ACKNOWLEDGED: "acknowledged by the vehicle, not confirmed by a sensor",
+    Certainty.INFERRED: "inferred from what was observed",
+    Certainty.NONE: "none",
+}
+_DROP_STEP: Final = ("plan_item_id", "phase", "attempts", "acknowledged_result", "output_us", "outcome", "certainty")
+"""What a drop's event adds to the story; its measurements stand above."""
+
+_STYLE: Final = Path(__file__).with_name("sheet.css").read_text(encoding="utf-8")
+
+
+def proof_sheet(proof: Proof, plan: dict[str, Any]) -> str:
+    """The sheet of a proof; `plan` is the document that was flown, for the map."""
+    name = proof.plan.name or proof.plan.id
+    parts = [
+        "<!doctype html>",
+        f'<html lang="en"><head><meta charset="utf-8"><title>Proof of delivery: {escape(name)}</title>',
+        f'<meta name="viewport" content="width=device-width"><style>{_STYLE}</style></head><body>',
+        f"<h1>Proof of delivery</h1><p>{escape(name)}, run {escape(proof.run_id)}</p>",
+        "" if proof.is_final else '<p class="draft">The run goes on: this is what is known so far.</p>',
+        _head(proof),
+        overview(plan, proof.drops) or "",
+        *(_drop(drop) for drop in proof.drops),
+        "" if proof.drops else "<p>The plan has no drop.</p>",
+        _entries(proof),
+        "</body></html>",
+    ]
+    return "\n".join(part for part in parts if part)
+
+
+def _head(proof: Proof) -> str:
+    order = proof.plan.order
+    ended = _time(proof.ended_at)
+    return _list(
+        [
+            ("Order", order and order.id),
+            ("Recipient", order and order.recipient),
+            ("Notes", order and order.notes),
+            ("Flight", f"{proof.state.value}{': ' + proof.reason if proof.reason else ''}"),
+            ("Asked for by", proof.requested_by or None),
+            ("Took off, ended", f"{_time(proof.started_at) or 'not'}, {ended or 'not yet'}"),
+            (
+                "Vehicle",
+                f"{proof.vehicle.id}, {_words(proof.vehicle.vehicle_type)}, PX4 {proof.vehicle.firmware or 'unknown'}",
+            ),
+            ("Vehicle's unique id", proof.vehicle.uid),
+            ("Plan", f"{proof.plan.id}, SHA-256 {proof.plan.hash}"),
+            (
+                "Mission",
+                proof.mission.hash and f"SHA-256 {proof.mission.hash}, PX4's id {proof.mission.id or 'not given'}",
+            ),
+            ("Issued", f"{_time(proof.issued_at)} by gateway {proof.gateway}"),
+        ]
+    )
+
+
+def _drop(drop: DropRecord) -> str:
+    how = "supervised: Waydrop commanded it" if drop.supervised else "embedded in the mission"
+    rows = _list(
+        [
+            ("Certainty", _CERTAINTIES[drop.certainty]),
+            ("Reason", drop.reason or None),
+            ("How", how),
+            ("Commanded", drop.commanded_at and f"{_time(drop.commanded_at)}, attempts: {drop.attempts}"),
+            ("Acknowledged", drop.acknowledged_at and f"{_time(drop.acknowledged_at)}: {drop.acknowledged_result}"),
+            ("Gripper's output", drop.output_at and f"{drop.output_us} µs at {_time(drop.output_at)}"),
+            ("Sensed", _time(drop.sensed_at) or "no sensor"),
+            ("Planned at", _place(drop.planned_latitude_deg, drop.planned_longitude_deg)),
+            ("Measured at", _place(drop.latitude_deg, drop.longitude_deg)),
+            ("Off the planned point", _number(drop.offset_m, "m")),
+            ("Above home, above sea", _pair(drop.relative_altitude_m, drop.absolute_altitude_m)),
+            ("Ground speed", _number(drop.ground_speed_m_s, "m/s")),
+            ("Landed state", drop.landed and _words(drop.landed)),
+            ("GNSS", _gnss(drop)),
+            ("Battery", _number(drop.battery_percent, "%")),
+        ]
+    )
+    title = f"Drop: {escape(drop.plan_item_id)}"
+    outcome = f'<p class="outcome">{_OUTCOMES[drop.outcome]}</p>'
+    return f'<section class="drop"><h2>{title}</h2>{outcome}{rows}{close_up(drop) or ""}</section>'
+
+
+def _entries(proof: Proof) -> str:
+    rows = "".join(_row(entry) for entry in proof.entries)
+    note = (
+        "Each line is an event of the journal, chained to the one before by its hash. Any of them can be checked later:"
+    )
+    return (
+        f"<h2>What the journal says</h2><p>{note} <code>waydrop verify-journal --anchor SEQ:HASH</code></p>"
+        f"<table><thead><tr><th>UTC</th><th>event, and below it SEQ:HASH</th></tr></thead><tbody>{rows}</tbody></table>"
+    )
+
+
+def _row(entry: Entry) -> str:
+    named = entry.data if entry.kind is not EventKind.RUN_DROP else {name: entry.data.get(name) for name in _DROP_STEP}
+    told = {name: value for name, value in named.items() if value not in (None, "")}
+    data = escape(json.dumps(told, ensure_ascii=False, separators=(", ", ": ")).strip("{}"))
+    return (
+        f"<tr><td>{_time(entry.time, clock_only=True)}</td>"
+        f"<td><b>{entry.kind.value}</b> {data}<br><code>{entry.seq}:{entry.hash}</code></td></tr>"
+    )
+
+
+def _list(rows: Iterable[tuple[str, object]]) -> str:
+    told = "".join(f"<dt>{escape(name)}</dt><dd>{escape(str(value))}</dd>" for name, value in rows if value is not None)
+    return f"<dl>{told}</dl>"
+
+
+def _time(seconds: float | None, *, clock_only: bool = False) -> str | None:
+    if seconds is None:
+        return None
+    moment = datetime.fromtimestamp(seconds, UTC)
+    return moment.strftime("%H:%M:%S" if clock_only else "%Y-%m-%d %H:%M:%S UTC")
+
+
+def _place(latitude_deg: float | None, longitude_deg: float | None) -> str | None:
+    return None if latitude_deg is None or longitude_deg is None else f"{latitude_deg:.7f}, {longitude_deg:.7f}"
+
+
+def _number(value: float | None, unit: str) -> str | None:
+    return None if value is None else f"{value:.1f} {unit}"
+
+
+def _pair(relative_m: float | None, absolute_m: float | None) -> str | None:
+    told = [f"{value:.1f} m" for value in (relative_m, absolute_m) if value is not None]
+    return ", ".join(told) or None
+
+
+def _gnss(drop: DropRecord) -> str | None:
+    if drop.gnss_fix is None:
+        return None
+    satellites = "" if drop.gnss_satellites is None else f", {drop.gnss_satellites} satellites"
+    hdop = "" if drop.gnss_hdop is None else f", HDOP {drop.gnss_hdop:g}"
+    return f"{_words(drop.gnss_fix)} fix{satellites}{hdop}"
+
+
+def _words(value: str | None) -> str:
+    return "type unknown" if value is None else value.replace("_", " ")

@@ -1,0 +1,128 @@
+"""Proof of delivery: what was ordered, what flew, how each drop ended, and which events of the journal say so."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+from pydantic import BaseModel, ConfigDict
+
+from app.domain.drop import DropRecord
+from app.domain.events import Event, EventKind
+from app.domain.plan import Order
+from app.domain.run import Run, RunState
+from app.domain.vehicle import VehicleType
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True)
+
+
+class PlanProof(_Part):
+    """The plan that was flown. `hash` is the SHA-256 of its canonical JSON, as when it was posted."""
+
+    id: str
+    hash: str
+    name: str | None = None
+    order: Order | None = None
+
+
+class VehicleProof(_Part):
+    """The vehicle that flew, as it reported itself when the run was made. `uid` is AUTOPILOT_VERSION's."""
+
+    id: str
+    uid: str | None
+    vehicle_type: VehicleType | None
+    firmware: str | None
+
+
+class MissionProof(_Part):
+    """What was uploaded: SHA-256 over mission, fence and rally points; PX4's CRC-32 of the mission, if it gave one."""
+
+    hash: str | None
+    id: int | None
+
+
+class Entry(_Part):
+    """An event of the run that the proof rests on. `seq` and `hash` are its link in the journal's chain."""
+
+    seq: int
+    hash: str
+    time: float
+    kind: EventKind
+    data: dict[str, Any]
+
+
+class Proof(_Part):
+    """One run's proof. Times are Unix seconds. It may change until `is_final`.
+
+    `entries` are its commands, acks, drops and states, in order. `waydrop verify-journal --anchor SEQ:HASH` with any of
+    them shows whether the journal still says the same.
+    """
+
+    gateway: str
+    issued_at: float
+    is_final: bool
+    run_id: str
+    state: RunState
+    reason: str
+    requested_by: str
+    created_at: float
+    started_at: float | None
+    ended_at: float | None
+    plan: PlanProof
+    mission: MissionProof
+    vehicle: VehicleProof
+    drops: tuple[DropRecord, ...]
+    entries: tuple[Entry, ...]
+
+
+_WHOLE: Final = frozenset({EventKind.RUN_COMMAND, EventKind.RUN_ACK, EventKind.RUN_DROP, EventKind.SIMULATOR_FAULT})
+_STATES: Final = frozenset({EventKind.RUN_CREATED, EventKind.RUN_CHANGED})
+
+
+class Story:
+    """Collects a run's entries from its events, in order. Of the run itself only its changes of state are told."""
+
+    def __init__(self) -> None:
+        self._entries: list[Entry] = []
+        self._state: tuple[object, object] | None = None
+
+    def take(self, event: Event) -> None:
+        """One event of the run."""
+        if event.kind in _WHOLE:
+            self._add(event, event.data)
+        elif event.kind in _STATES:
+            state = (event.data.get("state"), event.data.get("reason"))
+            if state != self._state:
+                self._state = state
+                self._add(event, {"state": state[0], "reason": state[1]})
+
+    def told(self) -> tuple[Entry, ...]:
+        """All entries so far."""
+        return tuple(self._entries)
+
+    def _add(self, event: Event, data: dict[str, Any]) -> None:
+        self._entries.append(Entry(seq=event.seq, hash=event.hash, time=event.time, kind=event.kind, data=data))
+
+
+def proof_of(run: Run, story: Story, *, gateway: str, name: str | None, order: Order | None, issued_at: float) -> Proof:
+    """The proof of a run as it is now."""
+    return Proof(
+        gateway=gateway,
+        issued_at=issued_at,
+        is_final=run.is_over,
+        run_id=run.id,
+        state=run.state,
+        reason=run.reason,
+        requested_by=run.requested_by,
+        created_at=run.created_at,
+        started_at=run.started_at,
+        ended_at=run.ended_at,
+        plan=PlanProof(id=run.plan_id, hash=run.plan_hash, name=name, order=order),
+        mission=MissionProof(hash=run.mission_hash, id=run.mission_id),
+        vehicle=VehicleProof(
+            id=run.vehicle_id, uid=run.vehicle_uid, vehicle_type=run.vehicle_type, firmware=run.firmware
+        ),
+        drops=run.drops,
+        entries=story.told(),
+    )

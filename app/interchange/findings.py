@@ -1,0 +1,83 @@
+"""What a conversion could not carry, what it assumed, and why it was refused."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+from pydantic import BaseModel, ConfigDict
+
+from app.domain.errors import InvalidInputError
+from app.domain.finding import Finding, Severity
+from app.domain.plan.size_limits import MAX_FINDINGS
+
+
+class FindingKind(StrEnum):
+    """`lost` is not in the result. `assumed` is in the result and was not in the source. `kept` is in the result, but
+
+    only where Waydrop reads it: other software passes over it.
+    """
+
+    LOST = "lost"
+    ASSUMED = "assumed"
+    KEPT = "kept"
+
+
+class ConversionFinding(BaseModel):
+    """One thing that a conversion changed. `pointer` is a JSON pointer into the source, `code` is stable."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    kind: FindingKind
+    code: str
+    pointer: str
+    message: str
+    hint: str = ""
+
+
+class ConversionRefused(InvalidInputError):  # noqa: N818 - as PlanInvalid
+    """The document cannot become a plan. `findings` says why and where; all at once, at most 100."""
+
+    code = "conversion.refused"
+
+    def __init__(self, findings: Sequence[Finding]) -> None:
+        self.findings = tuple(findings)
+        first = self.findings[0]
+        super().__init__(
+            f"{first.message} (at {first.pointer or 'the document'})",
+            hint=first.hint,
+            findings=[finding.model_dump(mode="json") for finding in self.findings],
+        )
+
+
+@dataclass(slots=True)
+class Report:
+    """Collects while a document is read. What was refused has no result."""
+
+    refusals: list[Finding] = field(default_factory=list)
+    findings: list[ConversionFinding] = field(default_factory=list)
+
+    def refuse(self, code: str, pointer: str, message: str, hint: str = "") -> None:
+        if len(self.refusals) < MAX_FINDINGS:
+            self.refusals.append(
+                Finding(code=code, severity=Severity.ERROR, pointer=pointer, message=message, hint=hint)
+            )
+
+    def lose(self, code: str, pointer: str, message: str, hint: str = "") -> None:
+        self._add(FindingKind.LOST, code, pointer, message, hint)
+
+    def assume(self, code: str, pointer: str, message: str, hint: str = "") -> None:
+        self._add(FindingKind.ASSUMED, code, pointer, message, hint)
+
+    def keep(self, code: str, pointer: str, message: str, hint: str = "") -> None:
+        self._add(FindingKind.KEPT, code, pointer, message, hint)
+
+    def stop_if_refused(self) -> None:
+        """Raises ConversionRefused if anything was refused so far."""
+        if self.refusals:
+            raise ConversionRefused(self.refusals)
+
+    def _add(self, kind: FindingKind, code: str, pointer: str, message: str, hint: str) -> None:
+        """Never cut short: a loss that is not named would be a silent one. Sources have at most some 1000 items."""
+        self.findings.append(ConversionFinding(kind=kind, code=code, pointer=pointer, message=message, hint=hint))

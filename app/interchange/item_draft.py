@@ -1,0 +1,121 @@
+"""One item of a file as the fields of a plan item, each with its place in the file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from app.domain.mission import MavCmd, MavFrame
+from app.interchange.command_forms import FORMS, CommandForm, Param
+from app.interchange.file_item import FileItem
+from app.interchange.findings import Report
+from app.interchange.mav_cmd_names import command_name
+
+RELATIVE: Final = frozenset({MavFrame.GLOBAL_RELATIVE_ALT, MavFrame.GLOBAL_RELATIVE_ALT_INT})
+ABSOLUTE: Final = frozenset({MavFrame.GLOBAL, MavFrame.GLOBAL_INT})
+FRAMES: Final = RELATIVE | ABSOLUTE | {MavFrame.MISSION}
+_TERRAIN: Final = frozenset({10, 11})
+
+
+@dataclass(slots=True)
+class ItemDraft:
+    """`fields` are those of a plan item (no `id` yet), `places` their pointers, `numbers` the file's numbers of all
+
+    items that became this one. `jump_to` is the file's number of a jump's target. `motion_assumed`: the file does not
+    say whether the vehicle stands while it drops.
+    """
+
+    type: str
+    pointer: str
+    fields: dict[str, Any] = field(default_factory=dict)
+    places: dict[str, str] = field(default_factory=dict)
+    numbers: list[int] = field(default_factory=list)
+    jump_to: float | None = None
+    id: str = ""
+    motion_assumed: bool = False
+
+
+def read_draft(item: FileItem, form: CommandForm, report: Report) -> ItemDraft:
+    """The fields that the item's own parameters say. What is out of range is found when the plan is read."""
+    draft = ItemDraft(form.type, item.pointer, dict(form.fixed), numbers=[item.number])
+    for name, param in form.params.items():
+        _read_param(draft, item, name, param, report)
+    if form.positioned:
+        _read_place(draft, item, report)
+    name_what_is_lost(item, form.used(), form.neutral, report)
+    return draft
+
+
+def name_what_is_lost(
+    item: FileItem, used: frozenset[int], neutral: Mapping[int, tuple[float, ...]], report: Report
+) -> None:
+    """Parameters that say something for which a plan item has no field."""
+    for number in range(1, 8):
+        value = item.param(number)
+        if number in used or value is None or value == 0 or value in neutral.get(number, ()):
+            continue
+        report.lose(
+            "conversion.parameter",
+            item.at(number),
+            f"param{number} of {command_name(item.command)} is {value:g}, for which a plan has no field",
+        )
+
+
+def _read_param(draft: ItemDraft, item: FileItem, name: str, param: Param, report: Report) -> None:
+    value = item.param(param.number)
+    if value is None or (param.zero_is_none and value == 0):
+        if param.words is not None and name != "speed_type":
+            message = f"{command_name(item.command)} does not say its {name}"
+            report.refuse("conversion.missing", item.at(param.number), message, _choices(param))
+        return
+    given: Any = value
+    if param.words is not None:
+        if value not in param.words:
+            message = f"{value:g} is no {name} of {command_name(item.command)}"
+            report.refuse("conversion.bad_parameter", item.at(param.number), message, _choices(param))
+            return
+        given = param.words[value]
+    elif param.whole:
+        if not value.is_integer():
+            message = f"{value:g} is no whole number"
+            report.refuse("conversion.bad_parameter", item.at(param.number), message)
+            return
+        given = int(value)
+    draft.fields[name] = given
+    draft.places[name] = item.at(param.number)
+
+
+def _choices(param: Param) -> str:
+    return "give one of " + ", ".join(f"{number:g} ({word})" for number, word in (param.words or {}).items())
+
+
+def _read_place(draft: ItemDraft, item: FileItem, report: Report) -> None:
+    altitude = "absolute_altitude_m" if item.frame in ABSOLUTE else "relative_altitude_m"
+    if not is_placed(item, report):
+        return
+    for number, name in ((5, "latitude_deg"), (6, "longitude_deg"), (7, altitude)):
+        value = item.param(number)
+        draft.places[name] = item.at(number)
+        if value is not None:
+            draft.fields[name] = value
+        elif number == 7 or item.command not in (MavCmd.NAV_TAKEOFF, MavCmd.NAV_VTOL_TAKEOFF):
+            message = f"{command_name(item.command)} has no {name.split('_')[-2]}"
+            report.refuse("conversion.missing", item.at(number), message, "write it out; a plan leaves no place open")
+
+
+def is_placed(item: FileItem, report: Report) -> bool:
+    """Whether the altitude's reference is one that a plan has."""
+    if item.frame in RELATIVE | ABSOLUTE:
+        return True
+    if item.frame in _TERRAIN:
+        message = "the altitude is above terrain, which PX4 does not take in missions"
+    else:
+        message = f"{command_name(item.command)} has its altitude in MAV_FRAME {item.frame}"
+    report.refuse("conversion.frame", item.pointer, message, "use frame 3 (above home) or 0 (above mean sea level)")
+    return False
+
+
+def form_of(item: FileItem) -> CommandForm | None:
+    """The form of an item's command, None if no plan item is made of it."""
+    return FORMS.get(item.command)

@@ -1,0 +1,220 @@
+"""A list of mission items to a list of plan items: helpers folded in, landings recognised, jumps resolved."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import islice
+from typing import Final
+
+from app.domain.mission import MavCmd
+from app.domain.vehicle import VehicleType
+from app.interchange.command_forms import FORMS
+from app.interchange.extra import apply_item_extra
+from app.interchange.file_item import FileItem
+from app.interchange.findings import Report
+from app.interchange.item_draft import FRAMES, ItemDraft, form_of, read_draft
+from app.interchange.landing_reader import begins_landing, fold_approach, name_lost_start
+from app.interchange.mav_cmd_names import CAMERA_ONLY, HINTS, command_name
+
+_DROPS: Final = frozenset({"gripper", "winch"})
+_NO_CHANGE: Final = -1.0
+
+
+@dataclass(slots=True)
+class ItemReader:
+    """Reads one list. `drafts` in flying order; `cruise_speed_m_s` if an item set it for the whole flight."""
+
+    vehicle_type: VehicleType
+    report: Report
+    drafts: list[ItemDraft] = field(default_factory=list)
+    cruise_speed_m_s: float | None = None
+    _speeds: list[FileItem] = field(default_factory=list)
+    """Speeds that Waydrop wrote before the waypoint that they belong to."""
+    _landing: list[FileItem] = field(default_factory=list)
+    """DO_LAND_START and the approach of a landing that comes next."""
+    _skipped: list[int] = field(default_factory=list)
+    """Numbers of items that are gone: a jump to one goes to what comes next."""
+
+    def read(self, items: Sequence[FileItem]) -> None:
+        """Read all of them."""
+        for index, item in enumerate(items):
+            self._read_one(item, _next_flown(items, index) if item.command == MavCmd.NAV_LOITER_TO_ALT else None)
+        self._put_back_speeds()
+        self._give_up_landing()
+        self._name_jump_targets()
+
+    def _read_one(self, item: FileItem, following: FileItem | None) -> None:
+        form = form_of(item)
+        if item.frame not in FRAMES and (form is None or not form.positioned):
+            message = f"{command_name(item.command)} is in MAV_FRAME {item.frame}"
+            self.report.refuse("conversion.frame", item.pointer, message, "use frame 2 for what has no place")
+        if item.command == MavCmd.DO_LAND_START or (
+            self.vehicle_type is VehicleType.FIXED_WING and begins_landing(item, following)
+        ):
+            self._landing.append(item)
+        elif item.command in CAMERA_ONLY:
+            message = f"{command_name(item.command)} is for a camera: a plan has no such item, the flight is the same"
+            self._skip("conversion.camera", item, message)
+        elif form is None:
+            message = f"there is no plan item for {command_name(item.command)}"
+            self.report.refuse("conversion.command", item.pointer, message, HINTS.get(item.command, ""))
+        elif item.command == MavCmd.DO_CHANGE_SPEED and item.param(2) == _NO_CHANGE:
+            self._skip("conversion.no_change", item, "this DO_CHANGE_SPEED (178) to -1 changes nothing")
+        elif not self._is_helper(item):
+            self._add(item, read_draft(item, form, self.report))
+
+    def _skip(self, code: str, item: FileItem, message: str) -> None:
+        self.report.lose(code, item.pointer, message)
+        self._skipped.append(item.number)
+
+    def _is_helper(self, item: FileItem) -> bool:
+        """An item that Waydrop itself wrote to go with another one."""
+        role = item.extra.role if item.extra is not None else ""
+        if role == "speed" and item.command == MavCmd.DO_CHANGE_SPEED:
+            self._speeds.append(item)
+            return True
+        speed_m_s = item.param(2)
+        if role == "cruise_speed" and item.command == MavCmd.DO_CHANGE_SPEED and speed_m_s is not None:
+            if self.cruise_speed_m_s not in (None, speed_m_s):
+                return False
+            self.cruise_speed_m_s = speed_m_s
+            return self._goes_with_last(item)
+        if role in ("pause", "wait") and item.command == MavCmd.NAV_DELAY and item.extra is not None:
+            if (item.extra.written or {}).get("duration_s") != item.param(1):
+                return False
+            return self._goes_with_last(item) if role == "wait" else self._goes_with_next(item)
+        return False
+
+    def _goes_with_next(self, item: FileItem) -> bool:
+        self._skipped.append(item.number)
+        return True
+
+    def _goes_with_last(self, item: FileItem) -> bool:
+        if not self.drafts:
+            return self._goes_with_next(item)
+        self.drafts[-1].numbers.append(item.number)
+        return True
+
+    def _add(self, item: FileItem, draft: ItemDraft) -> None:
+        if draft.type == "waypoint":
+            self._take_speed(draft)
+        self._put_back_speeds()
+        if draft.type == "jump":
+            draft.jump_to = item.param(1)
+            draft.places["jump"] = item.at(1)
+            draft.fields.pop("target", None)
+        elif draft.type == "takeoff":
+            self._read_takeoff(item, draft)
+        elif draft.type == "change_speed" and "speed_type" not in draft.fields:
+            message = "the file does not say which speed; it is airspeed for a fixed wing, else ground speed"
+            self.report.assume("conversion.speed_type", item.at(1), message)
+        elif draft.type == "land":
+            self._read_land(item, draft)
+        self._give_up_landing()
+        if item.extra is not None and not item.extra.role:
+            apply_item_extra(draft, item.extra, self.report)
+        if draft.type in _DROPS:
+            self._read_drop(item, draft)
+        self._append(draft)
+
+    def _append(self, draft: ItemDraft) -> None:
+        draft.numbers += self._skipped
+        self._skipped = []
+        self.drafts.append(draft)
+
+    def _read_takeoff(self, item: FileItem, draft: ItemDraft) -> None:
+        """(0, 0) is no runway: files that take off where the vehicle stands say so."""
+        here = draft.fields.get("latitude_deg") == 0 == draft.fields.get("longitude_deg")
+        if here and (item.extra is None or not item.extra.id):
+            del draft.fields["latitude_deg"], draft.fields["longitude_deg"]
+        if self.vehicle_type is not VehicleType.FIXED_WING and draft.fields.get("pitch_deg") == 0:
+            del draft.fields["pitch_deg"]  # nothing else climbs out at an angle
+        elif self.vehicle_type is VehicleType.FIXED_WING and "pitch_deg" not in draft.fields:
+            message = "the file does not say how steeply the wing climbs out; 15 degrees are assumed"
+            self.report.assume("conversion.pitch", item.at(1), message)
+        if item.command == MavCmd.NAV_TAKEOFF and self.vehicle_type is VehicleType.VTOL:
+            message = "NAV_TAKEOFF of a VTOL ends hovering; a plan's takeoff ends with the transition to wings"
+            self.report.refuse("conversion.vtol_takeoff", item.pointer, message, "use NAV_VTOL_TAKEOFF (84)")
+        elif item.command == MavCmd.NAV_VTOL_TAKEOFF and self.vehicle_type is not VehicleType.VTOL:
+            message = f"NAV_VTOL_TAKEOFF is read as the takeoff of a {self.vehicle_type}"
+            self.report.assume("conversion.vtol_command", item.pointer, message)
+
+    def _read_land(self, item: FileItem, draft: ItemDraft) -> None:
+        is_vtol = self.vehicle_type is VehicleType.VTOL
+        if (item.command == MavCmd.NAV_VTOL_LAND) != is_vtol:
+            message = f"{command_name(item.command)} is read as the landing of a {self.vehicle_type}"
+            self.report.assume("conversion.vtol_command", item.pointer, message)
+        if self.vehicle_type is VehicleType.FIXED_WING:
+            fold_approach(draft, self._landing, self.report)
+            self._landing = []
+
+    def _give_up_landing(self) -> None:
+        """DO_LAND_START with no landing of a fixed wing right after it."""
+        for item in self._landing:
+            name_lost_start(item, self.report)
+            self._skipped.append(item.number)
+        self._landing = []
+
+    def _take_speed(self, waypoint: ItemDraft) -> None:
+        """The speed right before a waypoint, if it is one that the compiler would write for it."""
+        if not self._speeds or self._speeds[-1].param(1) != speed_kind(self.vehicle_type):
+            return
+        item = self._speeds.pop()
+        waypoint.fields["speed_m_s"] = item.param(2)
+        waypoint.places["speed_m_s"] = item.at(2)
+        waypoint.numbers.insert(0, item.number)
+
+    def _put_back_speeds(self) -> None:
+        """Speeds whose waypoint is gone: items of their own."""
+        for item in self._speeds:
+            self._append(read_draft(item, FORMS[MavCmd.DO_CHANGE_SPEED], self.report))
+        self._speeds = []
+
+    def _read_drop(self, item: FileItem, draft: ItemDraft) -> None:
+        if "instance" not in draft.fields:
+            message = f"{command_name(item.command)} names no instance; the first one is meant"
+            self.report.assume("conversion.instance", item.at(1), message)
+        if "release_motion" not in draft.fields:
+            draft.motion_assumed = True
+            draft.fields["release_motion"] = "stopped"
+
+    def _name_jump_targets(self) -> None:
+        """Jumps point at numbers of the file, plan items at ids."""
+        owners: dict[float, list[int]] = {}
+        for index, draft in enumerate(self.drafts):
+            for number in draft.numbers:
+                owners.setdefault(float(number), []).append(index)
+        taken = {draft.id for draft in self.drafts}
+        for draft in self.drafts:
+            if draft.type != "jump" or "target" in draft.fields:
+                continue
+            found = owners.get(draft.jump_to, []) if draft.jump_to is not None else []
+            if len(found) != 1:
+                which = "which several items have" if found else "which no item has"
+                message = f"the jump goes to number {draft.jump_to}, {which}"
+                self.report.refuse("conversion.jump", draft.places["jump"], message)
+                continue
+            index = found[0]
+            target = self.drafts[index]
+            target.id = target.id or _free_id(index + 1, taken)
+            draft.fields["target"] = target.id
+
+
+def _next_flown(items: Sequence[FileItem], index: int) -> FileItem | None:
+    """The item after this one that is not for a camera."""
+    return next((item for item in islice(items, index + 1, None) if item.command not in CAMERA_ONLY), None)
+
+
+def speed_kind(vehicle_type: VehicleType) -> float:
+    """param1 of DO_CHANGE_SPEED as the compiler writes it for a waypoint's speed."""
+    return 0.0 if vehicle_type is VehicleType.FIXED_WING else 1.0
+
+
+def _free_id(number: int, taken: set[str]) -> str:
+    """The id that a plan would give, so that jumps can name it."""
+    name = f"item-{number}"
+    while name in taken:
+        name += "x"
+    taken.add(name)
+    return name

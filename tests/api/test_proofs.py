@@ -1,0 +1,107 @@
+"""Proof of delivery over REST: what it rests on can be found again in the journal."""
+
+from __future__ import annotations
+
+from typing import Any
+from xml.etree import ElementTree
+
+import pytest
+
+from app.domain.events import EventKind
+from tests.api.service import Service
+from tests.api.test_runs import create, reaches
+
+HOSTILE = '<script>alert(1)</script> & "quotes" \'n <b>tags'
+
+
+async def proven(service: Service, plan: dict[str, Any]) -> str:
+    """A run in flight of a stored plan."""
+    _, _, made = await service.call("POST", "/api/v1/plans", json=plan)
+    run = await create(service, made["id"], start=True)
+    await reaches(service, run["id"], "flying")
+    return str(run["id"])
+
+
+async def test_a_proof_names_order_plan_mission_vehicle_and_every_drop(service: Service, plan: dict[str, Any]) -> None:
+    run_id = await proven(service, plan)
+    status, _, proof = await service.call("GET", f"/api/v1/runs/{run_id}/proof")
+    _, _, run = await service.call("GET", f"/api/v1/runs/{run_id}")
+    assert status == 200
+    assert proof["plan"] == {
+        "id": run["plan_id"],
+        "hash": run["plan_hash"],
+        "name": plan["name"],
+        "order": plan["order"],
+    }
+    assert len(proof["mission"]["hash"]) == 64
+    assert proof["vehicle"]["vehicle_type"] == plan["vehicle_type"]
+    assert [drop["plan_item_id"] for drop in proof["drops"]] == ["drop"]
+    assert None not in (proof["drops"][0]["planned_latitude_deg"], proof["drops"][0]["planned_longitude_deg"])
+    assert (proof["gateway"], proof["requested_by"], proof["is_final"]) == (service.storage.gateway_id, "local", False)
+
+
+async def test_each_entry_is_an_event_of_the_journal_with_its_hash(service: Service, plan: dict[str, Any]) -> None:
+    run_id = await proven(service, plan)
+    _, _, proof = await service.call("GET", f"/api/v1/runs/{run_id}/proof")
+    _, _, page = await service.call("GET", f"/api/v1/runs/{run_id}/events?limit=500")
+    journal = {event["seq"]: event for event in page["events"]}
+    assert [entry["seq"] for entry in proof["entries"]] == sorted(entry["seq"] for entry in proof["entries"])
+    for entry in proof["entries"]:
+        event = journal[entry["seq"]]
+        assert (entry["hash"], entry["time"], entry["kind"]) == (event["hash"], event["time"], event["kind"])
+        assert entry["data"].items() <= event["data"].items()
+    told = {(entry["kind"], entry["data"].get("command")) for entry in proof["entries"]}
+    assert {("run.command", "arm"), ("run.ack", "arm"), ("run.command", "start_mission")} <= told
+
+
+async def test_every_state_is_told_once_and_the_rest_of_the_run_is_not(service: Service, plan: dict[str, Any]) -> None:
+    run_id = await proven(service, plan)
+    _, _, proof = await service.call("GET", f"/api/v1/runs/{run_id}/proof")
+    states = [entry["data"]["state"] for entry in proof["entries"] if entry["kind"] in ("run.created", "run.changed")]
+    assert states == ["created", "uploading", "uploaded", "starting", "flying"]
+    assert all(
+        set(entry["data"]) == {"state", "reason"} for entry in proof["entries"] if entry["kind"] == "run.changed"
+    )
+
+
+async def test_a_long_story_is_told_whole(service: Service, plan: dict[str, Any]) -> None:
+    run_id = await proven(service, plan)
+    journal = service.services.journal
+    await journal.record(
+        *(journal.new_event(EventKind.RUN_ACK, run_id=run_id, command="DO_GRIPPER", number=n) for n in range(1200))
+    )
+    _, _, proof = await service.call("GET", f"/api/v1/runs/{run_id}/proof")
+    numbers = [entry["data"]["number"] for entry in proof["entries"] if "number" in entry["data"]]
+    assert numbers == list(range(1200))
+
+
+async def test_the_sheet_is_a_page_without_scripts_that_prints_what_was_typed_and_runs_none_of_it(
+    service: Service, plan: dict[str, Any]
+) -> None:
+    order = {"id": HOSTILE, "recipient": HOSTILE, "notes": HOSTILE}
+    run_id = await proven(service, {**plan, "name": HOSTILE[:200], "order": order})
+    status, headers, sheet = await service.call("GET", f"/api/v1/runs/{run_id}/proof-sheet")
+    assert status == 200
+    assert headers["Content-Type"] == "text/html; charset=utf-8"
+    assert "default-src 'none'" in headers["Content-Security-Policy"]
+    assert "script" not in headers["Content-Security-Policy"]
+    assert "<script" not in sheet
+    assert sheet.count("&lt;script&gt;alert(1)&lt;/script&gt;") == 5  # the title, the head, and three of the order
+    assert "The run goes on" in sheet
+
+
+async def test_the_pictures_show_the_planned_point_and_the_fences(service: Service, plan: dict[str, Any]) -> None:
+    run_id = await proven(service, plan)
+    _, _, sheet = await service.call("GET", f"/api/v1/runs/{run_id}/proof-sheet")
+    picture = ElementTree.fromstring(sheet[sheet.index("<svg") : sheet.index("</svg>") + len("</svg>")])
+    kinds = [shape.get("class") for shape in picture]
+    assert kinds.count("planned") == 1
+    assert kinds.count("route") == 1
+    assert kinds.count("keep-in") == len(plan["geofence"]["polygons"])
+    assert kinds.count("keep-out") == len(plan["geofence"]["circles"])
+
+
+@pytest.mark.parametrize("path", ["proof", "proof-sheet"])
+async def test_an_unknown_run_has_no_proof(service: Service, path: str) -> None:
+    status, _, problem = await service.call("GET", f"/api/v1/runs/run-none/{path}")
+    assert (status, problem["code"]) == (404, "not_found")

@@ -1,0 +1,84 @@
+"""The simulated autopilot's own judgement of a compiled mission, in process: it shares no code with Waydrop's rules."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Mapping
+
+from app.domain.mission import Mission, MissionItem, MissionType
+from app.domain.vehicle import FirmwareVersion, VehicleFacts, VehicleType
+from app.simulator.airframe import AIRFRAMES
+from app.simulator.firmware import PROFILES
+from app.simulator.geo import LocalFrame
+from app.simulator.mission.feasibility import FeasibilityInput, problems
+from app.simulator.mission.fence_item import fence_refusal
+from app.simulator.mission.geofence import Geofence
+from app.simulator.mission.item import Item
+from app.simulator.mission.item_rules import refusal
+from app.simulator.params import Params, Value
+from app.simulator.state import Home
+from app.simulator.wire import MissionAck
+from tests.unit.domain.plan_pieces import HOME
+
+AIRFRAME_OF = {
+    VehicleType.MULTICOPTER: "quad",
+    VehicleType.FIXED_WING: "plane",
+    VehicleType.VTOL: "vtol",
+    VehicleType.ROVER: "rover",
+    VehicleType.AIRSHIP: "airship",
+}
+PROFILE = PROFILES["px4-main"]
+
+
+def facts_of(vehicle_type: VehicleType, params: Mapping[str, Value]) -> VehicleFacts:
+    """What Waydrop reads of such a vehicle: everything, as a vehicle that answers every request."""
+    values = Params(AIRFRAMES[AIRFRAME_OF[vehicle_type]].params, params)
+    major, minor, patch = (PROFILE.flight_sw_version >> shift & 0xFF for shift in (24, 16, 8))
+    return VehicleFacts(
+        vehicle_type=vehicle_type,
+        firmware=FirmwareVersion(major, minor, patch),
+        home=HOME,
+        parameters={name: values[name] for name in values},
+    )
+
+
+def refusals(mission: Mission, vehicle_type: VehicleType, params: Mapping[str, Value]) -> list[str]:
+    """Why the autopilot would refuse the upload, or never start what it took. Empty: it flies."""
+    airframe = AIRFRAMES[AIRFRAME_OF[vehicle_type]]
+    values = Params(airframe.params, params)
+    frame = LocalFrame(HOME.latitude_deg, HOME.longitude_deg, HOME.altitude_m)
+    fence = tuple(map(_received, mission.fence))
+    found = [f"fence item {seq}" for seq, item in enumerate(fence) if fence_refusal(item) is not MissionAck.ACCEPTED]
+    for kind, items in ((MissionType.MISSION, mission.items), (MissionType.FENCE, mission.fence)):
+        for item in items:
+            answer = refusal(_received(item), int(kind), PROFILE)
+            if answer is not MissionAck.ACCEPTED:
+                found.append(f"{kind.name} item {item.seq} (command {item.command}): {answer.name}")
+    judged = FeasibilityInput(
+        items=tuple(map(_received, mission.items)),
+        airframe=airframe,
+        params=values,
+        frame=frame,
+        home=Home(0.0, 0.0, 0.0),
+        fence=Geofence(fence, frame),
+        landed=True,
+    )
+    return found + [f"{problem.event} {problem.argument}" for problem in problems(judged)]
+
+
+def _received(item: MissionItem) -> Item:
+    """As it arrives: floats in single precision."""
+    floats = (item.param1, item.param2, item.param3, item.param4, item.z)
+    param1, param2, param3, param4, z = struct.unpack("<5f", struct.pack("<5f", *floats))
+    return Item(
+        command=int(item.command),
+        frame=int(item.frame),
+        autocontinue=int(item.autocontinue),
+        param1=param1,
+        param2=param2,
+        param3=param3,
+        param4=param4,
+        x=item.x,
+        y=item.y,
+        z=z,
+    )

@@ -1,0 +1,49 @@
+"""A plan written as .plan and read again is the same plan, whatever it says."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+
+from app.domain.plan import Plan, parse_plan
+from app.interchange.qgc_writer import qgc_text
+from app.interchange.source import SourceFormat, convert_to_plan
+from tests.unit.domain.plan_pieces import gripper, land, multicopter, waypoint
+from tests.unit.domain.plan_strategies import PLANS, sensible_plans
+
+EXAMPLES = sorted((Path(__file__).parents[3] / "plans").glob("*.json"))
+SLOW_DATA = settings(suppress_health_check=[HealthCheck.too_slow], deadline=None)
+
+
+def back(plan: Plan) -> Plan:
+    text, _ = qgc_text(plan)
+    conversion = convert_to_plan(text.encode())
+    assert conversion.source is SourceFormat.QGC
+    return conversion.plan
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_every_example_plan_comes_back_equal_and_without_a_finding(path: Path) -> None:
+    plan = parse_plan(path.read_bytes())
+    conversion = convert_to_plan(qgc_text(plan)[0].encode())
+    assert conversion.plan == plan
+    assert conversion.findings == ()
+
+
+@SLOW_DATA
+@given(PLANS)
+def test_any_plan_comes_back_equal(plan: Plan) -> None:
+    assert back(plan) == plan
+
+
+@SLOW_DATA
+@given(sensible_plans())
+def test_any_sensible_plan_comes_back_equal(plan: Plan) -> None:
+    assert back(plan) == plan
+
+
+def test_a_jump_to_a_drop_that_needs_a_pause_before_it_comes_back_equal() -> None:
+    plan = multicopter(waypoint(), land(100), gripper(id="drop"), {"type": "jump", "target": "drop", "repeats": 1})
+    assert back(plan) == plan
