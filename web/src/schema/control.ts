@@ -8,7 +8,7 @@ export type Control =
   | { readonly kind: "once"; readonly value: unknown }
   | { readonly kind: "number"; readonly integer: boolean; readonly range: string }
   | { readonly kind: "choice"; readonly options: readonly string[] }
-  | { readonly kind: "text"; readonly long: boolean }
+  | { readonly kind: "text" }
   | { readonly kind: "tuple"; readonly parts: readonly Control[]; readonly names: readonly string[] }
   | { readonly kind: "object"; readonly fields: readonly Field[] }
   /** What no control is made for: the JSON tab has it. */
@@ -49,7 +49,7 @@ export function controlOf(schema: Schema, root: Schema = schema): Control {
     case "integer":
       return { kind: "number", integer: s["type"] === "integer", range: rangeOf(s) };
     case "string":
-      return { kind: "text", long: typeof s["maxLength"] === "number" && s["maxLength"] > 200 };
+      return { kind: "text" };
     case "array":
       return tupleOf(s, root);
     case "object":

@@ -20,7 +20,11 @@ export function SchemaFields({ fields, pointer, value }: Props) {
   const [open, setOpen] = useState<ReadonlySet<string>>(new Set()); // one that is emptied again stays where it was
   const shown = fields.filter((field) => given(field) || open.has(field.name));
   const others = fields.filter((field) => !shown.includes(field));
-  const show = (name: string) => setOpen(new Set([...open, name, ...shown.map((field) => field.name)]));
+  const show = (name: string) => {
+    setOpen(new Set([...open, name, ...shown.map((field) => field.name)]));
+    const isObject = fields.find((field) => field.name === name)?.control.kind === "object";
+    if (isObject) editPlan((plan) => withValue(plan, `${pointer}/${name}`, {})); // its fields can be chosen at once
+  };
   return (
     <div class="fields">
       {shown.map((field) => (
