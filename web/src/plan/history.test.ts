@@ -38,6 +38,9 @@ describe("the draft's history", () => {
     let history = startHistory("");
     for (let i = 0; i < 500; i++) history = written(history, String(i));
     expect(history.past.length).toBe(200);
+    const large = ["a", "b", "c", "d"].map((letter) => letter.repeat(4_000_000)).reduce((kept, text) => written(kept, text), startHistory(""));
+    expect(large.past.map((text) => text[0])).toEqual(["b", "c"]);
+    expect(undo(written(startHistory("x".repeat(20_000_000)), "y")).text[0]).toBe("x");
     expect(written(history, history.text)).toBe(history);
   });
 });

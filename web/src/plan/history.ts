@@ -3,6 +3,8 @@
 /** Changes of one thing (a drag, typing into a field) closer together than this are undone as one. */
 const TOGETHER_MS = 1500;
 const KEPT = 200;
+/** Of all kept texts together, so that large plans do not fill the memory. */
+const KEPT_CHARS = 10_000_000;
 
 export interface History {
   readonly text: string;
@@ -44,6 +46,14 @@ function write(history: History, text: string, what: string | null, at: number):
   if (text === history.text) return history;
   const last = what === null ? null : { what, at };
   const joins = last !== null && history.last?.what === what && at - history.last.at < TOGETHER_MS;
-  const past = joins ? history.past : [...history.past, history.text].slice(-KEPT);
+  const past = joins ? history.past : bounded([...history.past, history.text]);
   return { text, past, future: [], last };
+}
+
+/** The newest ones that there is room for; at least one, so that the last change can always be undone. */
+function bounded(past: readonly string[]): readonly string[] {
+  let from = past.length - 1;
+  let chars = past[from]?.length ?? 0;
+  while (from > 0 && past.length - from < KEPT && chars + (past[from - 1]?.length ?? 0) <= KEPT_CHARS) chars += past[--from]?.length ?? 0;
+  return past.slice(from);
 }
