@@ -70,10 +70,10 @@ function PlanItem({ item, findings, timeline, progress, detail, onMove }: ItemPr
         </span>
         {arrival !== "" && <span class="plan-item-arrival">{arrival}</span>}
       </button>
-      {pointed && detail?.(item)}
       {findings.map((finding) => (
         <FindingNote key={finding.code + finding.pointer} finding={finding} />
       ))}
+      {pointed && detail?.(item)}
     </li>
   );
 }
