@@ -7,7 +7,7 @@ from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 
 import pytest
-from playwright.async_api import Browser, async_playwright
+from playwright.async_api import Browser, async_playwright, expect
 
 from tests.browser.dashboard import Dashboard
 from tests.service import ServiceProcess
@@ -25,6 +25,8 @@ CHROMIUM_ARGS = (
     "--disable-quic",
 )
 
+expect.set_options(timeout=20_000)  # it ends a hang; on a busy machine a check of a plan may take seconds
+
 FLEET = "quad,quad,plane,vtol"
 SPEED = 4.0
 
@@ -32,6 +34,12 @@ SPEED = 4.0
 def chromium_args() -> list[str]:
     """The flags above; as root (containers) Chromium starts only without its sandbox."""
     return [*CHROMIUM_ARGS, *(["--no-sandbox"] if os.geteuid() == 0 else [])]
+
+
+def simulated_service(data_dir: Path, fleet: SimulatedFleet) -> ServiceProcess:
+    """A service that knows these vehicles and the simulator behind them."""
+    control = f"127.0.0.1:{fleet.control_port}"
+    return ServiceProcess(data_dir, fleet.connections, WAYDROP_SIMULATOR_CONTROL=control)
 
 
 @pytest.fixture
@@ -45,17 +53,14 @@ async def browser() -> AsyncIterator[Browser]:
 @pytest.fixture(scope="session")
 def idle_service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServiceProcess]:
     """A service whose vehicles stay on the ground, for the tests that only look."""
-    with (
-        SimulatedFleet(FLEET) as fleet,
-        ServiceProcess(tmp_path_factory.mktemp("idle"), fleet.connections) as service,
-    ):
+    with SimulatedFleet(FLEET) as fleet, simulated_service(tmp_path_factory.mktemp("idle"), fleet) as service:
         yield service
 
 
 @pytest.fixture
 def flying_service(tmp_path: Path) -> Iterator[ServiceProcess]:
     """A service and vehicles for one test alone, several times as fast as real ones."""
-    with SimulatedFleet(FLEET, speed=SPEED) as fleet, ServiceProcess(tmp_path, fleet.connections) as service:
+    with SimulatedFleet(FLEET, speed=SPEED) as fleet, simulated_service(tmp_path, fleet) as service:
         yield service
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from pathlib import Path
@@ -18,6 +19,14 @@ FLIGHT_MS = 90_000
 """More than a flight takes at the tests' speed on a busy machine."""
 
 Scheme = Literal["dark", "light"]
+
+
+def is_object(text: str) -> bool:
+    """Whether this is a JSON object: the least that can be listed."""
+    try:
+        return isinstance(json.loads(text), dict)
+    except ValueError:
+        return False
 
 
 class Dashboard:
@@ -43,7 +52,7 @@ class Dashboard:
         await dashboard.open()
         yield dashboard
         await context.close()
-        assert dashboard.problems == []
+        assert dashboard.problems == [], dashboard.problems
 
     async def open(self) -> None:
         """Load the page and wait for the stream and the whole fleet."""
@@ -64,9 +73,19 @@ class Dashboard:
         return self.page.get_by_role("region", name="Fleet").get_by_role("button", name=vehicle_id)
 
     async def write_plan(self, text: str) -> None:
-        """Paste a plan into the plan panel."""
+        """Paste a plan into the plan panel; its items are shown if it has any."""
         await self.page.get_by_role("tab", name="Plan").click()
+        await self.fill_plan(text)
+
+    async def fill_plan(self, text: str) -> None:
+        """Paste a plan into the panel that is open."""
+        await self.page.get_by_role("tab", name="JSON").click()
         await self.page.get_by_label("Plan as JSON").fill(text)
+        items = self.page.get_by_role("tab", name="Items")
+        if is_object(text):
+            await items.click()
+        else:
+            await expect(items).to_be_disabled()
 
     async def upload(self, text: str, vehicle_id: str) -> None:
         """Paste a plan, choose the vehicle, upload, and wait until the run can be started."""

@@ -13,16 +13,15 @@ from pathlib import Path
 
 from playwright.async_api import Browser, async_playwright, expect
 
-from tests.browser.conftest import CHROMIUM, FLEET, SPEED, chromium_args
+from tests.browser.conftest import CHROMIUM, FLEET, SPEED, chromium_args, simulated_service
 from tests.browser.dashboard import CLINIC_RUN, FLIGHT_MS, Dashboard, Scheme
-from tests.service import ServiceProcess
 from tests.simulated import SimulatedFleet
 
 SCHEMES: tuple[Scheme, ...] = ("dark", "light")
 SIZES = {"wide": (1440, 900), "middle": (900, 700), "narrow": (360, 800), "wall": (3840, 2160)}
 PATIENCE_MS = 180_000
 """Software WebGL draws a 4K map slowly, the more so on a busy machine."""
-VIEWS = ("Map", "Fleet", "Plan", "Run", "Events")
+VIEWS = ("Map", "Fleet", "Plan", "Run", "Faults", "Events")
 
 
 def faulty_plan() -> str:
@@ -59,12 +58,17 @@ async def every_view(browser: Browser, url: str, folder: Path, size: str, scheme
             await board.write_plan(CLINIC_RUN)
             await expect(board.page.get_by_text("Can be flown")).to_be_visible(timeout=20_000)
             await board.page.screenshot(path=folder / f"{size}-{scheme}.png")
+            await board.page.locator(".plan-item-main").nth(2).click()
+            await board.page.screenshot(path=folder / f"{size}-{scheme}-editor.png")
+            for tab in ("Area", "Details", "JSON", "Simulator"):
+                await board.page.get_by_role("tab", name=tab).click()
+                await board.page.screenshot(path=folder / f"{size}-{scheme}-{tab.lower()}.png")
             return
         views = board.page.get_by_role("navigation", name="Views")
         for view in VIEWS:
             await views.get_by_role("button", name=view).click()
             if view == "Plan":
-                await board.page.get_by_label("Plan as JSON").fill(faulty_plan())
+                await board.fill_plan(faulty_plan())
                 await expect(board.page.locator(".finding").first).to_be_visible()
             await board.page.screenshot(path=folder / f"{size}-{scheme}-{view.lower()}.png")
 
@@ -74,7 +78,7 @@ async def main(folder: Path) -> None:
     with (
         tempfile.TemporaryDirectory() as data,
         SimulatedFleet(FLEET, speed=SPEED) as fleet,
-        ServiceProcess(Path(data), fleet.connections) as service,
+        simulated_service(Path(data), fleet) as service,
     ):
         async with async_playwright() as playwright:
             browser = await playwright.chromium.launch(executable_path=CHROMIUM, args=chromium_args())

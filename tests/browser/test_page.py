@@ -101,15 +101,27 @@ async def test_no_view_has_an_accessibility_violation(
     async with Dashboard.opened(browser, idle_service.url, scheme=scheme) as dashboard:
         await dashboard.vehicle("v1").click()
         await dashboard.page.evaluate(AXE())
-        for tab in ("Run", "Plan"):
+        for tab in ("Run", "Simulator", "Plan"):
             await dashboard.page.get_by_role("tab", name=tab).click()
+            if tab == "Simulator":
+                await expect(dashboard.page.locator(".fault").first).to_be_visible()
             if tab == "Plan":
-                await dashboard.write_plan(CLINIC_RUN.replace('"hold_s"', '"holds"'))
+                await dashboard.write_plan(CLINIC_RUN.replace('"max_offset_m"', '"offset_m"'))
                 await expect(dashboard.page.locator(".plan-item")).to_have_count(5)
-            found = await dashboard.page.evaluate(
-                "async () => (await axe.run()).violations.map(v => [v.id, v.nodes.map(n => n.html)])"
-            )
-            assert found == [], f"{tab}, {scheme}"
+                await expect(dashboard.page.locator(".finding").first).to_be_visible()
+            assert await violations(dashboard) == [], f"{tab}, {scheme}"
+        await dashboard.page.locator(".plan-item-main").first.click()
+        await dashboard.button("Draw a fence").click()
+        for tab in ("Items", "Area", "Details", "JSON"):
+            await dashboard.page.get_by_role("tab", name=tab).click()
+            assert await violations(dashboard) == [], f"plan's {tab}, {scheme}"
+
+
+async def violations(dashboard: Dashboard) -> object:
+    """What axe finds wrong with the page as it is."""
+    return await dashboard.page.evaluate(
+        "async () => (await axe.run()).violations.map(v => [v.id, v.nodes.map(n => n.html)])"
+    )
 
 
 @pytest.mark.parametrize("width", [360, 900, 1440, 3840])
@@ -119,6 +131,9 @@ async def test_every_view_fits_every_width(browser: Browser, idle_service: Servi
         for button in await bar.all() if width < 1100 else [None]:
             if button is not None:
                 await button.click()
+                if await button.inner_text() == "Plan":
+                    await dashboard.fill_plan(CLINIC_RUN)
+                    await dashboard.page.locator(".plan-item-main").nth(1).click()
             size = await dashboard.page.evaluate(
                 "() => [document.documentElement.scrollWidth, document.documentElement.scrollHeight]"
             )

@@ -1,12 +1,14 @@
 import { live } from "./state/store";
 import { panel, view } from "./state/selection";
 import { Feed } from "./ui/feed";
+import { FileDrop } from "./ui/file-drop";
 import { Fleet } from "./ui/fleet";
 import { Header } from "./ui/header";
 import { MapView } from "./ui/map-view";
 import { Notices } from "./ui/notices";
 import { PlanPanel } from "./ui/plan-panel";
 import { RunPanel } from "./ui/run-panel";
+import { SimulatorPanel } from "./ui/simulator-panel";
 import { PanelTabs, ViewBar } from "./ui/tabs";
 import { TokenDialog } from "./ui/token-dialog";
 
@@ -14,23 +16,35 @@ export function App() {
   return (
     <div class={`page${live.value ? "" : " not-live"}`} data-view={view.value}>
       <a class="skip" href="#panel">
-        Skip to plan and run
+        Skip to the panel
       </a>
       <Header />
       <main>
         <MapView />
         <Fleet />
         <Feed />
-        <section class="card panel" aria-label="Plan and run">
+        <section class="card panel" aria-label="Panel">
           <PanelTabs />
           <div id="panel" role="tabpanel" aria-labelledby={`tab-${panel.value}`} tabIndex={-1}>
-            {panel.value === "plan" ? <PlanPanel /> : <RunPanel />}
+            <Shown />
           </div>
         </section>
       </main>
       <ViewBar />
+      <FileDrop />
       <Notices />
       <TokenDialog />
     </div>
   );
+}
+
+function Shown() {
+  switch (panel.value) {
+    case "plan":
+      return <PlanPanel />;
+    case "run":
+      return <RunPanel />;
+    case "simulator":
+      return <SimulatorPanel />;
+  }
 }

@@ -2,7 +2,8 @@
 
 import { ProblemError, problemFrom, unreachable } from "./problem";
 import { readToken } from "./token";
-import type { PlanCheck, PlanDocument, PlanHead, Run, StoredPlan, Vehicle } from "./types";
+import type { PlanCheck, PlanDocument, PlanHead, Principal, Run, SimulatorView, StoredPlan, Vehicle } from "./types";
+import type { Schema } from "../schema/control";
 import type { RunAction } from "../state/runs";
 
 const BASE = "/api/v1";
@@ -12,6 +13,9 @@ export const api = {
   plans: async (): Promise<PlanHead[]> => (await get<{ plans: PlanHead[] }>("/plans")).plans,
   plan: (id: string): Promise<StoredPlan> => get(`/plans/${encodeURIComponent(id)}`),
   run: (id: string): Promise<Run> => get(`/runs/${encodeURIComponent(id)}`),
+  principal: (): Promise<Principal> => get("/principal"),
+  planSchema: (): Promise<Schema> => get("/schemas/plan"),
+  simulator: (): Promise<SimulatorView> => get("/simulator"),
   /** The proof of delivery as a page (HTML) to file or print. */
   proofSheet: async (run: string): Promise<string> => {
     const answer = await answerTo(`/runs/${encodeURIComponent(run)}/proof-sheet`, { method: "GET" });
@@ -28,6 +32,9 @@ export const api = {
   runAction: (id: string, action: RunAction): Promise<Run> => send(`/runs/${encodeURIComponent(id)}/${action}`, {}, {}),
   vehicleAction: (id: string, action: "hold" | "return" | "land"): Promise<unknown> =>
     send(`/vehicles/${encodeURIComponent(id)}/${action}`, {}, {}),
+  /** `vehicle` null: all simulated vehicles. */
+  setFault: (vehicle: string | null, fault: string, value: unknown): Promise<unknown> =>
+    send("/simulator/faults", { vehicle, fault, value }, {}),
 };
 
 interface SendOptions {

@@ -712,6 +712,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/principal": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Who asks, and what that one may do
+         * @description Role: viewer or higher.
+         */
+        get: operations["get_principal"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/schemas/plan": {
         parameters: {
             query?: never;
@@ -2590,6 +2610,19 @@ export interface components {
             throw_m: number;
         };
         /**
+         * PrincipalView
+         * @description The name of the token that came with the request (`local` where none is needed) and its role.
+         *
+         *     `may` holds the roles that it includes: viewer, then dispatcher, pilot, admin.
+         */
+        PrincipalView: {
+            /** Name */
+            name: string;
+            role: components["schemas"]["Role"];
+            /** May */
+            may: components["schemas"]["Role"][];
+        };
+        /**
          * Problem
          * @description An error. Decide by `code`; show `title`, `detail` and `hint` to people; `request_id` finds it in the log.
          */
@@ -2749,6 +2782,12 @@ export interface components {
              */
             type: "return_to_launch";
         };
+        /**
+         * Role
+         * @description What a principal may do; each role may do what those before it may.
+         * @enum {string}
+         */
+        Role: "viewer" | "dispatcher" | "pilot" | "admin";
         /**
          * Run
          * @description One run as stored and shown. Times are Unix seconds.
@@ -8136,6 +8175,71 @@ export interface operations {
             };
             /** @description `simulator.no_answer`: The simulator did not answer */
             504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_principal: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The name and role of the token */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["PrincipalView"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
                 headers: {
                     [name: string]: unknown;
                 };

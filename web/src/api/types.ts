@@ -15,6 +15,11 @@ export type Timeline = Schemas["Timeline"];
 export type PlanCheck = Schemas["PlanCheck"];
 export type PlanHead = Schemas["PlanHead"];
 export type StoredPlan = Schemas["PlanView"];
+export type Principal = Schemas["PrincipalView"];
+export type Role = Schemas["Role"];
+export type SimulatorView = Schemas["SimulatorView"];
+export type SimulatedVehicle = Schemas["SimulatedVehicleView"];
+export type FaultKind = Schemas["FaultKind"];
 
 /** A fact of the stream. `page.missing` is the page's own: it stands for events that the service no longer has. */
 export type EventKind = Schemas["EventKind"] | "page.missing";

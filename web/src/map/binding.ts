@@ -2,28 +2,31 @@
 
 import { computed, effect, signal, untracked } from "@preact/signals";
 import { viewPlan, type PlanView } from "../plan/document";
-import type { Run } from "../api/types";
-import { draftView } from "../state/draft";
+import type { Run, Timeline } from "../api/types";
+import { draftTimeline } from "../state/draft";
+import { draftNumber, draftView } from "../state/draft-text";
+import { applyTool, dragTo, finishSketch, handles, letGo, sketch, takeHandle, tool } from "../state/editor";
 import { plansById } from "../state/plans";
 import { itemId, panel, selectedRun, selectedVehicle, selectVehicle, vehicleId } from "../state/selection";
 import { live, tracks, vehicles } from "../state/store";
 import { theme } from "../state/theme";
-import { boundsAround, following, homeOf, planPoints, ringStep, vehiclePoint } from "./camera";
-import { dropFeatures, fenceFeatures, itemProgress, pathFeatures, placeFeatures, ringFeatures, trackFeatures, vehicleFeatures, collection } from "./features";
+import { boundsAround, following, homeOf, planPoints, ringStep, vehiclePoint, viewed } from "./camera";
+import { dropFeatures, fenceFeatures, handleFeatures, itemProgress, pathFeatures, placeFeatures, ringFeatures, sketchFeatures, trackFeatures, vehicleFeatures, collection } from "./features";
 import { metresBetween } from "./geometry";
 import { graticule, type View } from "./graticule";
 import { gridLabels, type Label } from "./grid-labels";
+import { releaseFeatures } from "./release";
 import { PALETTES } from "./palette";
 import { Scene } from "./scene";
 import type { Look } from "./style";
 
 /** The plan on the map: the draft while it is being prepared, else the chosen run's. */
-export const shownPlan = computed<{ readonly key: string; readonly view: PlanView; readonly run: Run | null } | null>(() => {
+export const shownPlan = computed<{ readonly key: string; readonly view: PlanView; readonly run: Run | null; readonly timeline: Timeline | null } | null>(() => {
   const draft = draftView.value;
-  if (panel.value === "plan" && draft !== null) return { key: `draft ${draft.name}`, view: draft, run: null };
+  if (panel.value === "plan" && draft !== null) return { key: `draft ${draftNumber.value}`, view: draft, run: null, timeline: draftTimeline.value };
   const run = selectedRun.value;
   const view = runPlan.value;
-  return run === null || view === null ? null : { key: run.plan_id, view, run };
+  return run === null || view === null ? null : { key: run.plan_id, view, run, timeline: plansById.value[run.plan_id]?.timeline ?? null };
 });
 
 const runPlan = computed(() => {
@@ -45,16 +48,27 @@ function rootTextSize(): number {
 export function bindScene(container: HTMLElement, onLabels: (labels: readonly Label[]) => void): { scene: Scene; dispose: () => void } {
   const grid = new Grid(onLabels);
   const scene = new Scene(container, look.peek(), {
-    onView: (view) => grid.show(scene, view),
-    onVehicle: selectVehicle,
-    onPlace: (id) => (itemId.value = id),
+    onView: (view) => {
+      viewed.value = view;
+      grid.show(scene, view);
+    },
+    onVehicle: (id) => tool.peek() === null && selectVehicle(id),
+    onPlace: (id) => tool.peek() === null && (itemId.value = id),
     onGrab: () => (following.value = false),
+    onMap: applyTool,
+    onDoubleClick: finishSketch,
+    onGrip: takeHandle,
+    onDrag: dragTo,
+    onLetGo: letGo,
   });
   const effects = [
     effect(() => scene.setLook(look.value)),
     effect(() => scene.setData("vehicles", vehicleFeatures(vehicles.value, vehicleId.value, live.value))),
     effect(() => scene.setData("tracks", trackFeatures(tracks.value))),
     effect(() => drawPlan(scene)),
+    effect(() => scene.setData("handles", handleFeatures(handles.value))),
+    effect(() => scene.setData("sketch", sketchFeatures(sketch.value))),
+    effect(() => scene.setDrawing(tool.value !== null)),
     effect(() => {
       void homeKey.value;
       grid.home(scene);
@@ -79,7 +93,7 @@ function drawPlan(scene: Scene): void {
   const plan = shownPlan.value;
   const nothing = collection([]);
   if (plan === null) {
-    for (const source of ["path", "places", "drops", "fences"] as const) scene.setData(source, nothing);
+    for (const source of ["path", "places", "drops", "fences", "release"] as const) scene.setData(source, nothing);
     return;
   }
   void homeKey.value;
@@ -89,6 +103,7 @@ function drawPlan(scene: Scene): void {
   scene.setData("places", placeFeatures(plan.view, progress, itemId.value));
   scene.setData("drops", dropFeatures(plan.view, plan.run));
   scene.setData("fences", fenceFeatures(plan.view));
+  scene.setData("release", releaseFeatures(plan.view, plan.timeline));
 }
 
 function follow(scene: Scene): void {
@@ -99,7 +114,7 @@ function follow(scene: Scene): void {
 function lookAtItem(scene: Scene): void {
   const id = itemId.value;
   const at = untracked(() => shownPlan.value?.view.items.find((item) => item.id === id)?.at);
-  if (at) scene.centre(at, 16);
+  if (at && !scene.shows(at)) scene.centre(at, 16);
 }
 
 /** Show the fleet once it is known, and each other plan once: then the map is the operator's. */

@@ -1,12 +1,24 @@
 /** Where the map looks by itself: the fleet or plan when there is something new to see, and a vehicle being followed. */
 
-import { signal } from "@preact/signals";
+import { computed, signal } from "@preact/signals";
 import type { Vehicle } from "../api/types";
 import type { PlanView } from "../plan/document";
-import { boundsOf, circleRing, type Point } from "./geometry";
+import { boundsOf, circleRing, metresBetween, type Point } from "./geometry";
+import type { View } from "./graticule";
 
 /** Keep the chosen vehicle in the middle, until somebody moves the map by hand. */
 export const following = signal(false);
+
+/** What the map shows now. */
+export const viewed = signal<View | null>(null);
+export const viewCentre = computed<Point>(() => {
+  const view = viewed.value;
+  return view === null ? [0, 0] : [(view.west + view.east) / 2, (view.south + view.north) / 2];
+});
+export const viewHeight_m = computed(() => {
+  const view = viewed.value;
+  return view === null ? 0 : metresBetween([view.west, view.south], [view.west, view.north]);
+});
 
 export function vehiclePoint(vehicle: Vehicle | null): Point | null {
   const lat = vehicle?.state.latitude_deg ?? null;

@@ -4,6 +4,7 @@ import type { Feature, FeatureCollection, Geometry } from "geojson";
 import type { Run, RunState, Vehicle } from "../api/types";
 import { metres } from "../format/units";
 import { dropPlaces, isDrop, type PlanItemView, type PlanView } from "../plan/document";
+import type { Handle } from "../plan/handles";
 import { trackLines, type Tracks } from "../state/tracks";
 import { circleRing, offset, type Point } from "./geometry";
 
@@ -81,6 +82,8 @@ export function placeFeatures(plan: PlanView, progress: ReadonlyMap<string, Prog
         label: String(item.index + 1),
         state: progress.get(item.id) ?? "ahead",
         pointed: item.id === pointedAt,
+        role: "item",
+        pointer: `/items/${item.index}`,
       }),
     ),
   );
@@ -104,6 +107,18 @@ export function fenceFeatures(plan: PlanView): FeatureCollection {
       return feature({ type: "Polygon", coordinates: [[...ring]] }, { kind });
     }),
   );
+}
+
+/** What can be taken hold of beside the items, which are drawn as places. */
+export function handleFeatures(handles: readonly Handle[]): FeatureCollection {
+  const others = handles.filter(({ role }) => role !== "item");
+  return collection(others.map(({ role, pointer, at }) => feature({ type: "Point", coordinates: at }, { role, pointer })));
+}
+
+/** A fence that is not yet closed: its line and its corners. */
+export function sketchFeatures(corners: readonly Point[]): FeatureCollection {
+  const ends = corners.map((at) => feature({ type: "Point", coordinates: at }, {}));
+  return collection(corners.length > 1 ? [feature({ type: "LineString", coordinates: [...corners] }, {}), ...ends] : ends);
 }
 
 /** Home and rings around it at round distances: the scale of an otherwise empty map. */

@@ -3,7 +3,9 @@
 import { Map as GlMap, ScaleControl, setWorkerUrl, type GeoJSONSource } from "maplibre-gl";
 import workerUrl from "maplibre-gl/dist/maplibre-gl-worker.mjs?url";
 import type { FeatureCollection } from "geojson";
+import type { Point } from "./geometry";
 import type { View } from "./graticule";
+import { listenToHandles } from "./handle-drag";
 import { drawIcon } from "./icons";
 import { buildStyle, NO_DATA, type Look, type MapData, type SourceId } from "./style";
 
@@ -11,10 +13,17 @@ setWorkerUrl(workerUrl); // from our own origin, so that the page's content secu
 
 export interface SceneEvents {
   onView(view: View): void;
-  onVehicle(id: string): void;
-  onPlace(id: string): void;
+  onVehicle(id: string): unknown;
+  onPlace(id: string): unknown;
   /** Somebody moved the map by hand. */
   onGrab(): void;
+  /** A click anywhere, on things too. */
+  onMap(at: Point): void;
+  onDoubleClick(): void;
+  /** Somebody takes hold of a handle; true lets it be dragged. */
+  onGrip(role: string, pointer: string): boolean;
+  onDrag(at: Point): void;
+  onLetGo(): void;
 }
 
 export class Scene {
@@ -59,7 +68,8 @@ export class Scene {
   }
 
   fit(bounds: [number, number, number, number]): void {
-    this.#map.fitBounds(bounds, { padding: 70, maxZoom: 17.5, duration: 500 });
+    const { clientWidth, clientHeight } = this.#map.getContainer();
+    this.#map.fitBounds(bounds, { padding: Math.min(70, Math.min(clientWidth, clientHeight) / 6), maxZoom: 17.5, duration: 500 });
   }
 
   centre(at: [number, number], zoom?: number): void {
@@ -68,6 +78,16 @@ export class Scene {
 
   zoomBy(levels: number): void {
     this.#map.easeTo({ zoom: this.#map.getZoom() + levels, duration: 200 });
+  }
+
+  /** While something is drawn, a double click ends it and does not zoom. */
+  setDrawing(drawing: boolean): void {
+    if (drawing) this.#map.doubleClickZoom.disable();
+    else this.#map.doubleClickZoom.enable();
+  }
+
+  shows(at: [number, number]): boolean {
+    return this.#map.getBounds().contains(at);
   }
 
   project(at: [number, number]): { x: number; y: number } {
@@ -87,6 +107,9 @@ export class Scene {
     map.on("move", tellView);
     map.on("resize", tellView);
     map.on("dragstart", () => this.events.onGrab());
+    map.on("click", ({ lngLat }) => this.events.onMap([lngLat.lng, lngLat.lat]));
+    map.on("dblclick", () => this.events.onDoubleClick());
+    listenToHandles(map, ["handles", "places"], this.events);
     for (const [layer, tell] of [["vehicles", this.events.onVehicle], ["places", this.events.onPlace]] as const) {
       map.on("click", layer, ({ features }) => {
         const id: unknown = features?.[0]?.properties?.["id"];

@@ -4,7 +4,7 @@ import type { ExpressionSpecification, LayerSpecification, LineLayerSpecificatio
 import type { FeatureCollection } from "geojson";
 import type { Palette } from "./palette";
 
-export const SOURCES = ["gridMinor", "gridMajor", "rings", "fences", "tracks", "path", "places", "drops", "vehicles"] as const;
+export const SOURCES = ["gridMinor", "gridMajor", "rings", "fences", "tracks", "path", "release", "handles", "places", "drops", "sketch", "vehicles"] as const;
 export type SourceId = (typeof SOURCES)[number];
 export type MapData = Record<SourceId, FeatureCollection>;
 
@@ -30,6 +30,7 @@ export function buildStyle(look: Look, data: MapData): StyleSpecification {
       ...backgroundLayers(look),
       ...planLayers(look),
       ...vehicleLayers(look),
+      ...sketchLayers(look),
     ],
   };
 }
@@ -70,6 +71,8 @@ function planLayers({ palette: p, scale }: Look): LayerSpecification[] {
     },
     { id: "tracks", type: "line", source: "tracks", layout: { ...ROUND }, paint: { "line-color": p.track, "line-width": 2 * scale, "line-opacity": 0.75 } },
     { id: "ringText", type: "symbol", source: "rings", filter: ["==", ["get", "kind"], "label"], layout: text("label", 11 * scale), paint: textPaint(p.ringText, p) },
+    ...releaseLayers({ palette: p, scale }),
+    ...handleLayers({ palette: p, scale }),
     {
       id: "places",
       type: "circle",
@@ -101,6 +104,64 @@ function planLayers({ palette: p, scale }: Look): LayerSpecification[] {
       layout: { ...text("label", 12 * scale), "text-anchor": "left", "text-offset": [1.3, -2] },
       paint: textPaint(p.text, p),
     },
+  ];
+}
+
+/** Where a parcel leaves and comes down, and how far off it may. */
+function releaseLayers({ palette: p, scale }: Look): LayerSpecification[] {
+  const kind: ExpressionSpecification = ["get", "kind"];
+  return [
+    {
+      id: "releaseLine",
+      type: "line",
+      source: "release",
+      filter: ["==", ["geometry-type"], "LineString"],
+      layout: { ...ROUND },
+      paint: { "line-color": p.drop, "line-width": 1.6 * scale, "line-dasharray": [1.5, 2.5], "line-opacity": ["match", kind, "allowed", 0.6, 1] },
+    },
+    {
+      id: "releasePoint",
+      type: "circle",
+      source: "release",
+      filter: ["==", ["geometry-type"], "Point"],
+      paint: { "circle-radius": 4 * scale, "circle-color": ["match", kind, "release", p.drop, p.background], "circle-stroke-color": p.drop, "circle-stroke-width": 2 * scale },
+    },
+    {
+      id: "releaseText",
+      type: "symbol",
+      source: "release",
+      filter: ["==", ["geometry-type"], "Point"],
+      layout: { ...text("label", 11 * scale), "text-anchor": "top", "text-offset": [0, 0.7], "text-optional": true },
+      paint: textPaint(p.drop, p),
+    },
+  ];
+}
+
+/** Seen are small dots; what takes hold of them is as large as a finger. */
+function handleLayers({ palette: p, scale }: Look): LayerSpecification[] {
+  const role: ExpressionSpecification = ["get", "role"];
+  return [
+    {
+      id: "handleDots",
+      type: "circle",
+      source: "handles",
+      paint: {
+        "circle-radius": ["match", role, "middle", 3.5 * scale, 5.5 * scale],
+        "circle-color": ["match", role, ["rally", "home", "approach"], p.path, p.background],
+        "circle-stroke-color": ["match", role, ["rally", "home", "approach"], p.halo, p.text],
+        "circle-stroke-width": 1.8 * scale,
+        "circle-opacity": ["match", role, "middle", 0.6, 1],
+        "circle-stroke-opacity": ["match", role, "middle", 0.6, 1],
+      },
+    },
+    { id: "handles", type: "circle", source: "handles", paint: { "circle-radius": 13, "circle-opacity": 0 } },
+  ];
+}
+
+function sketchLayers({ palette: p, scale }: Look): LayerSpecification[] {
+  return [
+    { id: "sketchLine", type: "line", source: "sketch", filter: ["==", ["geometry-type"], "LineString"], layout: { ...ROUND }, paint: { "line-color": p.warn, "line-width": 2 * scale } },
+    { id: "sketchPoint", type: "circle", source: "sketch", filter: ["==", ["geometry-type"], "Point"], paint: { "circle-radius": 5 * scale, "circle-color": p.warn } },
   ];
 }
 

@@ -53,6 +53,12 @@ export function viewPlan(plan: PlanDocument): PlanView {
   };
 }
 
+/** A stored plan names every field; one that is null is not given, and not worth a line. */
+export function withoutNulls(plan: PlanDocument): PlanDocument {
+  const tidy = JSON.parse(JSON.stringify(plan), (_, value: unknown) => (value === null ? undefined : value)) as unknown;
+  return isRecord(tidy) ? tidy : plan;
+}
+
 /** The item that a finding is about: by its id, else by its pointer (/items/3/...). */
 export function itemOfFinding(finding: { item_id: string | null; pointer: string }, items: readonly PlanItemView[]): PlanItemView | null {
   const named = items.find((item) => item.id === finding.item_id);

@@ -4,13 +4,13 @@ import { computed, effect, signal } from "@preact/signals";
 import { api } from "../api/client";
 import { asProblem, type ProblemError } from "../api/problem";
 import type { Finding, PlanDocument, Timeline } from "../api/types";
-import { parsePlanText, viewPlan } from "../plan/document";
-import { keepPlan } from "./plans";
+import { withoutNulls } from "../plan/document";
+import { draftPlan, draftText, openDraft, planText } from "./draft-text";
 import { report } from "./notices";
+import { keepPlan, readStoredPlans } from "./plans";
 import { selectRun, vehicleId } from "./selection";
 import { dispatch, live } from "./store";
 
-const KEY = "waydrop.draft";
 const CHECK_DELAY_MS = 300;
 
 export type Check =
@@ -18,7 +18,6 @@ export type Check =
   | { readonly kind: "done"; readonly findings: readonly Finding[]; readonly timeline: Timeline | null }
   | { readonly kind: "refused"; readonly problem: ProblemError };
 
-export const draftText = signal(sessionStorage.getItem(KEY) ?? "");
 /** A stored plan that the text still is, so that it is not stored a second time. */
 const storedAs = signal<{ readonly text: string; readonly id: string } | null>(null);
 export const check = signal<Check>({ kind: "none" });
@@ -26,29 +25,30 @@ export const check = signal<Check>({ kind: "none" });
 export const checking = signal(false);
 export const sending = signal(false);
 
-export const parsed = computed(() => parsePlanText(draftText.value));
-export const draftPlan = computed<PlanDocument | null>(() => (parsed.value !== null && "plan" in parsed.value ? parsed.value.plan : null));
-export const draftView = computed(() => (draftPlan.value === null ? null : viewPlan(draftPlan.value)));
 export const findings = computed<readonly Finding[]>(() => {
   if (check.value.kind === "done") return check.value.findings;
   return check.value.kind === "refused" ? check.value.problem.findings : [];
 });
 export const hasErrors = computed(() => findings.value.some((finding) => finding.severity === "error"));
+/** The service's prediction for the draft; while it is being checked anew, the one for what it was just before. */
+export const draftTimeline = computed(() => (check.value.kind === "done" ? check.value.timeline : null));
+/** Places in the document that something is wrong with. */
+export const findingPointers = computed<ReadonlySet<string>>(() => new Set(findings.value.map(({ pointer }) => pointer)));
+export const isStored = computed(() => storedAs.value !== null && storedAs.value.text === draftText.value);
 export const canSend = computed(
   () => live.value && draftPlan.value !== null && check.value.kind === "done" && !checking.value && !hasErrors.value && !sending.value,
 );
 
-export function editDraft(text: string): void {
-  draftText.value = text;
-}
+/** The service stores no plan that has errors. */
+export const canStore = computed(() => canSend.value && !isStored.value);
 
 export async function openStored(id: string): Promise<void> {
   try {
     const stored = await api.plan(id);
-    const text = JSON.stringify(stored.plan, null, 2);
+    const text = planText(withoutNulls(stored.plan));
     keepPlan(stored);
     storedAs.value = { text, id };
-    draftText.value = text;
+    openDraft(text);
   } catch (error) {
     report(`Read plan ${id}`, error);
   }
@@ -56,9 +56,6 @@ export async function openStored(id: string): Promise<void> {
 
 /** Check the draft a moment after the last change, against the chosen vehicle; an older answer never wins. */
 export function watchDraft(): void {
-  effect(() => {
-    sessionStorage.setItem(KEY, draftText.value);
-  });
   effect(() => {
     const [plan, vehicle] = [draftPlan.value, vehicleId.value];
     if (plan === null || !live.value) {
@@ -104,11 +101,26 @@ export async function uploadDraft(vehicle: string): Promise<void> {
   }
 }
 
+/** Store the draft, to be flown later or by somebody else. */
+export async function keepDraft(): Promise<void> {
+  const plan = draftPlan.value;
+  if (plan === null || sending.value) return;
+  sending.value = true;
+  try {
+    await storeDraft(plan);
+  } catch (error) {
+    report("Store the plan", error);
+  } finally {
+    sending.value = false;
+  }
+}
+
 async function storeDraft(plan: PlanDocument): Promise<string> {
   const text = draftText.value;
   if (storedAs.value?.text === text) return storedAs.value.id;
   const stored = await api.createPlan(plan);
   keepPlan(stored);
   storedAs.value = { text, id: stored.id };
+  void readStoredPlans();
   return stored.id;
 }

@@ -4,18 +4,18 @@ import { computed, effect, signal } from "@preact/signals";
 import { currentRun, newestRuns } from "./runs";
 import { runs, vehicles } from "./store";
 
-export const PANELS = ["plan", "run"] as const;
+export const PANELS = ["plan", "run", "simulator"] as const;
 export type Panel = (typeof PANELS)[number];
 
 /** On a narrow page one view is shown at a time. */
-export const VIEWS = ["map", "fleet", "plan", "run", "feed"] as const;
+export const VIEWS = ["map", "fleet", "plan", "run", "simulator", "feed"] as const;
 export type View = (typeof VIEWS)[number];
 
 const start = new URLSearchParams(location.hash.slice(1));
 
 export const vehicleId = signal<string | null>(start.get("vehicle"));
 export const runId = signal<string | null>(start.get("run"));
-export const panel = signal<Panel>(start.get("panel") === "plan" ? "plan" : "run");
+export const panel = signal<Panel>(PANELS.find((name) => name === start.get("panel")) ?? "run");
 export const view = signal<View>(VIEWS.find((name) => name === start.get("view")) ?? "map");
 /** Item that list and map point at together. */
 export const itemId = signal<string | null>(null);
@@ -52,7 +52,7 @@ export function showPanel(next: Panel): void {
 /** On a narrow page: go to a view, and let the wide page's panel follow. */
 export function showView(next: View): void {
   view.value = next;
-  if (next === "plan" || next === "run") panel.value = next;
+  panel.value = PANELS.find((name) => name === next) ?? panel.value;
 }
 
 export function keepSelectionInAddress(): void {

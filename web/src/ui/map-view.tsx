@@ -6,12 +6,16 @@ import type { Label } from "../map/grid-labels";
 import { planPoints } from "../map/camera";
 import { selectedVehicle } from "../state/selection";
 import { vehicles } from "../state/store";
+import { tool } from "../state/editor";
+import { MapToolbar } from "./map-toolbar";
+import { useEditorKeys } from "./use-editor-keys";
 import { Icon, type IconName } from "./icons";
 
 export function MapView() {
   const container = useRef<HTMLDivElement>(null);
   const scene = useRef<Scene | null>(null);
   const [labels, setLabels] = useState<readonly Label[]>([]);
+  useEditorKeys();
   useEffect(() => {
     if (container.current === null) return undefined;
     const bound = bindScene(container.current, setLabels);
@@ -19,9 +23,11 @@ export function MapView() {
     return bound.dispose;
   }, []);
   return (
-    <section class="map" aria-label="Map">
+    <section class={`map${tool.value === null ? "" : " drawing"}`} aria-label="Map">
       <div class="map-canvas" ref={container} />
       <GridLabels labels={labels} />
+      <span class="map-cross" aria-hidden="true" />
+      <MapToolbar />
       <MapTools scene={() => scene.current} />
     </section>
   );

@@ -1,3 +1,4 @@
+import type { ComponentChildren } from "preact";
 import type { Finding, Timeline } from "../api/types";
 import { itemSummary, itemTitle } from "../plan/describe";
 import { isDrop, type PlanItemView } from "../plan/document";
@@ -11,14 +12,18 @@ interface Props {
   findingsOf: (item: PlanItemView) => readonly Finding[];
   timeline: Timeline | null;
   progress: ReadonlyMap<string, Progress> | null;
+  /** What is shown under the chosen item: its editor. */
+  detail?: (item: PlanItemView) => ComponentChildren;
+  /** Items can be dragged to another place in the list. */
+  onMove?: (from: number, to: number) => void;
 }
 
 /** The plan as a list, in flying order; each item with its prediction, its progress and what is wrong with it. */
-export function PlanItems({ items, findingsOf, timeline, progress }: Props) {
+export function PlanItems({ items, findingsOf, timeline, progress, detail, onMove }: Props) {
   return (
     <ol class="plan-items">
       {items.map((item) => (
-        <PlanItem key={item.index} item={item} findings={findingsOf(item)} timeline={timeline} progress={progress?.get(item.id) ?? null} />
+        <PlanItem key={item.index} item={item} findings={findingsOf(item)} timeline={timeline} progress={progress?.get(item.id) ?? null} detail={detail} onMove={onMove} />
       ))}
     </ol>
   );
@@ -29,15 +34,34 @@ interface ItemProps {
   findings: readonly Finding[];
   timeline: Timeline | null;
   progress: Progress | null;
+  detail: Props["detail"] | undefined;
+  onMove: Props["onMove"] | undefined;
 }
 
-function PlanItem({ item, findings, timeline, progress }: ItemProps) {
+/** Not a plain text, so that nothing else on the page or the desk takes it. */
+const DRAGGED = "application/x-waydrop-item";
+
+/** What lets an item be dropped onto another one, to take its place. */
+function dragging(index: number, onMove: Props["onMove"] | undefined) {
+  if (onMove === undefined) return {};
+  return {
+    onDragOver: (event: DragEvent) => event.dataTransfer?.types.includes(DRAGGED) && event.preventDefault(),
+    onDrop: (event: DragEvent) => {
+      const from = event.dataTransfer?.getData(DRAGGED) ?? "";
+      if (from === "") return;
+      event.preventDefault();
+      onMove(Number(from), index);
+    },
+  };
+}
+
+function PlanItem({ item, findings, timeline, progress, detail, onMove }: ItemProps) {
   const arrival = arrivalText(timeline, item.id);
   const drop = isDrop(item) ? dropText(timeline, item.id) : "";
   const pointed = itemId.value === item.id;
   return (
-    <li class={`plan-item ${progress ?? ""} ${isDrop(item) ? "is-drop" : ""}`} aria-current={progress === "current" ? "step" : undefined}>
-      <button type="button" class="plan-item-main" aria-pressed={pointed} onClick={() => (itemId.value = pointed ? null : item.id)}>
+    <li class={`plan-item ${progress ?? ""} ${isDrop(item) ? "is-drop" : ""}`} aria-current={progress === "current" ? "step" : undefined} {...dragging(item.index, onMove)}>
+      <button type="button" class="plan-item-main" aria-pressed={pointed} draggable={onMove !== undefined} onDragStart={(event) => event.dataTransfer?.setData(DRAGGED, String(item.index))} onClick={() => (itemId.value = pointed ? null : item.id)}>
         <span class="plan-item-number">{item.index + 1}</span>
         <span class="plan-item-text">
           <b>{itemTitle(item)}</b> <code>{item.id}</code>
@@ -49,6 +73,7 @@ function PlanItem({ item, findings, timeline, progress }: ItemProps) {
       {findings.map((finding) => (
         <FindingNote key={finding.code + finding.pointer} finding={finding} />
       ))}
+      {pointed && detail?.(item)}
     </li>
   );
 }

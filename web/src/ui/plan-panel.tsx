@@ -1,15 +1,17 @@
 import { useEffect, useRef } from "preact/hooks";
 import { asSentence, vehicleTypeName } from "../format/words";
-import { itemOfFinding, type PlanItemView } from "../plan/document";
+import { itemOfFinding } from "../plan/document";
 import { totalText } from "../plan/timeline";
-import { canSend, check, checking, draftView, findings, parsed, sending, uploadDraft } from "../state/draft";
+import { canSend, check, checking, draftTimeline, findings, sending, uploadDraft } from "../state/draft";
+import { draftView, parsed } from "../state/draft-text";
 import { selectVehicle, vehicleId } from "../state/selection";
 import { live, vehicleIds, vehicles } from "../state/store";
+import { AltitudeProfile } from "./altitude-profile";
 import { Badge } from "./badge";
 import { FindingNote } from "./finding-note";
 import { Icon } from "./icons";
-import { PlanItems } from "./plan-items";
 import { PlanSource } from "./plan-source";
+import { PlanTabs } from "./plan-tabs";
 
 export function PlanPanel() {
   return (
@@ -17,6 +19,7 @@ export function PlanPanel() {
       <PlanSource />
       <PlanProblem />
       <PlanSummary />
+      <PlanTabs plan={draftView.value} />
       <SendForm />
     </div>
   );
@@ -36,24 +39,27 @@ function PlanProblem() {
   );
 }
 
+/** What holds for the plan as a whole; what is wrong with one item stands on that item. */
 function PlanSummary() {
   const plan = draftView.value;
   if (plan === null) return null;
-  const of = new Map(findings.value.map((finding) => [finding, itemOfFinding(finding, plan.items)]));
-  const ofPlan = findings.value.filter((finding) => of.get(finding) === null);
-  const ofItem = (item: PlanItemView) => findings.value.filter((finding) => of.get(finding) === item);
-  const timeline = check.value.kind === "done" ? check.value.timeline : null;
+  const ofPlan = findings.value.filter((finding) => itemOfFinding(finding, plan.items) === null);
+  const timeline = draftTimeline.value;
+  const numberOf = (id: string) => {
+    const item = plan.items.find((one) => one.id === id);
+    return item === undefined ? null : item.index + 1;
+  };
   return (
     <section aria-label="The plan">
       <header class="plan-head">
         <h3>{plan.name}</h3>
-        <small>{[vehicleTypeName(plan.vehicleType), `${plan.items.length} items`, totalText(timeline)].filter((part) => part !== "").join(" · ")}</small>
+        <small>{[vehicleTypeName(plan.vehicleType), plural(plan.items.length, "item"), totalText(timeline)].filter((part) => part !== "").join(" · ")}</small>
         <Verdict />
       </header>
       {ofPlan.map((finding) => (
         <FindingNote key={finding.code + finding.pointer} finding={finding} />
       ))}
-      <PlanItems items={plan.items} findingsOf={ofItem} timeline={timeline} progress={null} />
+      <AltitudeProfile timeline={timeline} numberOf={numberOf} />
     </section>
   );
 }

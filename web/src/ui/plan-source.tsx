@@ -1,46 +1,39 @@
-import { useEffect, useId, useRef, useState } from "preact/hooks";
+import { useEffect, useRef } from "preact/hooks";
 import { fullTime } from "../format/units";
-import { draftText, editDraft, openStored } from "../state/draft";
-import { report } from "../state/notices";
+import { canStore, isStored, keepDraft, openStored } from "../state/draft";
+import { draftText, openDraft } from "../state/draft-text";
+import { startNewPlan } from "../state/editor";
+import { openFile, saveFile } from "../state/plan-file";
 import { readStoredPlans, storedPlans } from "../state/plans";
 import { live } from "../state/store";
 import { Icon } from "./icons";
 
-/** Larger files are no plans: the service takes no more. */
-const MAX_BYTES = 1_048_576;
-
-/** Where a plan comes from: pasted, dropped, picked from disk, or one that the service has. */
+/** Where a plan comes from: begun anew, picked from disk, or one that the service has. And where it goes to. */
 export function PlanSource() {
-  const [over, setOver] = useState(false);
-  const id = useId();
-  const onDrop = (event: DragEvent) => {
-    event.preventDefault();
-    setOver(false);
-    void readFile(event.dataTransfer?.files[0]);
-  };
+  const written = draftText.value !== "";
   return (
-    <section class={`plan-source${over ? " over" : ""}`} aria-label="Where the plan comes from" onDragOver={(event) => { event.preventDefault(); setOver(true); }} onDragLeave={() => setOver(false)} onDrop={onDrop}>
-      <div class="plan-source-tools">
-        <FilePicker />
-        <StoredPlans />
-        {draftText.value !== "" && (
-          <button type="button" class="small" onClick={() => editDraft("")}>
+    <section class="plan-source-tools" aria-label="Where the plan comes from">
+      <button type="button" class="small" onClick={startNewPlan}>
+        <Icon name="plus" size={15} />
+        New plan
+      </button>
+      <FilePicker />
+      <StoredPlans />
+      {written && (
+        <>
+          <button type="button" class="small" disabled={!canStore.value} onClick={() => void keepDraft()}>
+            <Icon name={isStored.value ? "check" : "store"} size={15} />
+            {isStored.value ? "Stored" : "Store"}
+          </button>
+          <button type="button" class="small" onClick={saveFile}>
+            <Icon name="save" size={15} />
+            Save a file
+          </button>
+          <button type="button" class="small" onClick={() => openDraft("")}>
             Clear
           </button>
-        )}
-      </div>
-      <label class="visually-hidden" for={id}>
-        Plan as JSON
-      </label>
-      <textarea
-        id={id}
-        class={draftText.value === "" ? "plan-text" : "plan-text filled"}
-        spellcheck={false}
-        autocomplete="off"
-        placeholder={"Paste a plan (JSON) here,\nor drop a file."}
-        value={draftText.value}
-        onInput={(event) => editDraft(event.currentTarget.value)}
-      />
+        </>
+      )}
     </section>
   );
 }
@@ -53,7 +46,7 @@ function FilePicker() {
         <Icon name="file" size={15} />
         Open a file
       </button>
-      <input ref={input} type="file" accept=".json,application/json" hidden onChange={(event) => { void readFile(event.currentTarget.files?.[0]); event.currentTarget.value = ""; }} />
+      <input ref={input} type="file" accept=".json,application/json" hidden onChange={(event) => { void openFile(event.currentTarget.files?.[0]); event.currentTarget.value = ""; }} />
     </>
   );
 }
@@ -75,10 +68,4 @@ function StoredPlans() {
       ))}
     </select>
   );
-}
-
-async function readFile(file: File | undefined): Promise<void> {
-  if (!file) return;
-  if (file.size > MAX_BYTES) return report(`Open ${file.name}`, new Error("The file is larger than a plan can be (1 MiB)."));
-  editDraft(await file.text());
 }

@@ -1,19 +1,22 @@
-import { PANELS, panel, showPanel, showView, view, type Panel, type View } from "../state/selection";
+import { PANELS, panel, showPanel, showView, view, VIEWS, type Panel, type View } from "../state/selection";
+import { hasSimulator } from "../state/simulator";
 import { Icon, type IconName } from "./icons";
 
-const PANEL_NAMES: Readonly<Record<Panel, string>> = { plan: "Plan", run: "Run" };
+const PANEL_NAMES: Readonly<Record<Panel, string>> = { plan: "Plan", run: "Run", simulator: "Simulator" };
 
-/** Plan or run, beside the map. Arrow keys move between the tabs. */
+/** Plan, run, and the simulated vehicles where there are any, beside the map. Arrow keys move between the tabs. */
 export function PanelTabs() {
+  const shown = PANELS.filter((name) => name !== "simulator" || hasSimulator.value);
   const onKeyDown = (event: KeyboardEvent) => {
     if (event.key !== "ArrowLeft" && event.key !== "ArrowRight") return;
-    const next = PANELS.find((name) => name !== panel.value) ?? panel.value;
+    const step = event.key === "ArrowRight" ? 1 : -1;
+    const next = shown[(shown.indexOf(panel.value) + step + shown.length) % shown.length] ?? panel.value;
     showPanel(next);
     document.getElementById(`tab-${next}`)?.focus();
   };
   return (
-    <div class="tabs" role="tablist" aria-label="Plan or run" onKeyDown={onKeyDown}>
-      {PANELS.map((name) => (
+    <div class="tabs" role="tablist" aria-label="Panels" onKeyDown={onKeyDown}>
+      {shown.map((name) => (
         <button
           key={name}
           id={`tab-${name}`}
@@ -36,17 +39,19 @@ const VIEW_NAMES: Readonly<Record<View, readonly [string, IconName]>> = {
   fleet: ["Fleet", "fleet"],
   plan: ["Plan", "plan"],
   run: ["Run", "run"],
+  simulator: ["Faults", "simulator"],
   feed: ["Events", "feed"],
 };
 
 /** The way around on a narrow page. */
 export function ViewBar() {
+  const shown = VIEWS.filter((name) => name !== "simulator" || hasSimulator.value);
   return (
     <nav class="view-bar" aria-label="Views">
-      {(Object.entries(VIEW_NAMES) as [View, readonly [string, IconName]][]).map(([name, [text, icon]]) => (
+      {shown.map((name) => (
         <button key={name} type="button" aria-current={view.value === name ? "page" : undefined} onClick={() => showView(name)}>
-          <Icon name={icon} size={20} />
-          {text}
+          <Icon name={VIEW_NAMES[name][1]} size={20} />
+          {VIEW_NAMES[name][0]}
         </button>
       ))}
     </nav>

@@ -1,0 +1,46 @@
+"""/principal: who asks, and what that one may do. The page offers only what will not be refused."""
+
+from __future__ import annotations
+
+from aiohttp import web
+from pydantic import BaseModel, ConfigDict
+
+from app.api.answers import json_answer
+from app.api.bodies import NO_BODY, Empty
+from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
+from app.services.access import Role
+
+
+class PrincipalView(BaseModel):
+    """The name of the token that came with the request (`local` where none is needed) and its role.
+
+    `may` holds the roles that it includes: viewer, then dispatcher, pilot, admin.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    name: str
+    role: Role
+    may: list[Role]
+
+
+async def get_principal(call: Call[NoQuery, Empty]) -> web.Response:
+    """GET /principal."""
+    role = call.principal.role
+    may = [other for other in Role if role.allows(other)]
+    return json_answer(PrincipalView(name=call.principal.name, role=role, may=may))
+
+
+ROUTES: tuple[AnyRoute, ...] = (
+    Route(
+        method="GET",
+        path=f"{API}/principal",
+        handler=get_principal,
+        summary="Who asks, and what that one may do",
+        tag="access",
+        role=Role.VIEWER,
+        query=NoQuery,
+        body=NO_BODY,
+        answers=(Answer(200, "The name and role of the token", PrincipalView),),
+    ),
+)

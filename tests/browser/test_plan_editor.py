@@ -1,0 +1,175 @@
+"""A plan drawn on the page: points, a parcel, a finding, its mending, then stored, listed and flown."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from playwright.async_api import Locator, expect
+
+from tests.browser.dashboard import CLINIC_RUN, Dashboard
+from tests.service import until
+
+SETTLED = """() => {
+  const now = [...document.querySelectorAll('.grid-labels span')].map((label) => label.style.cssText).join();
+  const before = window.labelsBefore;
+  window.labelsBefore = now;
+  return now !== '' && now === before;
+}"""
+"""True when the map's grid is where it was at the last look."""
+
+DROP_FILE = """([name, text]) => {
+  const transfer = new DataTransfer();
+  transfer.items.add(new File([text], name, { type: 'application/json' }));
+  const event = (type) => new DragEvent(type, { dataTransfer: transfer, bubbles: true, cancelable: true });
+  document.querySelector('main').dispatchEvent(event('dragover'));
+  document.querySelector('main').dispatchEvent(event('drop'));
+}"""
+
+
+class Editor:
+    """The plan editor as its users use it."""
+
+    def __init__(self, dashboard: Dashboard) -> None:
+        self.dashboard = dashboard
+        self.page = dashboard.page
+        self.items = dashboard.page.locator(".plan-item")
+
+    async def start_new(self) -> None:
+        """A new plan, with the waypoint tool in hand, on a map that has come to rest."""
+        await self.page.get_by_role("tab", name="Plan").click()
+        await self.dashboard.button("New plan").click()
+        await expect(self.items).to_have_count(2)
+        await self.page.wait_for_function(SETTLED, polling=700)
+
+    async def on_map(self, east_px: float, north_px: float) -> tuple[float, float]:
+        """A place on the screen, from the middle of the map."""
+        box = await self.page.locator(".map-canvas").bounding_box()
+        assert box is not None
+        return box["x"] + box["width"] / 2 + east_px, box["y"] + box["height"] / 2 - north_px
+
+    async def draw(self, east_px: float, north_px: float) -> None:
+        """Click there."""
+        await self.page.mouse.click(*await self.on_map(east_px, north_px))
+
+    async def drag(self, start: tuple[float, float], end: tuple[float, float]) -> None:
+        """Take hold of what is there, as soon as the map has drawn it, and let it go somewhere else."""
+        canvas = self.page.locator(".map-canvas canvas")
+
+        async def hover() -> str:
+            await self.page.mouse.move(start[0] + 30, start[1] + 30)
+            await self.page.mouse.move(*start)
+            return str(await canvas.evaluate("canvas => canvas.style.cursor"))
+
+        await until(hover, lambda cursor: cursor != "", "the point must be drawn", 20)
+        await self.page.mouse.down()
+        await self.page.mouse.move(*end, steps=4)
+        await self.page.mouse.up()
+
+    def item(self, name: str) -> Locator:
+        """The item with this id."""
+        return self.page.locator(".plan-item").filter(has=self.page.get_by_text(name, exact=True))
+
+    async def document(self) -> dict[str, Any]:
+        """The plan as the JSON tab has it."""
+        await self.page.get_by_role("tab", name="JSON").click()
+        text = await self.page.get_by_label("Plan as JSON").input_value()
+        await self.page.get_by_role("tab", name="Items").click()
+        plan: dict[str, Any] = json.loads(text)
+        return plan
+
+
+async def test_a_plan_is_drawn_mended_stored_and_flown(flying_page: Dashboard) -> None:
+    editor = Editor(flying_page)
+    await editor.start_new()
+    await editor.draw(-90, 120)
+    await editor.draw(110, 130)
+    await expect(editor.items).to_have_count(4)
+    await flying_page.button("Drop a parcel here").click()
+    await expect(editor.items).to_have_count(5)
+    await expect(flying_page.page.get_by_text("Can be flown")).to_be_visible(timeout=20_000)
+
+    for _ in range(2):
+        await flying_page.button("Move drop up").click()
+    finding = editor.item("drop").locator(".finding", has_text="gripper.must_follow_waypoint")
+    await expect(finding.locator(".hint")).to_be_visible(timeout=20_000)
+    await expect(flying_page.button("Upload to v1")).to_be_disabled()
+    for _ in range(2):
+        await flying_page.button("Undo").click()
+    await expect(finding).to_have_count(0)
+
+    await flying_page.page.get_by_role("tab", name="Details").click()
+    await flying_page.page.get_by_label("Name").fill("Drawn by hand")
+    await expect(flying_page.page.get_by_role("heading", name="Drawn by hand")).to_be_visible()
+    await flying_page.button("Store").click()
+    await expect(flying_page.button("Stored")).to_be_visible()
+    await expect(flying_page.page.get_by_label("Open a stored plan")).to_contain_text("Drawn by hand")
+
+    await flying_page.button("Upload to v1").click()
+    await flying_page.until_state("uploaded")
+    await flying_page.hold("Start v1")
+    await flying_page.until_state("flying", "at_drop")
+
+
+async def test_points_are_dragged_and_fences_drawn_and_the_json_is_in_step_both_ways(idle_page: Dashboard) -> None:
+    editor = Editor(idle_page)
+    await editor.start_new()
+    place = await editor.on_map(-80, 100)
+    await editor.draw(-80, 100)
+    before = (await editor.document())["items"][1]
+    await editor.drag(place, await editor.on_map(60, 160))
+    after = (await editor.document())["items"][1]
+    assert after["longitude_deg"] > before["longitude_deg"]
+    assert after["latitude_deg"] > before["latitude_deg"]
+
+    await idle_page.button("Draw a keep-out").click()
+    for east_px, north_px in ((-60, -60), (60, -60), (40, -160)):
+        await editor.draw(east_px, north_px)
+    await idle_page.page.keyboard.press("Enter")
+    plan = await editor.document()
+    assert [len(area["vertices"]) for area in plan["geofence"]["polygons"]] == [3]
+
+    await idle_page.page.keyboard.press("Control+z")
+    await idle_page.page.keyboard.press("Control+z")
+    undone = await editor.document()
+    assert undone["items"][1] == before
+    assert "geofence" not in undone
+
+    undone["items"][1]["relative_altitude_m"] = 33
+    await idle_page.fill_plan(json.dumps(undone))
+    await expect(editor.item("point")).to_contain_text("33 m above home")
+
+
+async def test_a_plan_is_edited_by_keyboard_alone(idle_page: Dashboard) -> None:
+    editor = Editor(idle_page)
+    await editor.start_new()
+    await idle_page.page.locator(".map-canvas canvas").focus()
+    await idle_page.page.keyboard.press("Space")
+    await expect(editor.items).to_have_count(3)
+    await idle_page.page.keyboard.press("Escape")
+    await idle_page.page.keyboard.press("Space")
+    await expect(editor.items).to_have_count(3)
+    altitude = idle_page.page.get_by_label("Relative altitude")
+    await altitude.focus()
+    await idle_page.page.keyboard.press("Control+a")
+    await idle_page.page.keyboard.type("12.5")
+    await expect(altitude).to_have_value("12.5")
+    name = idle_page.page.get_by_label("Id", exact=True)
+    await name.focus()
+    await idle_page.page.keyboard.press("End")
+    await idle_page.page.keyboard.type("-of-call")  # the item stays open while its name changes
+    await expect(name).to_have_value("point-of-call")
+    item = (await editor.document())["items"][1]
+    assert (item["id"], item["relative_altitude_m"]) == ("point-of-call", 12.5)
+
+
+async def test_a_file_dropped_on_the_page_is_opened_and_saved_as_it_is(idle_page: Dashboard, tmp_path: Path) -> None:
+    await idle_page.page.evaluate(DROP_FILE, ["clinic-run.json", CLINIC_RUN])
+    await expect(idle_page.page.get_by_role("heading", name="Clinic run")).to_be_visible()
+    async with idle_page.page.expect_download() as download:
+        await idle_page.button("Save a file").click()
+    saved = await download.value
+    assert saved.suggested_filename == "clinic-run.json"
+    await saved.save_as(tmp_path / "saved.json")
+    assert (tmp_path / "saved.json").read_text() == CLINIC_RUN

@@ -1,0 +1,59 @@
+/** The draft's text with undo and redo. The text is the truth, so list, map and JSON are always in step. Pure. */
+
+/** Changes of one thing (a drag, typing into a field) closer together than this are undone as one. */
+const TOGETHER_MS = 1500;
+const KEPT = 200;
+/** Of all kept texts together, so that large plans do not fill the memory. */
+const KEPT_CHARS = 10_000_000;
+
+export interface History {
+  readonly text: string;
+  /** Oldest first. */
+  readonly past: readonly string[];
+  /** Next first. */
+  readonly future: readonly string[];
+  /** What was changed last, and when (ms): the next change of the same thing joins it. */
+  readonly last: { readonly what: string; readonly at: number } | null;
+}
+
+export type HistoryAction =
+  | { readonly type: "write"; readonly text: string; readonly what: string | null; readonly at: number }
+  | { readonly type: "undo" }
+  | { readonly type: "redo" };
+
+export function startHistory(text: string): History {
+  return { text, past: [], future: [], last: null };
+}
+
+export function reduceHistory(history: History, action: HistoryAction): History {
+  switch (action.type) {
+    case "write":
+      return write(history, action.text, action.what, action.at);
+    case "undo": {
+      const before = history.past.at(-1);
+      if (before === undefined) return history;
+      return { text: before, past: history.past.slice(0, -1), future: [history.text, ...history.future], last: null };
+    }
+    case "redo": {
+      const [next, ...future] = history.future;
+      if (next === undefined) return history;
+      return { text: next, past: [...history.past, history.text], future, last: null };
+    }
+  }
+}
+
+function write(history: History, text: string, what: string | null, at: number): History {
+  if (text === history.text) return history;
+  const last = what === null ? null : { what, at };
+  const joins = last !== null && history.last?.what === what && at - history.last.at < TOGETHER_MS;
+  const past = joins ? history.past : bounded([...history.past, history.text]);
+  return { text, past, future: [], last };
+}
+
+/** The newest ones that there is room for; at least one, so that the last change can always be undone. */
+function bounded(past: readonly string[]): readonly string[] {
+  let from = past.length - 1;
+  let chars = past[from]?.length ?? 0;
+  while (from > 0 && past.length - from < KEPT && chars + (past[from - 1]?.length ?? 0) <= KEPT_CHARS) chars += past[--from]?.length ?? 0;
+  return past.slice(from);
+}

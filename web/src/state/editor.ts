@@ -1,0 +1,143 @@
+/** Editing on the map: the tool in hand, the fence being drawn, and the handle being dragged. */
+
+import { batch, computed, effect, signal } from "@preact/signals";
+import type { PlanDocument } from "../api/types";
+import { viewCentre, viewHeight_m } from "../map/camera";
+import { metresBetween, type Point } from "../map/geometry";
+import { addCircle, addPolygon, addRallyPoint, insertionIndex, insertItem, newItem, newPlan, type FenceKind, type ItemType } from "../plan/edits";
+import { dragged, handlesOf, type Handle } from "../plan/handles";
+import { draftPlan, draftView, editPlan, openDraft, planText } from "./draft-text";
+import { itemId, panel, selectedVehicle } from "./selection";
+import { vehicleIds, vehicles } from "./store";
+
+export const TOOLS = ["waypoint", "fence", "keep-out", "fence-circle", "keep-out-circle", "rally"] as const;
+export type Tool = (typeof TOOLS)[number];
+
+export const tool = signal<Tool | null>(null);
+/** Corners of the fence that is being drawn. */
+export const sketch = signal<readonly Point[]>([]);
+export const editing = computed(() => panel.value === "plan" && draftPlan.value !== null);
+
+/** What can be dragged now. A vehicle's own home counts and not the plan's: that one is not in the way. */
+export const handles = computed<readonly Handle[]>(() => {
+  if (!editing.value || draftPlan.value === null) return [];
+  const known = selectedVehicle.value?.state.home != null;
+  return handlesOf(draftPlan.value).filter(({ role }) => role !== "home" || !known);
+});
+
+/** Corners nearer than this are one: a double click makes two. */
+const SAME_CORNER_M = 0.3;
+const LEAST_CORNERS = 3;
+export const canFinish = computed(() => corners().length >= LEAST_CORNERS);
+
+export function chooseTool(next: Tool | null): void {
+  batch(() => {
+    tool.value = next;
+    sketch.value = [];
+  });
+}
+
+/** The tool in hand at a place of the map. */
+export function applyTool(at: Point): void {
+  const inHand = tool.value;
+  switch (inHand) {
+    case null:
+      return;
+    case "waypoint":
+      return addItem("waypoint", at);
+    case "rally":
+      return editPlan((plan) => addRallyPoint(plan, at));
+    case "fence-circle":
+    case "keep-out-circle":
+      editPlan((plan) => addCircle(plan, kindOf(inHand), at, circleRadius_m()));
+      return chooseTool(null);
+    case "fence":
+    case "keep-out":
+      sketch.value = [...sketch.value, at];
+  }
+}
+
+/** Close the fence that is being drawn. */
+export function finishSketch(): void {
+  const inHand = tool.value;
+  const ring = corners();
+  if (inHand === null || ring.length < LEAST_CORNERS) return;
+  editPlan((plan) => addPolygon(plan, kindOf(inHand), ring));
+  chooseTool(null);
+}
+
+function corners(): readonly Point[] {
+  return sketch.value.filter((at, i) => i === 0 || metresBetween(at, sketch.value[i - 1] ?? at) > SAME_CORNER_M);
+}
+
+function kindOf(inHand: Tool): FenceKind {
+  return inHand.startsWith("keep-out") ? "exclusion" : "inclusion";
+}
+
+/** A good tenth of what is seen: large enough to be taken hold of. */
+function circleRadius_m(): number {
+  return Math.max(5, viewHeight_m.value / 9);
+}
+
+/** A new item where it belongs, and chosen, so that the next one follows it. */
+export function addItem(type: ItemType, at: Point = viewCentre.value): void {
+  const plan = draftPlan.value;
+  if (plan === null) return;
+  const chosen = draftView.value?.items.find(({ id }) => id === itemId.value)?.index ?? null;
+  const index = type === "delay" && chosen !== null ? chosen + 1 : insertionIndex(plan, chosen); // a wait may be for the drop that follows
+  const item = newItem(plan, type, index, at);
+  batch(() => {
+    editPlan(() => insertItem(plan, index, item));
+    itemId.value = String(item["id"]);
+  });
+}
+
+/** A plan for the chosen vehicle, else for the first one there is, from where it stands. */
+export function startNewPlan(): void {
+  const vehicle = selectedVehicle.value ?? vehicles.value[vehicleIds.value[0] ?? ""] ?? null;
+  const stands = vehicle?.state.home ?? null;
+  const home = stands && { latitude_deg: stands.latitude_deg, longitude_deg: stands.longitude_deg, absolute_altitude_m: stands.altitude_m };
+  batch(() => {
+    openDraft(planText(newPlan(vehicle?.vehicle_type ?? "multicopter", home)));
+    itemId.value = null;
+    chooseTool("waypoint");
+  });
+}
+
+let grip: { readonly plan: PlanDocument; readonly handle: Handle } | null = null;
+
+/** Whether there is such a handle to take hold of. */
+export function takeHandle(role: string, pointer: string): boolean {
+  const handle = handles.value.find((one) => one.role === role && one.pointer === pointer);
+  const plan = draftPlan.value;
+  grip = handle === undefined || plan === null ? null : { plan, handle };
+  return grip !== null;
+}
+
+export function dragTo(at: Point): void {
+  const held = grip;
+  if (held !== null) editPlan(() => dragged(held.plan, held.handle, at), `drag ${held.handle.role} ${held.handle.pointer}`);
+}
+
+export function letGo(): void {
+  grip = null;
+}
+
+let chosenAt: { readonly index: number; readonly count: number } | null = null;
+
+/** An item that gets another name while it is edited stays the chosen one. */
+function followChosen(): void {
+  const items = draftView.value?.items ?? [];
+  const item = items.find(({ id }) => id === itemId.value);
+  if (item !== undefined) chosenAt = { index: item.index, count: items.length };
+  else if (itemId.value === null || !editing.value || chosenAt?.count !== items.length) chosenAt = null;
+  else itemId.value = items[chosenAt.index]?.id ?? null;
+}
+
+/** The tool is put away when the plan is. */
+export function watchEditor(): void {
+  effect(followChosen);
+  effect(() => {
+    if (!editing.value) chooseTool(null);
+  });
+}
