@@ -8,6 +8,7 @@ from dataclasses import asdict
 from app.domain.errors import AuditFailedError, OffboardNotReadyError
 from app.domain.fence_area import FenceArea
 from app.domain.geo import LocalProjection
+from app.domain.live_control import MAX_LIVE_RATE, is_too_fast
 from app.domain.mission import MissionType
 from app.domain.ports import VehicleLink
 from app.domain.run import Run, RunState
@@ -79,6 +80,10 @@ def _why_not(vehicle_id: str, state: VehicleState, kind: FlightKind, run: Run | 
         return f"vehicle {vehicle_id} is not armed", "start a run and pause it in the air, or take off by RC"
     if kind is FlightKind.AIRSHIP:
         return "PX4 names no setpoint that an airship follows", ""
+    rate = state.clock.least_rate
+    if rate is not None and is_too_fast(rate):
+        words = f"its clock runs at least {rate:.1f} times as fast as ours"
+        return words, f"by hand it is flown up to {MAX_LIVE_RATE:g} times: slow the simulation down"
     if state.vtol_state is not None and state.vtol_state.startswith(IN_TRANSITION):
         return f"vehicle {vehicle_id} is in transition", "wait until it hovers or flies"
     if run is not None and run.state is not RunState.PAUSED:

@@ -17,6 +17,7 @@ from app.domain.errors import (
 )
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode, VehicleType
+from app.domain.vehicle_clock import VehicleClock
 from app.services.offboard_view import OffboardState
 from tests.unit.services.offboard.cockpit import SETTINGS, cockpit, paused_run
 
@@ -48,6 +49,7 @@ async def test_hold_comes_before_the_first_setpoint_and_a_second_of_stream_befor
     [
         ({"armed": False}, "not armed"),
         ({"connected": False}, "link"),
+        ({"clock": VehicleClock(samples=tuple((t / 2, 5.0 * t) for t in range(21)))}, "times as fast"),
     ],
 )
 async def test_a_vehicle_that_is_not_ready_is_not_entered_and_nothing_is_sent(
