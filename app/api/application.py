@@ -18,6 +18,8 @@ from app.api.idempotency import Idempotency
 from app.api.metrics import Metrics
 from app.api.openapi import openapi_document
 from app.api.pages import Pages
+from app.api.plan_exports import RENDERINGS
+from app.api.renderings import Renderings
 from app.api.request_log import request_log
 from app.api.routes import ROUTES
 from app.api.routing import API, BY_HAND_PATH, PROBED
@@ -44,6 +46,7 @@ def build_app(services: ApiServices, settings: ApiSettings) -> web.Application:
     broadcast = Broadcast(services.journal, services.telemetry, services.clock, metrics)
     app[METRICS] = metrics
     app[VERSION] = settings.version
+    app[RENDERINGS] = Renderings()
     app[CHECKS] = {"stream": broadcast.why_not_ready, **services.readiness}
     app[DOCUMENTS] = make_documents(
         openapi_document(ROUTES, version=settings.version), asyncapi_document(version=settings.version)

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-import asyncio
-import hashlib
 from collections.abc import Awaitable, Callable
+from typing import Final
 
 from aiohttp import web
 from pydantic import BaseModel, ConfigDict
 
 from app.api.answers import etag_of, is_unchanged, json_answer
 from app.api.bodies import NO_BODY, Empty
+from app.api.health import VERSION
+from app.api.renderings import Renderings
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import PLANS
-from app.domain.plan import Plan, parse_plan
+from app.domain.ports import StoredPlan
 from app.interchange.findings import ConversionFinding
-from app.interchange.target import MEDIA_TYPES, TargetFormat, export_plan, file_name
+from app.interchange.target import MEDIA_TYPES, TargetFormat, file_name
 from app.services.access import Role
 
 _ERRORS = ("not_found", "plan.invalid", "storage.failed")
@@ -24,6 +25,8 @@ _WHAT = {
     TargetFormat.GEOJSON: "A plan and its prediction as GeoJSON",
     TargetFormat.KML: "A plan and its predicted route as KML",
 }
+
+RENDERINGS: Final = web.AppKey("renderings", Renderings)
 
 
 class ExportView(BaseModel):
@@ -45,8 +48,8 @@ class ExportsView(BaseModel):
 
 async def list_exports(call: Call[NoQuery, Empty]) -> web.Response:
     """GET /plans/{plan_id}/exports."""
-    plan = await _plan(call)
-    written = [(target, await asyncio.to_thread(export_plan, plan, target)) for target in TargetFormat]
+    stored = await _stored(call)
+    written = [(target, await call.request.app[RENDERINGS].of(stored, target)) for target in TargetFormat]
     views = [
         ExportView(
             format=target,
@@ -61,25 +64,23 @@ async def list_exports(call: Call[NoQuery, Empty]) -> web.Response:
 
 def _exporter(target: TargetFormat) -> Callable[[Call[NoQuery, Empty]], Awaitable[web.Response]]:
     async def export(call: Call[NoQuery, Empty]) -> web.Response:
-        plan = await _plan(call)
-        exported = await asyncio.to_thread(export_plan, plan, target)
-        body = exported.text.encode()
+        stored = await _stored(call)
         headers = {
-            "ETag": etag_of(hashlib.sha256(body).hexdigest()),
+            "ETag": etag_of(f"{stored.hash}-{target}-{call.request.app[VERSION]}"),  # known before anything is written
             "Cache-Control": "private, no-cache",
-            "Content-Disposition": f'attachment; filename="{file_name(plan.name, target)}"',
+            "Content-Disposition": f'attachment; filename="{file_name(stored.name, target)}"',
         }
         if is_unchanged(call.request, headers["ETag"]):
             return web.Response(status=304, headers=headers)
-        return web.Response(body=body, content_type=MEDIA_TYPES[target], headers=headers)
+        exported = await call.request.app[RENDERINGS].of(stored, target)
+        return web.Response(body=exported.text.encode(), content_type=MEDIA_TYPES[target], headers=headers)
 
     export.__name__ = f"export_{target}"
     return export
 
 
-async def _plan(call: Call[NoQuery, Empty]) -> Plan:
-    view = await call.request.app[PLANS].get(call.path_value("plan_id"))
-    return await asyncio.to_thread(parse_plan, view.plan)
+async def _stored(call: Call[NoQuery, Empty]) -> StoredPlan:
+    return await call.request.app[PLANS].stored(call.path_value("plan_id"))
 
 
 def _route(target: TargetFormat) -> AnyRoute:

@@ -112,10 +112,14 @@ class Plans:
         """One plan. Raises NotFoundError, StorageError."""
         if plan_id in self._views:
             return self._keep(self._views[plan_id])
+        return self._keep(await asyncio.to_thread(self._view_of, await self.stored(plan_id)))
+
+    async def stored(self, plan_id: str) -> StoredPlan:
+        """One plan as it was accepted, neither checked anew nor predicted. Raises NotFoundError, StorageError."""
         stored = await self._store.get(plan_id)
         if stored is None:
             raise NotFoundError(f"no plan {plan_id!r}", hint="GET /api/v1/plans lists them")
-        return self._keep(await asyncio.to_thread(self._view_of, stored))
+        return stored
 
     async def list_plans(self, limit: int) -> Sequence[PlanHead]:
         """Newest first, without their documents: to predict each of them takes too long for a list."""
