@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import threading
+from collections.abc import Callable
 from typing import Any
 from xml.etree import ElementTree
 
 import pytest
 
+from app.api import proofs as endpoints
 from app.domain.events import EventKind
+from app.domain.proof import Story
+from app.services import proofs as service_proofs
 from tests.api.service import Service
 from tests.api.test_runs import create, reaches
 
@@ -69,6 +74,41 @@ async def test_a_long_story_is_told_whole(service: Service, plan: dict[str, Any]
     _, _, proof = await service.call("GET", f"/api/v1/runs/{run_id}/proof")
     numbers = [entry["data"]["number"] for entry in proof["entries"] if "number" in entry["data"]]
     assert numbers == list(range(1200))
+
+
+async def test_the_loop_neither_folds_the_story_nor_draws_the_sheet_and_reads_few_events_at_once(
+    service: Service, plan: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run_id = await proven(service, plan)
+    worked: dict[str, set[int]] = {}
+    limits: list[int] = []
+
+    def watched(place: Any, name: str) -> None:
+        original: Callable[..., Any] = getattr(place, name)
+
+        def watch(*args: Any, **named: Any) -> Any:
+            worked.setdefault(name, set()).add(threading.get_ident())
+            return original(*args, **named)
+
+        monkeypatch.setattr(place, name, watch)
+
+    watched(Story, "take")
+    watched(service_proofs, "proof_of")
+    watched(endpoints, "proof_sheet")
+    watched(endpoints, "json_answer")
+    journal = service.services.journal
+    read = journal.read
+
+    async def counted(after: int, limit: int, run_id: str | None = None) -> Any:
+        limits.append(limit)
+        return await read(after, limit, run_id=run_id)
+
+    monkeypatch.setattr(journal, "read", counted)
+    for path in ("proof", "proof-sheet"):
+        assert (await service.call("GET", f"/api/v1/runs/{run_id}/{path}"))[0] == 200
+    assert set(worked) == {"take", "proof_of", "proof_sheet", "json_answer"}
+    assert all(threading.get_ident() not in threads for threads in worked.values()), worked
+    assert max(limits) <= 100
 
 
 async def test_the_sheet_is_a_page_without_scripts_that_prints_what_was_typed_and_runs_none_of_it(
