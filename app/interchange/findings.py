@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import Final
 
 from pydantic import BaseModel, ConfigDict
 
 from app.domain.errors import InvalidInputError
 from app.domain.finding import Finding, Severity
 from app.domain.plan.size_limits import MAX_FINDINGS
+
+MAX_TOLD: Final = 200
+"""Findings that are told one by one; of the rest it is said how many there are of each code."""
 
 
 class FindingKind(StrEnum):
@@ -57,6 +62,8 @@ class Report:
 
     refusals: list[Finding] = field(default_factory=list)
     findings: list[ConversionFinding] = field(default_factory=list)
+    """The first ones; `told` has the rest too."""
+    _more: dict[FindingKind, Counter[str]] = field(default_factory=dict)
 
     def refuse(self, code: str, pointer: str, message: str, hint: str = "") -> None:
         if len(self.refusals) < MAX_FINDINGS:
@@ -78,6 +85,18 @@ class Report:
         if self.refusals:
             raise ConversionRefused(self.refusals)
 
+    def told(self) -> tuple[ConversionFinding, ...]:
+        """All findings; beyond MAX_TOLD one for each kind, with how many more and of which codes: none is silent."""
+        return (*self.findings, *(_summary(kind, codes) for kind, codes in self._more.items()))
+
     def _add(self, kind: FindingKind, code: str, pointer: str, message: str, hint: str) -> None:
-        """Never cut short: a loss that is not named would be a silent one. Sources have at most some 1000 items."""
-        self.findings.append(ConversionFinding(kind=kind, code=code, pointer=pointer, message=message, hint=hint))
+        if len(self.findings) < MAX_TOLD:
+            self.findings.append(ConversionFinding(kind=kind, code=code, pointer=pointer, message=message, hint=hint))
+        else:
+            self._more.setdefault(kind, Counter())[code] += 1
+
+
+def _summary(kind: FindingKind, codes: Counter[str]) -> ConversionFinding:
+    each = ", ".join(f"{code} {count}" for code, count in sorted(codes.items()))
+    message = f"beyond the first {MAX_TOLD} findings there are of this kind: {each}"
+    return ConversionFinding(kind=kind, code="conversion.more", pointer="", message=message)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import islice
 from typing import Final
 
 from app.domain.mission import MavCmd
@@ -38,8 +37,8 @@ class ItemReader:
 
     def read(self, items: Sequence[FileItem]) -> None:
         """Read all of them."""
-        for index, item in enumerate(items):
-            self._read_one(item, _next_flown(items, index) if item.command == MavCmd.NAV_LOITER_TO_ALT else None)
+        for item, following in zip(items, _next_flown(items), strict=True):
+            self._read_one(item, following)
         self._put_back_speeds()
         self._give_up_landing()
         self._name_jump_targets()
@@ -201,9 +200,14 @@ class ItemReader:
             draft.fields["target"] = target.id
 
 
-def _next_flown(items: Sequence[FileItem], index: int) -> FileItem | None:
-    """The item after this one that is not for a camera."""
-    return next((item for item in islice(items, index + 1, None) if item.command not in CAMERA_ONLY), None)
+def _next_flown(items: Sequence[FileItem]) -> list[FileItem | None]:
+    """For each item the one after it that is not for a camera."""
+    found: list[FileItem | None] = []
+    following: FileItem | None = None
+    for item in reversed(items):
+        found.append(following)
+        following = following if item.command in CAMERA_ONLY else item
+    return found[::-1]
 
 
 def speed_kind(vehicle_type: VehicleType) -> float:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from typing import Any, Final
 
+from app.domain.plan.size_limits import MAX_ITEMS
 from app.interchange.file_item import FileItem, ItemExtra
 from app.interchange.file_json import FileObject, is_number
 from app.interchange.findings import Report
@@ -18,14 +19,22 @@ from app.interchange.qgc_format import (
 )
 from app.interchange.qgc_landing import LANDINGS, landing_items
 
+MAX_FILE_ITEMS: Final = 4 * MAX_ITEMS
+"""A drop or a landing that Waydrop writes is three items, a waypoint with a speed two."""
 _ROLES: Final = ("speed", "pause", "cruise_speed", "wait")
 _EXTRA_KEYS: Final = frozenset({"id", "role", "fields", "written"})
 _SAME_M: Final = 0.01
 _OTHER_REFERENCE: Final = {ALTITUDE_RELATIVE: ABSOLUTE, ALTITUDE_ABSOLUTE: RELATIVE}
 
 
-def read_qgc_items(items: Iterable[Any], pointer: str, altitude_mode: int | None, report: Report) -> list[FileItem]:
-    """All mission items that the file stands for, in order; what cannot be read is refused and left out."""
+def read_qgc_items(items: Sequence[Any], pointer: str, altitude_mode: int | None, report: Report) -> list[FileItem]:
+    """All mission items that the file stands for, in order; what cannot be read is refused and left out.
+
+    A file of more than MAX_FILE_ITEMS is refused before any is looked at.
+    """
+    if len(items) > MAX_FILE_ITEMS:
+        report.refuse("conversion.too_large", pointer, f"{len(items)} items; a plan has at most {MAX_ITEMS}")
+        return []
     found: list[FileItem] = []
     for index, value in enumerate(items):
         place = f"{pointer}/{index}"

@@ -63,7 +63,7 @@ def qgc_document(plan: Plan) -> tuple[dict[str, Any], tuple[ConversionFinding, .
     document[EXTRA] = {"version": EXTRA_VERSION, "fields": fields, **({"written": replaced} if replaced else {})}
     _name_what_is_kept(plan, fields, report)
     _name_drops(plan, home, report)
-    return document, tuple(report.findings)
+    return document, report.told()
 
 
 def _document(plan: Plan, home: GlobalPosition, written: tuple[WrittenItem, ...]) -> dict[str, Any]:

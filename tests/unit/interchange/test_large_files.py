@@ -1,0 +1,100 @@
+"""A large file costs no more than its size, and what is said of it stays readable."""
+
+from __future__ import annotations
+
+import copy
+import json
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from app.domain.plan import Plan, parse_plan
+from app.domain.plan.size_limits import MAX_ITEMS
+from app.domain.vehicle import VehicleType
+from app.interchange.file_item import FileItem
+from app.interchange.findings import MAX_TOLD, ConversionRefused, FindingKind, Report
+from app.interchange.item_reader import ItemReader
+from app.interchange.qgc_items import MAX_FILE_ITEMS
+from app.interchange.source import convert_to_plan
+from app.interchange.target import TargetFormat, export_plan
+from tests.unit.interchange.files import document
+
+GOOD = document("multicopter-delivery.plan")
+CAMERA, LOITER_TO_ALT = 2000, 31
+
+
+def simple(command: int) -> dict[str, Any]:
+    return {"type": "SimpleItem", "autoContinue": True, "command": command, "frame": 2, "params": [0] * 7}
+
+
+def with_items(*items: Any) -> bytes:
+    plan = copy.deepcopy(GOOD)
+    plan["mission"]["items"] += items
+    return json.dumps(plan).encode()
+
+
+def test_a_file_of_far_too_many_items_is_refused_with_one_finding_and_not_read() -> None:
+    unreadable = [7] * (MAX_FILE_ITEMS + 1)
+    with pytest.raises(ConversionRefused) as refused:
+        convert_to_plan(with_items(*unreadable))
+    (finding,) = refused.value.findings
+    assert (finding.code, finding.pointer) == ("conversion.too_large", "/mission/items")
+
+
+def test_the_longest_plan_of_drops_and_speeds_comes_back_from_its_own_file() -> None:
+    way = {"type": "waypoint", "latitude_deg": 47.398, "longitude_deg": 8.546, "relative_altitude_m": 15}
+    fast = [{**way, "speed_m_s": 4.0 + index % 2} for index in range(MAX_ITEMS - 2)]
+    ends = {"type": "takeoff", "relative_altitude_m": 15}, {"type": "return_to_launch"}
+    head = {"version": 1, "name": "long", "vehicle_type": "multicopter", "cruise_speed_m_s": 6.0}
+    plan: Plan = parse_plan({**head, "items": [ends[0], *fast, ends[1]]})
+    written = export_plan(plan, TargetFormat.QGC)
+    assert len(json.loads(written.text)["mission"]["items"]) > 1.9 * MAX_ITEMS
+    assert [item.type for item in convert_to_plan(written.text.encode()).plan.items] == [
+        item.type for item in plan.items
+    ]
+
+
+class Counted(list[FileItem]):
+    """Counts how often any of its items is looked at."""
+
+    looks = 0
+
+    def __iter__(self) -> Iterator[FileItem]:
+        for item in super().__iter__():
+            self.looks += 1
+            yield item
+
+    def __reversed__(self) -> Iterator[FileItem]:
+        for item in super().__reversed__():
+            self.looks += 1
+            yield item
+
+
+def test_items_are_read_once_each_however_many_circles_and_cameras_there_are() -> None:
+    commands = [LOITER_TO_ALT, *[CAMERA] * 3] * 250
+    params = (1.0, 60.0, 0.0, 1.0, 47.0, 8.0, 30.0)
+    items = Counted(FileItem(command, 3, params, number, "") for number, command in enumerate(commands, 1))
+    ItemReader(VehicleType.FIXED_WING, Report()).read(items)
+    assert items.looks <= 3 * len(items)
+
+
+def test_of_many_findings_the_first_are_told_and_the_rest_are_counted_by_code() -> None:
+    conversion = convert_to_plan(with_items(*[simple(CAMERA)] * (MAX_TOLD + 50)))
+    told, closing = conversion.findings[:MAX_TOLD], conversion.findings[MAX_TOLD:]
+    assert {finding.code for finding in told} == {"conversion.camera"}
+    assert [finding.code for finding in closing] == ["conversion.more"] * 2
+    assert {finding.kind: finding.message for finding in closing} == {
+        FindingKind.LOST: "beyond the first 200 findings there are of this kind: conversion.camera 50",
+        FindingKind.ASSUMED: "beyond the first 200 findings there are of this kind: conversion.release_motion 1",
+    }
+
+
+def test_no_kind_is_silent_when_another_fills_the_report() -> None:
+    report = Report()
+    for number in range(MAX_TOLD):
+        report.assume("conversion.instance", f"/{number}", "the first one is meant")
+    report.lose("conversion.camera", "/0", "it is for a camera")
+    assert [(finding.kind, finding.code) for finding in report.told()[MAX_TOLD:]] == [
+        (FindingKind.LOST, "conversion.more")
+    ]
