@@ -141,3 +141,33 @@ async def test_the_pictures_show_the_planned_point_and_the_fences(service: Servi
 async def test_an_unknown_run_has_no_proof(service: Service, path: str) -> None:
     status, _, problem = await service.call("GET", f"/api/v1/runs/run-none/{path}")
     assert (status, problem["code"]) == (404, "not_found")
+
+
+async def test_a_saved_copy_of_the_sheet_has_the_policy_in_itself(service: Service, plan: dict[str, Any]) -> None:
+    run_id = await proven(service, plan)
+    _, headers, sheet = await service.call("GET", f"/api/v1/runs/{run_id}/proof-sheet")
+    policy = sheet.partition('<meta http-equiv="Content-Security-Policy" content="')[2].partition('"')[0]
+    assert "default-src 'none'" in policy
+    assert set(policy.split("; ")) <= set(headers["Content-Security-Policy"].split("; "))
+    assert sheet.index("Content-Security-Policy") < sheet.index("<style>")
+
+
+async def test_text_that_turns_the_writing_round_turns_only_itself(service: Service, plan: dict[str, Any]) -> None:
+    turned = "Anna \u202e retsaM"
+    order = {"id": turned, "recipient": turned, "notes": turned}
+    run_id = await proven(service, {**plan, "name": turned, "order": order})
+    _, _, sheet = await service.call("GET", f"/api/v1/runs/{run_id}/proof-sheet")
+    shown = sheet[sheet.index("<body>") :]
+    assert shown.count(turned) == shown.count(f"<bdi>{turned}</bdi>") == 4  # the name, and three of the order
+
+
+async def test_an_event_is_told_to_its_last_brace_and_a_drop_does_not_speak_of_sensors_that_may_be_there(
+    service: Service, plan: dict[str, Any]
+) -> None:
+    run_id = await proven(service, plan)
+    journal = service.services.journal
+    await journal.record(journal.new_event(EventKind.RUN_ACK, run_id=run_id, command="arm", last={"a": {"b": 1}}))
+    _, _, sheet = await service.call("GET", f"/api/v1/runs/{run_id}/proof-sheet")
+    assert "&quot;last&quot;: {&quot;a&quot;: {&quot;b&quot;: 1}}<" in sheet
+    assert "nothing sensed" in sheet
+    assert "no sensor" not in sheet

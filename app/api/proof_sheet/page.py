@@ -14,9 +14,9 @@ from app.domain.drop import Certainty, DropOutcome, DropRecord
 from app.domain.events import EventKind
 from app.domain.proof import Entry, Proof
 
-POLICY: Final = (
-    "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'; sandbox allow-downloads allow-modals"
-)
+_POLICY_OF_A_COPY: Final = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
+"""In the page itself too, since a saved copy has no headers. A <meta> takes neither frame-ancestors nor sandbox."""
+POLICY: Final = f"{_POLICY_OF_A_COPY}; frame-ancestors 'none'; sandbox allow-downloads allow-modals"
 """No script runs; the page's own style is in the page, so that a saved copy looks the same."""
 
 _OUTCOMES: Final = {
@@ -42,9 +42,11 @@ def proof_sheet(proof: Proof, plan: dict[str, Any]) -> str:
     name = proof.plan.name or proof.plan.id
     parts = [
         "<!doctype html>",
-        f'<html lang="en"><head><meta charset="utf-8"><title>Proof of delivery: {escape(name)}</title>',
+        '<html lang="en"><head><meta charset="utf-8">',
+        f'<meta http-equiv="Content-Security-Policy" content="{_POLICY_OF_A_COPY}">',
+        f"<title>Proof of delivery: {escape(name)}</title>",
         f'<meta name="viewport" content="width=device-width"><style>{_STYLE}</style></head><body>',
-        f"<h1>Proof of delivery</h1><p>{escape(name)}, run {escape(proof.run_id)}</p>",
+        f"<h1>Proof of delivery</h1><p>{_typed(name)}, run {escape(proof.run_id)}</p>",
         "" if proof.is_final else '<p class="draft">The run goes on: this is what is known so far.</p>',
         _head(proof),
         overview(plan, proof.drops) or "",
@@ -96,7 +98,7 @@ def _drop(drop: DropRecord) -> str:
             ("Commanded", drop.commanded_at and f"{_time(drop.commanded_at)}, attempts: {drop.attempts}"),
             ("Acknowledged", drop.acknowledged_at and f"{_time(drop.acknowledged_at)}: {drop.acknowledged_result}"),
             ("Gripper's output", drop.output_at and f"{drop.output_us} µs at {_time(drop.output_at)}"),
-            ("Sensed", _time(drop.sensed_at) or "no sensor"),
+            ("Sensed", _time(drop.sensed_at) or "nothing sensed"),
             ("Planned at", _place(drop.planned_latitude_deg, drop.planned_longitude_deg)),
             ("Measured at", _place(drop.latitude_deg, drop.longitude_deg)),
             ("Off the planned point", _number(drop.offset_m, "m")),
@@ -107,7 +109,7 @@ def _drop(drop: DropRecord) -> str:
             ("Battery", _number(drop.battery_percent, "%")),
         ]
     )
-    title = f"Drop: {escape(drop.plan_item_id)}"
+    title = f"Drop: {_typed(drop.plan_item_id)}"
     outcome = f'<p class="outcome">{_OUTCOMES[drop.outcome]}</p>'
     return f'<section class="drop"><h2>{title}</h2>{outcome}{rows}{close_up(drop) or ""}</section>'
 
@@ -126,15 +128,20 @@ def _entries(proof: Proof) -> str:
 def _row(entry: Entry) -> str:
     named = entry.data if entry.kind is not EventKind.RUN_DROP else {name: entry.data.get(name) for name in _DROP_STEP}
     told = {name: value for name, value in named.items() if value not in (None, "")}
-    data = escape(json.dumps(told, ensure_ascii=False, separators=(", ", ": ")).strip("{}"))
+    data = _typed(json.dumps(told, ensure_ascii=False, separators=(", ", ": "))[1:-1])
     return (
         f"<tr><td>{_time(entry.time, clock_only=True)}</td>"
         f"<td><b>{entry.kind.value}</b> {data}<br><code>{entry.seq}:{entry.hash}</code></td></tr>"
     )
 
 
+def _typed(text: str) -> str:
+    """Text that may come from outside: whichever way it turns the writing, what is around it stays as it is."""
+    return f"<bdi>{escape(text)}</bdi>"
+
+
 def _list(rows: Iterable[tuple[str, object]]) -> str:
-    told = "".join(f"<dt>{escape(name)}</dt><dd>{escape(str(value))}</dd>" for name, value in rows if value is not None)
+    told = "".join(f"<dt>{escape(name)}</dt><dd>{_typed(str(value))}</dd>" for name, value in rows if value is not None)
     return f"<dl>{told}</dl>"
 
 
