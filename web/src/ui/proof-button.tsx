@@ -3,6 +3,7 @@ import { api } from "../api/client";
 import type { Run } from "../api/types";
 import { report } from "../state/notices";
 import { Icon } from "./icons";
+import { saveFile } from "./save-file";
 
 /** Saves the proof of delivery as a file: a token goes with the request, which a plain link could not carry. */
 export function ProofButton({ run }: { run: Run }) {
@@ -10,7 +11,7 @@ export function ProofButton({ run }: { run: Run }) {
   const save = async () => {
     setBusy(true);
     try {
-      saveFile(`proof-${run.id}.html`, await api.proofSheet(run.id));
+      saveFile(`proof-${run.id}.html`, await api.proofSheet(run.id), "text/html");
     } catch (error) {
       report("Proof of delivery", error);
     } finally {
@@ -22,13 +23,4 @@ export function ProofButton({ run }: { run: Run }) {
       <Icon name="file" /> Save the proof of delivery
     </button>
   );
-}
-
-function saveFile(name: string, html: string): void {
-  const url = URL.createObjectURL(new Blob([html], { type: "text/html" }));
-  const link = document.createElement("a");
-  link.href = url;
-  link.download = name;
-  link.click();
-  URL.revokeObjectURL(url);
 }
