@@ -190,14 +190,18 @@ class ItemReader:
                 continue
             found = owners.get(draft.jump_to, []) if draft.jump_to is not None else []
             if len(found) != 1:
-                which = "which several items have" if found else "which no item has"
-                message = f"the jump goes to number {draft.jump_to}, {which}"
-                self.report.refuse("conversion.jump", draft.places["jump"], message)
+                self.report.refuse("conversion.jump", draft.places["jump"], _unclear_jump(draft.jump_to, len(found)))
                 continue
             index = found[0]
             target = self.drafts[index]
             target.id = target.id or _free_id(index + 1, taken)
             draft.fields["target"] = target.id
+
+
+def _unclear_jump(number: float | None, owners: int) -> str:
+    if number is None:
+        return "the jump does not say to which item it goes"
+    return f"the jump goes to number {number:g}, which {'several items have' if owners else 'no item has'}"
 
 
 def _next_flown(items: Sequence[FileItem]) -> list[FileItem | None]:

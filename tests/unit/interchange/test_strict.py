@@ -133,6 +133,20 @@ def test_what_is_wrong_is_refused_at_its_place(change: Change, code: str, pointe
         assert (code, pointer) in found
 
 
+@pytest.mark.parametrize(
+    ("number", "message"),
+    [
+        (None, "the jump does not say to which item it goes"),
+        (40, "the jump goes to number 40, which no item has"),
+    ],
+)
+def test_a_jump_to_nowhere_is_refused_in_words(number: int | None, message: str) -> None:
+    plan = copy.deepcopy(GOOD)
+    inserted(simple(177, number, 2))(plan)
+    (finding,) = refusals(json.dumps(plan).encode())
+    assert (finding.code, finding.pointer, finding.message) == ("conversion.jump", f"{ITEM}/params/0", message)
+
+
 def test_all_that_is_wrong_is_said_at_once() -> None:
     plan = copy.deepcopy(GOOD)
     item(command=99)(plan)
