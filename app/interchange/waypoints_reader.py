@@ -29,6 +29,8 @@ _WHOLE_COLUMNS: Final = tuple(
     for place, name in enumerate(_COLUMNS)
     if name in ("index", "current", "frame", "command", "autocontinue")
 )
+_LINE_END: Final = re.compile(r"\r\n|\n|\r")
+"""What ends a line for editors too; splitlines() also splits at U+2028, U+0085 and vertical tabs."""
 _WHOLE: Final = re.compile(r"[+-]?\d{1,9}(\.0*)?")
 _NUMBER: Final = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _WAYPOINT: Final = frozenset({MavCmd.NAV_WAYPOINT, MavCmd.NAV_LAND, MavCmd.NAV_VTOL_LAND})
@@ -36,8 +38,8 @@ _WAYPOINT: Final = frozenset({MavCmd.NAV_WAYPOINT, MavCmd.NAV_LAND, MavCmd.NAV_V
 
 def read_waypoints(text: str, unsaid: Unsaid, report: Report) -> PlanDraft:
     """The draft; what is wrong stands in the report."""
-    lines = text.splitlines()
-    version = _version(lines[0] if lines else "", report)
+    lines = _LINE_END.split(text)
+    version = _version(lines[0], report)
     draft = PlanDraft({"version": 1, "name": unsaid.name})
     if len(lines) > 2 * MAX_ITEMS:
         report.refuse("conversion.too_large", "", f"{len(lines)} lines; a plan has at most {MAX_ITEMS} items")

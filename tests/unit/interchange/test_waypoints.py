@@ -46,6 +46,19 @@ def test_line_0_is_home_and_no_item() -> None:
     assert [item.type for item in plan.items] == ["takeoff", "return_to_launch"]
 
 
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_lines_end_as_editors_count_them(end: str) -> None:
+    lines = text(HOME, TAKEOFF, RETURN).decode().split("\n")
+    assert len(convert_to_plan((end.join(lines) + end).encode()).plan.items) == 2
+
+
+@pytest.mark.parametrize("other", ["\u2028", "\x85", "\x0b", "\x0c", "\x1c"])
+def test_nothing_else_ends_a_line(other: str) -> None:
+    with pytest.raises(ConversionRefused) as refused:
+        converted(HOME, TAKEOFF + other + RETURN)
+    assert [(finding.code, finding.pointer) for finding in refused.value.findings] == [("conversion.columns", "/3")]
+
+
 def test_a_takeoff_at_0_0_is_above_home() -> None:
     takeoff = converted(HOME, TAKEOFF, RETURN).plan.items[0]
     assert takeoff.type == "takeoff"
