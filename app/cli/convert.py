@@ -46,6 +46,7 @@ def convert(
 
     Exit status 0: converted. 2: the file cannot become a plan, or cannot be read or written.
     """
+    _refuse_the_source(file, output)
     conversion = convert_to_plan(read_file(file), name=name or _name_of(file), vehicle_type=vehicle_type)
     findings = list(conversion.findings)
     if to is Target.PLAN:
@@ -56,6 +57,12 @@ def convert(
         findings += exported.findings
     _show(findings)
     _write(text, output)
+
+
+def _refuse_the_source(file: Path, output: Path | None) -> None:
+    """A conversion may lose what the source says: it must not take the source's place."""
+    if output is not None and str(file) != "-" and output.exists() and file.exists() and output.samefile(file):
+        raise PlanFileError(f"{output} is the file that is converted", hint="name another file for --output")
 
 
 def _name_of(file: Path) -> str | None:

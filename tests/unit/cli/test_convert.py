@@ -85,6 +85,25 @@ def test_a_file_that_cannot_be_read_or_written_ends_with_2(
     assert "No such file" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("way", ["same", "roundabout", "symlink", "hardlink"])
+def test_the_source_is_never_written_over(
+    monkeypatch: pytest.MonkeyPatch, capsys: Capture, tmp_path: Path, way: str
+) -> None:
+    source = tmp_path / "delivery.plan"
+    content = (FILES / "multicopter-delivery.plan").read_bytes()
+    source.write_bytes(content)
+    output = {"same": source, "roundabout": tmp_path / "." / ".." / tmp_path.name / source.name}.get(
+        way, tmp_path / "link.plan"
+    )
+    if way == "symlink":
+        output.symlink_to(source)
+    elif way == "hardlink":
+        output.hardlink_to(source)
+    assert convert(monkeypatch, str(source), "--to", "kml", "--output", str(output)) == 2
+    assert "is the file that is converted" in capsys.readouterr().err
+    assert source.read_bytes() == content
+
+
 def test_a_file_may_be_called_anything(monkeypatch: pytest.MonkeyPatch, capsys: Capture, tmp_path: Path) -> None:
     file = tmp_path / ("n" * 240 + ".plan")
     file.write_bytes((FILES / "multicopter-delivery.plan").read_bytes())
