@@ -8,8 +8,10 @@ from app.domain.finding import Severity
 from app.domain.plan.items import Gripper, Winch
 from app.domain.plan.walk import Carried
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
-from app.domain.vehicle import VehicleType
+from app.domain.vehicle import FirmwareVersion, VehicleType
 
+PAYLOAD_ITEMS_SINCE = FirmwareVersion(1, 14, 0)
+"""Older firmware has no payload deliverer and answers a mission with such an item MAV_MISSION_UNSUPPORTED."""
 _POSITION_HINT = "put a waypoint, loiter or land item before it; only delay and change_speed may stand between"
 
 
@@ -78,6 +80,16 @@ def _gripper_enabled(context: RuleContext) -> Iterator[Violation]:
             yield at_item(drop.step, message, "set PD_GRIPPER_TYPE to 0 and configure the gripper's output")
 
 
+def _firmware_takes_items(context: RuleContext) -> Iterator[Violation]:
+    firmware = context.facts.firmware
+    if firmware is None or firmware >= PAYLOAD_ITEMS_SINCE:
+        return
+    for drop in context.drops:
+        if not drop.supervised:
+            message = f"PX4 {firmware} takes no {drop.item.type} items in a mission: it would refuse the upload"
+            yield at_item(drop.step, message, f"update the vehicle to PX4 {PAYLOAD_ITEMS_SINCE} or newer")
+
+
 def _landed_drop_needs_rtl_home(context: RuleContext) -> Iterator[Violation]:
     rtl_type = int(context.parameter("RTL_TYPE"))
     if rtl_type in (0, 5):
@@ -132,6 +144,13 @@ RULES = (
         "With an invalid gripper the mission carries on exactly alike and nothing is released.",
         "PX4 PD_GRIPPER_TYPE; flown with -1.",
         _gripper_enabled,
+    ),
+    Rule(
+        "drop.firmware_too_old",
+        Severity.ERROR,
+        "Before v1.14 a mission with a gripper or winch item is refused whole. Unknown firmware counts as current.",
+        "PX4 v1.13 mission items; the simulated px4-1.13 refuses them.",
+        _firmware_takes_items,
     ),
     Rule(
         "gripper.instance_ignored",

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from app.domain.mission import Mission, MissionItem, MissionType
 from app.domain.vehicle import FirmwareVersion, VehicleFacts, VehicleType
 from app.simulator.airframe import AIRFRAMES
-from app.simulator.firmware import PROFILES
+from app.simulator.firmware import PX4_MAIN, FirmwareProfile
 from app.simulator.geo import LocalFrame
 from app.simulator.mission.feasibility import FeasibilityInput, problems
 from app.simulator.mission.fence_item import fence_refusal
@@ -27,13 +27,14 @@ AIRFRAME_OF = {
     VehicleType.ROVER: "rover",
     VehicleType.AIRSHIP: "airship",
 }
-PROFILE = PROFILES["px4-main"]
 
 
-def facts_of(vehicle_type: VehicleType, params: Mapping[str, Value]) -> VehicleFacts:
+def facts_of(
+    vehicle_type: VehicleType, params: Mapping[str, Value], profile: FirmwareProfile = PX4_MAIN
+) -> VehicleFacts:
     """What Waydrop reads of such a vehicle: everything, as a vehicle that answers every request."""
-    values = Params(AIRFRAMES[AIRFRAME_OF[vehicle_type]].params, params)
-    major, minor, patch = (PROFILE.flight_sw_version >> shift & 0xFF for shift in (24, 16, 8))
+    values = _params(vehicle_type, params, profile)
+    major, minor, patch = (profile.flight_sw_version >> shift & 0xFF for shift in (24, 16, 8))
     return VehicleFacts(
         vehicle_type=vehicle_type,
         firmware=FirmwareVersion(major, minor, patch),
@@ -42,16 +43,18 @@ def facts_of(vehicle_type: VehicleType, params: Mapping[str, Value]) -> VehicleF
     )
 
 
-def refusals(mission: Mission, vehicle_type: VehicleType, params: Mapping[str, Value]) -> list[str]:
+def refusals(
+    mission: Mission, vehicle_type: VehicleType, params: Mapping[str, Value], profile: FirmwareProfile = PX4_MAIN
+) -> list[str]:
     """Why the autopilot would refuse the upload, or never start what it took. Empty: it flies."""
     airframe = AIRFRAMES[AIRFRAME_OF[vehicle_type]]
-    values = Params(airframe.params, params)
+    values = _params(vehicle_type, params, profile)
     frame = LocalFrame(HOME.latitude_deg, HOME.longitude_deg, HOME.altitude_m)
     fence = tuple(map(_received, mission.fence))
     found = [f"fence item {seq}" for seq, item in enumerate(fence) if fence_refusal(item) is not MissionAck.ACCEPTED]
     for kind, items in ((MissionType.MISSION, mission.items), (MissionType.FENCE, mission.fence)):
         for item in items:
-            answer = refusal(_received(item), int(kind), PROFILE)
+            answer = refusal(_received(item), int(kind), profile)
             if answer is not MissionAck.ACCEPTED:
                 found.append(f"{kind.name} item {item.seq} (command {item.command}): {answer.name}")
     judged = FeasibilityInput(
@@ -64,6 +67,11 @@ def refusals(mission: Mission, vehicle_type: VehicleType, params: Mapping[str, V
         landed=True,
     )
     return found + [f"{problem.event} {problem.argument}" for problem in problems(judged)]
+
+
+def _params(vehicle_type: VehicleType, params: Mapping[str, Value], profile: FirmwareProfile) -> Params:
+    """As the simulated fleet puts them together; no vehicle has a parameter that its firmware has not."""
+    return Params(AIRFRAMES[AIRFRAME_OF[vehicle_type]].params, profile.params, params, absent=profile.absent)
 
 
 def _received(item: MissionItem) -> Item:

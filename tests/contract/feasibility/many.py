@@ -23,6 +23,7 @@ from app.domain.finding import Severity
 from app.domain.plan import Plan
 from app.domain.rules import check_plan
 from app.domain.vehicle import VehicleType
+from app.simulator.firmware import PX4_MAIN
 from tests.contract.feasibility.autopilot import AIRFRAME_OF, facts_of, refusals
 from tests.contract.feasibility.plans_and_vehicles import Case, cases
 from tests.contract.vehicles.driving import opened, until, uploaded
@@ -54,16 +55,16 @@ def in_process(examples: int, number: int) -> dict[VehicleType, list[Plan]]:
 
     def visit(case: Case) -> None:
         kind = case.plan.vehicle_type
-        facts = facts_of(kind, case.params)
+        facts = facts_of(kind, case.params, case.profile)
         taken = not any(finding.severity is Severity.ERROR for finding in check_plan(case.plan, facts))
         try:
-            refused = refusals(compile_plan(case.plan, facts), kind, case.params)
+            refused = refusals(compile_plan(case.plan, facts), kind, case.params, case.profile)
         except PlanRejectedError as error:
             refused = [error.detail]
         if taken and refused:
             raise AssertionError(f"accepted by Waydrop, refused by the autopilot: {refused} {case}")
         counts[kind.value, "both accept" if taken else "both reject" if refused else "Waydrop alone rejects"] += 1
-        if taken and not case.params:
+        if taken and not case.params and case.profile is PX4_MAIN:
             accepted[kind].append(case.plan)
 
     each_case(visit, examples, number)

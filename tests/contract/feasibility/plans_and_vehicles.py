@@ -9,6 +9,7 @@ from typing import Any
 from hypothesis import strategies as st
 
 from app.domain.plan import Plan, parse_plan
+from app.simulator.firmware import PROFILES, FirmwareProfile
 from app.simulator.params import Value
 from tests.unit.domain.plan_pieces import at, square
 from tests.unit.domain.plan_strategies import PLANS, sensible_plans
@@ -45,13 +46,16 @@ _APPROACH = st.tuples(
     st.sampled_from([0, 60, -100]),
 ).map(lambda parts: {**parts[0], "relative_altitude_m": parts[1], "radius_m": parts[2]})
 
+_FIRMWARE = st.sampled_from(list(PROFILES.values()))
+
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """A plan, and the parameters that the vehicle does not have at their defaults."""
+    """A plan, the parameters that the vehicle does not have at their defaults, and its firmware."""
 
     plan: Plan
     params: Mapping[str, Value]
+    profile: FirmwareProfile
 
 
 @st.composite
@@ -67,4 +71,4 @@ def cases(draw: st.DrawFn) -> Case:
         del document["items"][draw(st.integers(0, len(document["items"]) - 1))]
     if not document["items"]:
         document = plan.model_dump(mode="json")
-    return Case(parse_plan(document), draw(PARAMS))
+    return Case(parse_plan(document), draw(PARAMS), draw(_FIRMWARE))

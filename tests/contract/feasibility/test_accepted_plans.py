@@ -20,11 +20,11 @@ def test_whatever_waydrop_accepts_the_autopilot_neither_refuses_nor_finds_infeas
     @given(cases())
     def agree(case: Case) -> None:
         nonlocal accepted
-        facts = facts_of(case.plan.vehicle_type, case.params)
+        facts = facts_of(case.plan.vehicle_type, case.params, case.profile)
         if any(finding.severity is Severity.ERROR for finding in check_plan(case.plan, facts)):
             return
         accepted += 1
-        assert refusals(compile_plan(case.plan, facts), case.plan.vehicle_type, case.params) == []
+        assert refusals(compile_plan(case.plan, facts), case.plan.vehicle_type, case.params, case.profile) == []
 
     agree()
     assert accepted > 30, "too few plans were accepted to show anything"
