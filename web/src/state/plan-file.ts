@@ -2,6 +2,7 @@
 
 import { draftText, draftView, openDraft } from "./draft-text";
 import { report } from "./notices";
+import { saveFile } from "./save-file";
 
 /** Larger files are no plans: the service takes no more. */
 const MAX_BYTES = 1_048_576;
@@ -13,11 +14,7 @@ export async function openFile(file: File | undefined): Promise<void> {
 }
 
 /** The draft as a file, just as it is written. */
-export function saveFile(): void {
+export function savePlan(): void {
   const name = (draftView.value?.name ?? "plan").replaceAll(/[^\p{L}\p{N}]+/gu, "-").replaceAll(/^-|-$/g, "").toLowerCase();
-  const link = document.createElement("a");
-  link.href = URL.createObjectURL(new Blob([draftText.value], { type: "application/json" }));
-  link.download = `${name || "plan"}.json`;
-  link.click();
-  URL.revokeObjectURL(link.href);
+  saveFile(`${name || "plan"}.json`, draftText.value, "application/json");
 }

@@ -3,7 +3,7 @@ import { fullTime } from "../format/units";
 import { canStore, isStored, keepDraft, openStored } from "../state/draft";
 import { draftText, openDraft } from "../state/draft-text";
 import { startNewPlan } from "../state/editor";
-import { openFile, saveFile } from "../state/plan-file";
+import { openFile, savePlan } from "../state/plan-file";
 import { readStoredPlans, storedPlans } from "../state/plans";
 import { live } from "../state/store";
 import { Icon } from "./icons";
@@ -25,7 +25,7 @@ export function PlanSource() {
             <Icon name={isStored.value ? "check" : "store"} size={15} />
             {isStored.value ? "Stored" : "Store"}
           </button>
-          <button type="button" class="small" onClick={saveFile}>
+          <button type="button" class="small" onClick={savePlan}>
             <Icon name="save" size={15} />
             Save a file
           </button>

@@ -2,8 +2,8 @@ import { useState } from "preact/hooks";
 import { api } from "../api/client";
 import type { Run } from "../api/types";
 import { report } from "../state/notices";
+import { saveFile } from "../state/save-file";
 import { Icon } from "./icons";
-import { saveFile } from "./save-file";
 
 /** Saves the proof of delivery as a file: a token goes with the request, which a plain link could not carry. */
 export function ProofButton({ run }: { run: Run }) {
