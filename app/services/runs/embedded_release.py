@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from app.domain.drop import DropPhase, DropRecord
 from app.domain.embedded_drop import EmbeddedDrop, EmbeddedSight
+from app.domain.gripper_turns import GripperTurns
 from app.domain.mission import CompiledDrop, MavCmd
 from app.domain.progress import Progress
 from app.services.runs.evidence import Look, finished, where
@@ -13,10 +14,11 @@ from app.services.runs.orders import Order, failure_order
 class EmbeddedRelease:
     """A drop that is an item of the mission: it is only watched."""
 
-    def __init__(self, compiled: CompiledDrop, record: DropRecord, on_failure: str) -> None:
+    def __init__(self, compiled: CompiledDrop, record: DropRecord, on_failure: str, gripper: GripperTurns) -> None:
         self.compiled = compiled
         self.record = record
         self._on_failure = on_failure
+        self._gripper = gripper
         self._drop = EmbeddedDrop()
 
     @property
@@ -35,15 +37,18 @@ class EmbeddedRelease:
             return ()
         state = seen.state
         has_gripper = self.compiled.command is MavCmd.DO_GRIPPER
-        passed = self.compiled.release_seq is not None and progress.passed_to >= self.compiled.release_seq
         before = self._drop
         self._drop = before.saw(
             EmbeddedSight(
                 now_s=seen.now_s,
                 connected=state.connected,
-                passed=passed,
+                passed=self._gripper.has_passed(progress),
                 output_us=state.gripper_output_us if has_gripper else None,
                 output_age_s=state.gripper_output_age_s if has_gripper else None,
+                at_item=self._gripper.is_at_item(progress),
+                earlier_passed=self._gripper.has_earlier_passed(progress),
+                regrabbed=self._gripper.is_regrabbed(progress),
+                reopened=self._gripper.is_reopened(progress),
             )
         )
         first_pass = self._drop.passed_at_s is not None and before.passed_at_s is None
