@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 from app.domain.drop import DropRecord
 from app.domain.gripper_turns import GripperTurns
 from app.domain.mission import Mission
 from app.domain.plan import Gripper, Plan, Winch
 from app.domain.ports import VehicleLink
-from app.domain.run import IN_FLIGHT, Run
+from app.domain.run import IN_FLIGHT, Run, RunState
 from app.services.clock import Clock
 from app.services.journal import Journal
 from app.services.runs.embedded_release import EmbeddedRelease
@@ -21,6 +22,8 @@ from app.services.runs.sending import OrderSender
 from app.services.runs.settings import RunSettings
 from app.services.runs.supervised_release import SupervisedRelease
 from app.services.runs.watch import FlightWatch
+
+NOT_STARTED: Final = frozenset({RunState.CREATED, RunState.UPLOADING, RunState.UPLOADED})
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,5 +79,6 @@ def _releases(run: Run, plan: Plan, mission: Mission, settings: RunSettings) -> 
             offset_m = offsets.get(drop.plan_item_id) or settings.default_max_offset_m
             made.append(SupervisedRelease(drop, record, offset_m, on_failure, waited_at_s))
         else:
-            made.append(EmbeddedRelease(drop, record, on_failure, GripperTurns.of(drop, mission)))
+            turns, taken_up = GripperTurns.of(drop, mission), run.state not in NOT_STARTED
+            made.append(EmbeddedRelease(drop, record, on_failure, turns, taken_up=taken_up))
     return tuple(made)

@@ -35,6 +35,7 @@ class EmbeddedFlight:
     """What is seen of the vehicle is set by `put`; each `tick` is one look."""
 
     mission: Mission
+    taken_up: bool = False
     now_s: float = 1000.0
     state: VehicleState = field(
         default_factory=lambda: VehicleState(
@@ -55,13 +56,14 @@ class EmbeddedFlight:
         self.progress = Progress.of(self.mission)
         self.releases = [
             EmbeddedRelease(
-                drop, DropRecord(plan_item_id=drop.plan_item_id, supervised=False), "continue", self._turns(index)
+                drop,
+                DropRecord(plan_item_id=drop.plan_item_id, supervised=False),
+                "continue",
+                GripperTurns.of(drop, self.mission),
+                taken_up=self.taken_up,
             )
-            for index, drop in enumerate(self.mission.drops)
+            for drop in self.mission.drops
         ]
-
-    def _turns(self, index: int) -> GripperTurns:
-        return GripperTurns.of(self.mission.drops[index], self.mission)
 
     def record(self, plan_item_id: str) -> DropRecord:
         return next(r.record for r in self.releases if r.record.plan_item_id == plan_item_id)
