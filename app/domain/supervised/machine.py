@@ -269,10 +269,7 @@ def _finish_and_resume(
 
 
 def _output(seen: Observation | None) -> int | None:
-    """The gripper's output if it is known and no older than 2 s."""
-    if seen is None or seen.gripper_output_age_s is None or seen.gripper_output_age_s > 2.0:
-        return None
-    return seen.gripper_output_us
+    return None if seen is None else seen.fresh_output_us
 
 
 def _output_is_newer_than(seen: Observation, when_s: float) -> bool:
