@@ -46,7 +46,8 @@ class SupervisedRelease:
         self.record = record
         self._on_failure = on_failure
         terms = DropTerms.of(compiled, max_offset_m)
-        self.machine = DropMachine.taken_up(terms, record.attempts)
+        opened = record.output_us == GRIPPER_OPEN_US
+        self.machine = DropMachine.taken_up(terms, record.attempts, opened=opened)
         self._waited_at_s = waited_at_s if record.phase is DropPhase.WAITING else None
 
     @property
