@@ -94,6 +94,7 @@ class ScriptedVehicle:
             if self.upload_error is not None:
                 raise self.upload_error
             self.on_board = mission.items
+            self.truth = replace(self.truth, mission_id=77)
             yield UploadProgress(MissionType.MISSION, len(mission.items), len(mission.items), 1, "mission_id", 77)
         finally:
             self.upload_closed = True
