@@ -85,7 +85,10 @@ class Measurements:
         return None if old == message else StateChanged()
 
     def take_position(self, message: GlobalPositionInt, received_s: float) -> None:
-        """GLOBAL_POSITION_INT."""
+        """GLOBAL_POSITION_INT. One that newer ones have overtaken is left out: time would run backwards."""
+        back_s = 0.0 if self.position is None else (self.position.time_boot_ms - message.time_boot_ms) / 1e3
+        if self.clock.is_overtaken(back_s):
+            return
         self.position, self.position_s = message, received_s
         self.clock = self.clock.seen(received_s, message.time_boot_ms / 1e3)
 
@@ -116,6 +119,7 @@ class Measurements:
     def forget_after_reboot(self) -> None:
         """What the vehicle said before it restarted is not true any more."""
         self.mission = self.mission_s = self.gripper_output_us = self.gripper_output_s = None
+        self.clock = VehicleClock(window_s=CLOCK_WINDOW_S)
 
     def state(self, now_s: float, *, connected: bool) -> VehicleState:
         """All of it, with ages at `now_s`."""
