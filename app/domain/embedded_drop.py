@@ -6,6 +6,7 @@ too (px4-facts, package delivery 3 and 7). The one usable sign is SERVO_OUTPUT_R
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 from app.domain.drop import Certainty, DropOutcome
@@ -14,17 +15,30 @@ from app.domain.supervised.terms import GRIPPER_CLOSED_US, GRIPPER_OPEN_US
 
 OUTPUT_WAIT_S = 2.0
 OUTPUT_FRESH_S = 2.0
+OUTPUT_LAG_S = 0.2
+"""An item counts as done this much before the output moves, at most (20 to 80 ms, px4-traces 07)."""
+LATE_CURRENT_S = 2.0
+"""MISSION_CURRENT comes at 1 Hz, and one may be lost."""
 
 
 @dataclass(frozen=True, slots=True)
 class EmbeddedSight:
-    """What is seen of an embedded drop at `now_s`. `passed` says that its release item is passed in this visit."""
+    """What is seen of an embedded drop at `now_s`.
+
+    `passed`: its release item is passed in this visit. The others tell it apart from the mission's other gripper
+    items. `at_item`: the mission is at the drop's own items. `earlier_passed`: so is every release before it.
+    `regrabbed`, `reopened`: a grab, or a release, that comes after it has had its turn.
+    """
 
     now_s: float
     connected: bool
     passed: bool
     output_us: int | None
     output_age_s: float | None
+    at_item: bool = False
+    earlier_passed: bool = True
+    regrabbed: bool = False
+    reopened: bool = False
 
     @property
     def output(self) -> int | None:
@@ -35,9 +49,16 @@ class EmbeddedSight:
 
 @dataclass(frozen=True, slots=True)
 class EmbeddedDrop:
-    """The state of one embedded drop. `was_closed` is set once the output was seen at grab in this flight."""
+    """The state of one embedded drop.
+
+    `was_closed`: the output was last seen at grab, after every earlier release; only then is an opening this drop's.
+    `others_until_s` is when an earlier release was last to come. `strayed_at_s`: when the output opened with the
+    mission not at this drop.
+    """
 
     was_closed: bool = False
+    others_until_s: float = -math.inf
+    strayed_at_s: float | None = None
     passed_at_s: float | None = None
     finish: Finish | None = None
 
@@ -46,8 +67,10 @@ class EmbeddedDrop:
         if self.finish is not None:
             return self
         drop = self
-        if seen.output == GRIPPER_CLOSED_US:
-            drop = replace(drop, was_closed=True)
+        if not seen.earlier_passed:
+            drop = replace(drop, was_closed=False, others_until_s=seen.now_s)
+        elif seen.output == GRIPPER_CLOSED_US and seen.now_s - (seen.output_age_s or 0.0) >= drop._alone_from_s:
+            drop = replace(drop, was_closed=True, strayed_at_s=None)
         if seen.passed and drop.passed_at_s is None:
             drop = replace(drop, passed_at_s=seen.now_s)
         if seen.output == GRIPPER_OPEN_US:
@@ -60,23 +83,38 @@ class EmbeddedDrop:
         """The run ends: a drop whose item was not passed is kept, any other that was not seen is unknown."""
         if self.finish is not None:
             return self
+        if self.passed_at_s is None and self.strayed_at_s is not None:
+            reason = f"the gripper's output went to release away from its item; {reason}"
+            return self._over(DropOutcome.UNKNOWN, Certainty.NONE, reason)
         if self.passed_at_s is None:
             return self._over(DropOutcome.KEPT, Certainty.INFERRED, f"its item was not reached: {reason}")
         return self._over(DropOutcome.UNKNOWN, Certainty.NONE, f"its item passed unseen: {reason}")
 
+    @property
+    def _alone_from_s(self) -> float:
+        return self.others_until_s + OUTPUT_LAG_S
+
     def _opened(self, seen: EmbeddedSight) -> EmbeddedDrop:
-        if self.was_closed:
+        has_passed = self.passed_at_s is not None
+        if self.was_closed and (seen.at_item or has_passed) and not seen.reopened:
             return self._over(DropOutcome.RELEASED, Certainty.INFERRED, "the gripper's output went to release")
-        if not seen.passed:
-            return self  # open since before the flight: nothing is said until the item passes
-        reason = "the gripper was open before its item"
-        return self._over(DropOutcome.UNKNOWN, Certainty.NONE, reason)
+        if has_passed:
+            reason = "the gripper was open before its item"
+            if seen.reopened:
+                reason = "its item passed unseen, and a later release too"
+            return self._over(DropOutcome.UNKNOWN, Certainty.NONE, reason)
+        if not self.was_closed:
+            return self  # open since before the flight, or by an earlier release: nothing is said until the item passes
+        strayed_at_s = seen.now_s if self.strayed_at_s is None else self.strayed_at_s
+        return replace(self, strayed_at_s=strayed_at_s, was_closed=seen.now_s - strayed_at_s < LATE_CURRENT_S)
 
     def _not_opened(self, seen: EmbeddedSight) -> EmbeddedDrop:
-        if seen.output == GRIPPER_CLOSED_US:
+        if seen.output == GRIPPER_CLOSED_US and not seen.regrabbed:
             reason = "its item passed, but the gripper's output stayed at grab"
             return self._over(DropOutcome.KEPT, Certainty.INFERRED, reason)
         reason = "its item passed, but the gripper's output is not known"
+        if seen.output == GRIPPER_CLOSED_US:
+            reason = "its item passed unseen, and a later grab too"
         return self._over(DropOutcome.UNKNOWN, Certainty.NONE, reason)
 
     def _over(self, outcome: DropOutcome, certainty: Certainty, reason: str) -> EmbeddedDrop:

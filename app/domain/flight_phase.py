@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from app.domain.run import RunState
-from app.domain.vehicle import FlightMode, LandedState, MissionState, VehicleState, VehicleType
+from app.domain.vehicle import FlightMode, LandedState, VehicleState, VehicleType
 
 STOPPED_M_S = 0.3
 
@@ -68,14 +68,6 @@ def how_it_ended(*, mission_done: bool, asked: str, reason: str) -> tuple[RunSta
     if asked == "contingency":
         return RunState.ABORTED, "a drop failed: the vehicle returned, as the plan says"
     return RunState.FAILED, reason or "the vehicle ended its flight before the mission was done"
-
-
-def says_complete(state: VehicleState, *, last_seq: int) -> bool:
-    """Whether MISSION_CURRENT says that the mission is done.
-
-    PX4 shows complete in Land and Takeoff mode with any mission stored (px4-traces 22), so the index must fit too.
-    """
-    return state.mission_state is MissionState.COMPLETE and state.mission_seq == last_seq
 
 
 def is_airborne(state: VehicleState) -> bool:

@@ -116,7 +116,7 @@ class VehicleState:
     """The newest measurements. Each `*_age_s` says how old its group is; None means never received.
 
     Sources: HEARTBEAT (mode, armed), EXTENDED_SYS_STATE, GLOBAL_POSITION_INT, BATTERY_STATUS, MISSION_CURRENT,
-    GPS_RAW_INT (gnss).
+    GPS_RAW_INT (gnss, None again when it has not come for 5 s).
     `boot_time_s` is the vehicle's own clock (GLOBAL_POSITION_INT.time_boot_ms) at the newest position: it runs faster
     than ours in a simulation with a speed factor, and a bounded hold is counted on it. `clock` is how fast.
     `home_ned_m` is home from the EKF origin, from where local setpoints count: north, east, down (HOME_POSITION.x ...).

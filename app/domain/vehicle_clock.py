@@ -11,6 +11,9 @@ FASTEST = 100.0
 LATE_S = 1.0
 """A message may come this much later than others did, without proof of a faster clock."""
 
+OVERTAKEN_S = 2.0
+"""Of ours: a message may be overtaken by others that left so much later. A reboot sets the clock back further."""
+
 
 @dataclass(frozen=True, slots=True)
 class VehicleClock:
@@ -20,13 +23,18 @@ class VehicleClock:
     window_s: float = WINDOW_S
 
     def seen(self, now_s: float, boot_s: float) -> VehicleClock:
-        """The clock after one more sample. A clock that jumps back (reboot) starts anew."""
-        if self.samples and boot_s < self.samples[-1][1]:
-            return replace(self, samples=((now_s, boot_s),))
+        """The clock after one more sample. A clock that jumps back (reboot) starts anew; one overtaken is left out."""
+        back_s = self.samples[-1][1] - boot_s if self.samples else 0.0
+        if back_s > 0.0:
+            return self if self.is_overtaken(back_s) else replace(self, samples=((now_s, boot_s),))
         if self.samples and now_s - self.samples[-1][0] < 0.1:
             return self
         kept = tuple(s for s in self.samples if now_s - s[0] <= self.window_s)
         return replace(self, samples=(*kept, (now_s, boot_s)))
+
+    def is_overtaken(self, back_s: float) -> bool:
+        """Whether a message that far behind the newest, in vehicle time, has only come late on a reordering link."""
+        return 0.0 < back_s < OVERTAKEN_S * max(1.0, self.rate)
 
     @property
     def is_measured(self) -> bool:

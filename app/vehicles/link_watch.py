@@ -71,7 +71,7 @@ class LinkWatch:
         inbox.on(ExtendedSysState, lambda message, _: self._tell(measurements.take_system(message)))
         inbox.on(GlobalPositionInt, self._position)
         inbox.on(SystemTime, lambda message, at_s: self._judge(self._timeline.take(message.time_boot_ms, at_s), at_s))
-        inbox.on(GpsRawInt, lambda message, _: measurements.take_gnss(message))
+        inbox.on(GpsRawInt, measurements.take_gnss)
         inbox.on(HomePosition, lambda message, _: measurements.take_home(message))
         inbox.on(BatteryStatus, lambda message, _: measurements.take_battery(message))
         inbox.on(SysStatus, lambda message, _: measurements.take_battery(message))

@@ -34,6 +34,9 @@ _SATELLITES_UNKNOWN: Final = 255
 CLOCK_WINDOW_S: Final = 10.0
 """Long enough to tell 5x from 4x although a message may be late."""
 
+GNSS_FRESH_S: Final = 5.0
+"""GPS_RAW_INT is asked for at 1 Hz: one that is older says nothing of a position that is newer."""
+
 
 @dataclass(slots=True)
 class Measurements:
@@ -47,6 +50,7 @@ class Measurements:
     position: GlobalPositionInt | None = None
     position_s: float | None = None
     gnss: GpsRawInt | None = None
+    gnss_s: float | None = None
     clock: VehicleClock = field(default_factory=lambda: VehicleClock(window_s=CLOCK_WINDOW_S))
     home: GlobalPosition | None = None
     home_ned_m: tuple[float, float, float] | None = None
@@ -82,13 +86,16 @@ class Measurements:
         return None if old == message else StateChanged()
 
     def take_position(self, message: GlobalPositionInt, received_s: float) -> None:
-        """GLOBAL_POSITION_INT."""
+        """GLOBAL_POSITION_INT. One that newer ones have overtaken is left out: time would run backwards."""
+        back_s = 0.0 if self.position is None else (self.position.time_boot_ms - message.time_boot_ms) / 1e3
+        if self.clock.is_overtaken(back_s):
+            return
         self.position, self.position_s = message, received_s
         self.clock = self.clock.seen(received_s, message.time_boot_ms / 1e3)
 
-    def take_gnss(self, message: GpsRawInt) -> None:
+    def take_gnss(self, message: GpsRawInt, received_s: float) -> None:
         """GPS_RAW_INT: how good the position is."""
-        self.gnss = message
+        self.gnss, self.gnss_s = message, received_s
 
     def take_home(self, message: HomePosition) -> None:
         """HOME_POSITION: it moves to where the vehicle disarms."""
@@ -114,11 +121,13 @@ class Measurements:
     def forget_after_reboot(self) -> None:
         """What the vehicle said before it restarted is not true any more."""
         self.mission = self.mission_s = self.gripper_output_us = self.gripper_output_s = None
+        self.clock = VehicleClock(window_s=CLOCK_WINDOW_S)
 
     def state(self, now_s: float, *, connected: bool) -> VehicleState:
         """All of it, with ages at `now_s`."""
         beat, place, mission, system = self.heartbeat, self.position, self.mission, self.system
-        gnss = self.gnss
+        gnss_is_fresh = self.gnss_s is not None and now_s - self.gnss_s <= GNSS_FRESH_S
+        gnss = self.gnss if gnss_is_fresh else None
         total = None if mission is None or mission.total == _NO_MISSION_TOTAL else mission.total
         return VehicleState(
             connected=connected,

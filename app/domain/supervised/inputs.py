@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 from app.domain.commands import CommandAck
 from app.domain.drop import Certainty, DropOutcome
 from app.domain.vehicle import FlightMode, LandedState
+
+OUTPUT_FRESH_S: Final = 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +34,13 @@ class Observation:
     position_age_s: float | None
     gripper_output_us: int | None = None
     gripper_output_age_s: float | None = None
+
+    @property
+    def fresh_output_us(self) -> int | None:
+        """The gripper's output if it is known and no older than 2 s."""
+        if self.gripper_output_age_s is None or self.gripper_output_age_s > OUTPUT_FRESH_S:
+            return None
+        return self.gripper_output_us
 
 
 @dataclass(frozen=True, slots=True)

@@ -76,14 +76,21 @@ class DropMachine:
         return seen.now_s + self.hold.left_s(seen, self.terms) - self.terms.release_latency_s
 
     @classmethod
-    def taken_up(cls, terms: DropTerms, attempts: int) -> DropMachine:
+    def taken_up(cls, terms: DropTerms, attempts: int, *, opened: bool = False) -> DropMachine:
         """The machine after a restart of ours, when `attempts` releases were commanded before it and not settled.
 
-        Nothing is sent again: what became of the earlier ones can only be looked at.
+        Nothing is sent again: what became of the earlier ones can only be looked at. `opened`: see the class.
         """
         if attempts == 0:
             return cls(terms)
-        return cls(terms, phase=DropPhase.RELEASING, approached=True, attempts=terms.max_attempts, unsure=True)
+        return cls(
+            terms,
+            phase=DropPhase.RELEASING,
+            approached=True,
+            attempts=terms.max_attempts,
+            unsure=True,
+            opened=opened,
+        )
 
 
 def step(drop: DropMachine, heard: DropInput) -> tuple[DropMachine, Effects]:
@@ -269,10 +276,7 @@ def _finish_and_resume(
 
 
 def _output(seen: Observation | None) -> int | None:
-    """The gripper's output if it is known and no older than 2 s."""
-    if seen is None or seen.gripper_output_age_s is None or seen.gripper_output_age_s > 2.0:
-        return None
-    return seen.gripper_output_us
+    return None if seen is None else seen.fresh_output_us
 
 
 def _output_is_newer_than(seen: Observation, when_s: float) -> bool:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 from app.domain.drop import DropRecord
-from app.domain.mission import CompiledDrop, Mission
+from app.domain.gripper_turns import GripperTurns
+from app.domain.mission import Mission
 from app.domain.plan import Gripper, Plan, Winch
 from app.domain.ports import VehicleLink
-from app.domain.run import IN_FLIGHT, Run
+from app.domain.run import IN_FLIGHT, Run, RunState
 from app.services.clock import Clock
 from app.services.journal import Journal
 from app.services.runs.embedded_release import EmbeddedRelease
@@ -21,6 +22,8 @@ from app.services.runs.sending import OrderSender
 from app.services.runs.settings import RunSettings
 from app.services.runs.supervised_release import SupervisedRelease
 from app.services.runs.watch import FlightWatch
+
+NOT_STARTED: Final = frozenset({RunState.CREATED, RunState.UPLOADING, RunState.UPLOADED})
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +55,7 @@ def assemble(
 ) -> Assembled:
     """One flight, ready to `fly`."""
     recorder = RunRecorder(run, journal, clock)
-    releases = _releases(run, plan, mission.drops, settings)
+    releases = _releases(run, plan, mission, settings)
     watch = FlightWatch(link, mission, plan.vehicle_type, releases, recorder, settings, clock)
     preparation = Preparation(link, mission, recorder, settings, clock, closes_gripper=_starts_loaded(plan))
     sender = OrderSender(link, recorder, watch, settings)
@@ -65,16 +68,17 @@ def _starts_loaded(plan: Plan) -> bool:
     return first is not None and first.action == "release"
 
 
-def _releases(run: Run, plan: Plan, drops: Sequence[CompiledDrop], settings: RunSettings) -> tuple[Release, ...]:
+def _releases(run: Run, plan: Plan, mission: Mission, settings: RunSettings) -> tuple[Release, ...]:
     offsets = {item.id: item.max_offset_m for item in plan.items if isinstance(item, Gripper | Winch)}
     made: list[Release] = []
     waited_at_s = run.updated_at if run.state in IN_FLIGHT else None
     on_failure = plan.contingency.on_drop_failure
-    for drop in drops:
+    for drop in mission.drops:
         record = run.drop(drop.plan_item_id)
         if drop.supervised:
             offset_m = offsets.get(drop.plan_item_id) or settings.default_max_offset_m
             made.append(SupervisedRelease(drop, record, offset_m, on_failure, waited_at_s))
         else:
-            made.append(EmbeddedRelease(drop, record, on_failure))
+            turns, taken_up = GripperTurns.of(drop, mission), run.state not in NOT_STARTED
+            made.append(EmbeddedRelease(drop, record, on_failure, turns, taken_up=taken_up))
     return tuple(made)

@@ -13,20 +13,23 @@ from app.services.clock import Clock
 
 LONGEST_LOOK_S: Final = 12.0
 LOOK_EVERY_S: Final = 0.1
+LONGEST_UNMEASURED_S: Final = 1.5
+"""A vehicle that was just found is measured within about a second. One that sends no positions does not wait here."""
 
 
 async def refuse_fast_clock(link: VehicleLink, mission: Mission, clock: Clock) -> None:
-    """Raises ConflictError. Returns at once for a real vehicle, and for a mission without supervised drops.
+    """Raises ConflictError. Returns at once for a real vehicle heard for a second, or without supervised drops.
 
     The plan's check (`vehicle.clock_too_fast`) says the same earlier, but a vehicle that was just found has not been
     listened to for long then.
     """
     if not any(drop.supervised for drop in mission.drops):
         return
-    deadline_s = clock.monotonic() + LONGEST_LOOK_S
+    began_s = clock.monotonic()
     while True:
-        heard = link.state().clock
-        if not needs_longer_look(heard) or clock.monotonic() >= deadline_s:
+        heard, waited_s = link.state().clock, clock.monotonic() - began_s
+        undecided = needs_longer_look(heard) if heard.is_measured else waited_s < LONGEST_UNMEASURED_S
+        if not undecided or waited_s >= LONGEST_LOOK_S:
             break
         await asyncio.sleep(LOOK_EVERY_S)
     least_rate = heard.least_rate

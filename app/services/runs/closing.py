@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from app.domain.drop import Certainty, DropOutcome, DropPhase, DropRecord
 from app.domain.run import Run, RunState
+from app.domain.supervised.terms import GRIPPER_OPEN_US
 from app.services.clock import Clock
 from app.services.journal import Journal
 from app.services.runs.recorder import RunRecorder
@@ -23,13 +24,17 @@ async def close_unseen(run: Run, state: RunState, reason: str, journal: Journal,
 
 
 def _closed(drop: DropRecord, reason: str, *, took_off: bool) -> DropRecord:
-    """A supervised drop that was never commanded is kept; an embedded one may have happened unseen."""
-    kept = not took_off or (drop.supervised and drop.attempts == 0)
+    """A supervised drop that was never commanded is kept; an embedded one may have happened unseen.
+
+    One whose output was seen at release is never kept.
+    """
+    outcome, certainty = DropOutcome.UNKNOWN, Certainty.NONE
+    if drop.output_us == GRIPPER_OPEN_US:
+        if drop.commanded_at is not None:
+            outcome, certainty = DropOutcome.RELEASED, Certainty.INFERRED
+            reason = f"no final ack, but the gripper's output went to release; {reason}"
+    elif not took_off or (drop.supervised and drop.attempts == 0):
+        outcome, certainty = DropOutcome.KEPT, Certainty.INFERRED
     return drop.model_copy(
-        update={
-            "phase": DropPhase.DONE,
-            "outcome": DropOutcome.KEPT if kept else DropOutcome.UNKNOWN,
-            "certainty": Certainty.INFERRED if kept else Certainty.NONE,
-            "reason": reason,
-        }
+        update={"phase": DropPhase.DONE, "outcome": outcome, "certainty": certainty, "reason": reason}
     )

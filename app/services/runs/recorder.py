@@ -21,7 +21,8 @@ class RunRecorder:
     """`run` is the newest state, `stored` what is on disk and may be shown.
 
     When the disk fails, `flush` raises StorageError and everything waits for the next flush: the vehicle flies on by
-    itself meanwhile, and no release is sent, because a release is stored before it is sent.
+    itself meanwhile, and no release is sent, because a release is stored before it is sent. Beyond MOST_WAITING events
+    are left out; then the whole run is told anew after them, so that who follows the events has it as it is stored.
     """
 
     def __init__(self, run: Run, journal: Journal, clock: Clock) -> None:
@@ -30,16 +31,16 @@ class RunRecorder:
         self._journal = journal
         self._clock = clock
         self._waiting: list[NewEvent] = []
+        self._left_out = 0
         self._storing = asyncio.Lock()
 
     def note(self, kind: EventKind, **data: Any) -> None:
         """An event of this run."""
         if len(self._waiting) >= MOST_WAITING:
+            self._left_out += 1
             log.error("run event not recorded: the journal is stuck", run_id=self.run.id, kind=kind.value)
             return
-        self._waiting.append(
-            NewEvent(kind=kind, time=self._clock.now(), vehicle_id=self.run.vehicle_id, run_id=self.run.id, data=data)
-        )
+        self._waiting.append(self._event(kind, data))
 
     def move(self, state: RunState, reason: str = "") -> None:
         """The run's next state; staying in it only changes the reason. Raises WrongStateError."""
@@ -78,12 +79,19 @@ class RunRecorder:
 
     async def _store(self) -> Run:
         async with self._storing:  # two tasks that flush at once must not store the same events twice
-            if self._waiting:
-                events, run = tuple(self._waiting), self.run
-                await self._journal.record(*events, runs=(run,))
+            if self._waiting or self._left_out:
+                events, run, left_out = tuple(self._waiting), self.run, self._left_out
+                anew = (self._event(EventKind.RUN_CHANGED, run.model_dump(mode="json")),) if left_out else ()
+                await self._journal.record(*events, *anew, runs=(run,))
                 del self._waiting[: len(events)]
+                self._left_out -= left_out
                 self.stored = run
             return self.stored
 
     def _note_run(self) -> None:
         self.note(EventKind.RUN_CHANGED, **self.run.model_dump(mode="json"))
+
+    def _event(self, kind: EventKind, data: dict[str, Any]) -> NewEvent:
+        return NewEvent(
+            kind=kind, time=self._clock.now(), vehicle_id=self.run.vehicle_id, run_id=self.run.id, data=data
+        )

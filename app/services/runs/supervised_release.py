@@ -46,7 +46,8 @@ class SupervisedRelease:
         self.record = record
         self._on_failure = on_failure
         terms = DropTerms.of(compiled, max_offset_m)
-        self.machine = DropMachine.taken_up(terms, record.attempts)
+        opened = record.output_us == GRIPPER_OPEN_US
+        self.machine = DropMachine.taken_up(terms, record.attempts, opened=opened)
         self._waited_at_s = waited_at_s if record.phase is DropPhase.WAITING else None
 
     @property
@@ -136,10 +137,18 @@ class SupervisedRelease:
         return (*sends, *(ResumeOrder(e.seq, self.compiled.hold_seqs) for e in effects if isinstance(e, Resume)))
 
     def _note_output(self, seen: Look) -> None:
-        """Until the output is at release: that it is 900 again after the landing is no evidence of anything."""
-        output, noted = seen.state.gripper_output_us, self.record.output_us
-        if self.record.commanded_at is not None and output not in (None, noted) and noted != GRIPPER_OPEN_US:
-            self.record = self.record.model_copy(update={"output_us": output, "output_at": seen.time_s})
+        """The gripper's output after a release was commanded, with the time at which it was received.
+
+        Until it is at release: that it is 900 again after the landing is no evidence of anything.
+        """
+        commanded_at, noted = self.record.commanded_at, self.record.output_us
+        observed = self.observe(seen)
+        output, age_s = observed.fresh_output_us, observed.gripper_output_age_s
+        if commanded_at is None or age_s is None or output in (None, noted) or noted == GRIPPER_OPEN_US:
+            return
+        if seen.time_s - age_s >= commanded_at:
+            changes = {"output_us": output, "output_at": seen.time_s - age_s}
+            self.record = self.record.model_copy(update=changes)
 
     def _take(self, effects: tuple[object, ...]) -> None:
         for effect in effects:

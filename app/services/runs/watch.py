@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final
 
+from app.domain.complete_sign import CompleteSign
 from app.domain.events import EventKind
-from app.domain.flight_phase import FlightView, how_it_ended, is_airborne, phase_of, says_complete
+from app.domain.flight_phase import FlightView, how_it_ended, is_airborne, phase_of
 from app.domain.mission import Mission
 from app.domain.ports import ItemReached, LinkFact, Rebooted, VehicleLink
 from app.domain.progress import Progress
@@ -45,6 +46,7 @@ class FlightWatch:
         self._clock = clock
         self._rate = VehicleClock()
         self._progress = Progress.of(mission)
+        self._complete = CompleteSign()
         self._mission_done = False
         self._was_airborne = False
         self._was_armed = False
@@ -123,11 +125,12 @@ class FlightWatch:
                 self._recorder.note(EventKind.RUN_ITEM, seq=state.mission_seq, what="current", item_id=item_id)
                 self._recorder.change(item_id=item_id)
         near_end = self._progress.current == self._progress.last_seq or self._progress.is_complete
-        near_end = near_end or (self._was_away and state.mission_id in (None, self._recorder.run.mission_id))
+        near_end = near_end or (self._was_away and state.mission_id == self._recorder.run.mission_id)
+        self._complete = self._complete.seen(state)
         if self._recorder.run.asked == "resume" and state.mode is FlightMode.MISSION:
             self._recorder.change(asked="")
         unasked = self._recorder.run.asked in UNASKED
-        if near_end and unasked and says_complete(state, last_seq=self._progress.last_seq):
+        if near_end and unasked and self._complete.says_done(state, last_seq=self._progress.last_seq):
             self._advance(self._progress.completed())
         if self._progress.is_complete and unasked:
             self._mission_done = True

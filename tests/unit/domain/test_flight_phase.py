@@ -6,9 +6,9 @@ import dataclasses
 
 import pytest
 
-from app.domain.flight_phase import FlightView, how_it_ended, phase_of, says_complete
+from app.domain.flight_phase import FlightView, how_it_ended, phase_of
 from app.domain.run import RunState
-from app.domain.vehicle import FlightMode, LandedState, MissionState, VehicleState, VehicleType
+from app.domain.vehicle import FlightMode, LandedState, VehicleState, VehicleType
 
 FLYING = FlightView(
     state=VehicleState(connected=True, mode=FlightMode.MISSION, armed=True, landed=LandedState.IN_AIR),
@@ -59,12 +59,6 @@ def test_an_airship_ends_where_it_holds_as_it_says_landed_only_when_disarmed() -
     assert phase_of(seen(airship, mode=FlightMode.HOLD))[0] is RunState.PAUSED, "somebody stopped it on its way"
     done = dataclasses.replace(airship, mission_done=True)
     assert phase_of(seen(done, mode=FlightMode.HOLD))[0] is RunState.LANDED
-
-
-def test_complete_counts_only_with_the_last_index() -> None:
-    state = VehicleState(mission_state=MissionState.COMPLETE, mission_seq=1)
-    assert not says_complete(state, last_seq=5), "PX4 shows complete in Land mode with any mission stored"
-    assert says_complete(dataclasses.replace(state, mission_seq=5), last_seq=5)
 
 
 @pytest.mark.parametrize(

@@ -62,6 +62,25 @@ def test_a_rate_that_may_be_chance_is_looked_at_until_it_is_decided() -> None:
     assert not needs_longer_look(heard(4.5, 12.0)), "longer would tell no more"
 
 
+@pytest.mark.parametrize("rate", [1.0, 4.0, 20.0])
+def test_a_link_that_reorders_is_measured_all_the_same(rate: float) -> None:
+    clock = VehicleClock()
+    for n in range(40):
+        overtaken_s = 0.15 if n % 3 == 2 else 0.0
+        clock = clock.seen(100.0 + n * 0.1, 50.0 + (n * 0.1 - overtaken_s) * rate)
+    assert clock.is_measured
+    assert clock.rate == pytest.approx(rate, rel=0.1)
+
+
+@given(order=st.permutations(range(12)))
+def test_no_order_of_messages_makes_the_clock_run_backwards(order: list[int]) -> None:
+    clock = VehicleClock()
+    for n, sent in enumerate(order):
+        clock = clock.seen(100.0 + n * 0.15, 50.0 + sent * 0.15)
+        boots = [boot_s for _, boot_s in clock.samples]
+        assert boots == sorted(boots)
+
+
 def test_it_is_one_until_known_and_after_a_reboot() -> None:
     clock = VehicleClock().seen(0, 10).seen(3, 40)
     assert clock.rate == pytest.approx(10)

@@ -28,9 +28,12 @@ from app.domain.vehicle import (
     VehicleState,
     VehicleType,
 )
+from app.domain.vehicle_clock import VehicleClock
 from app.services.runs import RunSettings
 
 FAST = RunSettings(armable_s=0.05, arm_again_s=0.01, look_every_s=0.005, lost_after_s=0.3, ack_s=0.2, gripper_s=0.5)
+
+MEASURED_CLOCK = VehicleClock(((0.0, 0.0), (1.0, 1.0), (2.0, 2.0)))
 
 
 class ScriptedVehicle:
@@ -50,6 +53,7 @@ class ScriptedVehicle:
             velocity_east_m_s=0.0,
             mission_state=MissionState.NOT_STARTED,
             mission_seq=0,
+            clock=MEASURED_CLOCK,
         )
         self.listeners: list[Callable[[LinkFact], None]] = []
         self.looks = 0
@@ -98,6 +102,7 @@ class ScriptedVehicle:
             if self.upload_error is not None:
                 raise self.upload_error
             self.on_board = mission.items
+            self.truth = replace(self.truth, mission_id=77)
             yield UploadProgress(MissionType.MISSION, len(mission.items), len(mission.items), 1, "mission_id", 77)
         finally:
             self.upload_closed = True

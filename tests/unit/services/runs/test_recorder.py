@@ -3,23 +3,67 @@
 from __future__ import annotations
 
 import asyncio
+import json
+from collections.abc import Sequence
 
 import pytest
 
-from app.domain.events import EventKind
-from app.domain.run import Run
+from app.domain.drop import DropOutcome, DropRecord
+from app.domain.errors import StorageError
+from app.domain.events import Event, EventKind
+from app.domain.run import Run, RunState
 from app.services.journal import Journal
-from app.services.runs.recorder import RunRecorder
+from app.services.runs.recorder import MOST_WAITING, RunRecorder
 from tests.unit.services.fakes import ManualClock, MemoryEventStore
+
+DROP = DropRecord(plan_item_id="drop", supervised=True)
+RUN = Run(id="r", plan_id="p", plan_hash="h", vehicle_id="v1", drops=(DROP,), created_at=0.0, updated_at=0.0)
+
+
+def told(events: Sequence[Event]) -> Run | None:
+    """The run as somebody has it who follows the events."""
+    run: Run | None = None
+    for event in events:
+        if event.kind is EventKind.RUN_CHANGED:
+            run = Run.model_validate_json(json.dumps(event.data))
+        elif event.kind is EventKind.RUN_DROP and run is not None:
+            run = run.with_drop(DropRecord.model_validate_json(json.dumps(event.data)), now=event.time)
+    return run
+
+
+@pytest.mark.parametrize("meanwhile", [False, True])
+async def test_after_a_full_disk_the_events_tell_the_run_as_it_is_stored(meanwhile: bool) -> None:
+    events, clock = MemoryEventStore(), ManualClock()
+    journal = Journal(events, clock)
+    await journal.start()
+    recorder = RunRecorder(RUN, journal, clock)
+    recorder.change(reason="before")
+    for seq in range(MOST_WAITING + 5):
+        recorder.note(EventKind.RUN_ITEM, seq=seq, what="current", item_id=None)
+    recorder.drop(DROP.model_copy(update={"outcome": DropOutcome.RELEASED}))
+    recorder.move(RunState.ABORTED, "after")
+    events.failures.append(StorageError("disk full"))
+    with pytest.raises(StorageError):
+        await recorder.flush()
+    events.pause()
+    storing = asyncio.create_task(recorder.flush())
+    await asyncio.sleep(0)
+    await asyncio.sleep(0)
+    if meanwhile:
+        recorder.change(reason="later")
+    events.open.set()
+    await storing
+    stored = await recorder.flush()
+    await journal.close()
+    assert told(events.events) == stored == recorder.run == events.runs["r"]
+    assert len(events.events) <= MOST_WAITING + 2
 
 
 async def test_events_whose_storing_is_cancelled_are_stored_once() -> None:
     events, clock = MemoryEventStore(), ManualClock()
     journal = Journal(events, clock)
     await journal.start()
-    recorder = RunRecorder(
-        Run(id="r", plan_id="p", plan_hash="h", vehicle_id="v1", created_at=0.0, updated_at=0.0), journal, clock
-    )
+    recorder = RunRecorder(RUN, journal, clock)
     recorder.note(EventKind.RUN_COMMAND, command="arm")
     events.pause()
     storing = asyncio.create_task(recorder.flush())

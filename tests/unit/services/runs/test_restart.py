@@ -111,14 +111,17 @@ async def test_a_flight_that_went_on_to_its_end_unseen_is_completed_and_its_parc
         assert (at.drop.outcome, at.vehicle.releases) == (DropOutcome.KEPT, [])
 
 
-async def test_a_flight_that_ended_unseen_before_its_last_item_is_no_completed_one() -> None:
+@pytest.mark.parametrize("changes", [{"mission_seq": 2}, {"mission_id": 5}, {"mission_id": None}])
+async def test_a_flight_that_ended_unseen_before_its_last_item_or_with_another_mission_is_no_completed_one(
+    changes: dict[str, object],
+) -> None:
     async with desk() as at:
         await at.create()
         await at.until_state(RunState.FLYING)
         at.vehicle.put(mission_seq=1, landed=LandedState.IN_AIR)
         await at.until(lambda: at.run.item_id == "corner", "progress must show")
         await vanish(at)
-        at.vehicle.touch_down(complete=True, last_seq=2)
-        at.vehicle.put(connected=True)
+        at.vehicle.touch_down(complete=True, last_seq=len(at.mission.items) - 1)
+        at.vehicle.put(connected=True, **changes)
         await at.until(lambda: at.run.is_over, "the run must end")
         assert at.run.state is RunState.FAILED

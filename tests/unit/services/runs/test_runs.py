@@ -220,6 +220,22 @@ async def test_pause_and_resume() -> None:
             await at.runs.resume(at.run_id, "test")
 
 
+async def test_a_failsafe_that_lands_the_vehicle_on_its_last_leg_completes_nothing() -> None:
+    async with desk(changes=lambda plan: plan.update(contingency={"on_drop_failure": "continue"})) as at:
+        await at.create()
+        await at.until_state(RunState.FLYING)
+        at.vehicle.put(mission_seq=len(at.mission.items) - 1, landed=LandedState.IN_AIR)
+        await at.until(lambda: at.run.item_id == "home", "the last leg must show")
+        at.vehicle.put(mode=FlightMode.LAND)
+        await at.until_state(RunState.RETURNING)
+        at.vehicle.put(mission_state=MissionState.COMPLETE, landed=LandedState.ON_GROUND)
+        before = at.vehicle.looks
+        await at.until(lambda: at.vehicle.looks > before + 3, "the touch-down must be looked at")
+        at.vehicle.put(armed=False, mode=FlightMode.HOLD)
+        await at.until(lambda: at.run.is_over, "the run must end")
+        assert at.run.state is RunState.FAILED
+
+
 async def test_a_return_asked_for_ends_aborted_with_the_parcel_kept() -> None:
     async with desk() as at:
         await at.create()

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 
+import pytest
+
 from app.domain.drop import DropOutcome
 from app.domain.errors import LinkTimeoutError, VehicleRefusedError
 from app.domain.ports import Rebooted
@@ -69,6 +71,27 @@ async def test_a_clock_that_seems_too_fast_is_listened_to_until_it_is_known() ->
         await asyncio.sleep(FAST.look_every_s * 3)
         assert "arm" not in at.vehicle.sent
         at.vehicle.put(clock=_clock(4.0, 9.0))
+        await at.until_state(RunState.FLYING)
+
+
+@pytest.mark.parametrize(("rate", "arms"), [(1.0, True), (10.0, False)])
+async def test_a_clock_that_is_not_measured_yet_is_listened_to_first(rate: float, arms: bool) -> None:
+    async with desk() as at:
+        await _uploaded(at)
+        at.vehicle.put(clock=_clock(rate, 0.5))
+        await at.runs.start(at.run_id, "test")
+        await at.until_state(RunState.STARTING)
+        await asyncio.sleep(FAST.look_every_s * 3)
+        assert "arm" not in at.vehicle.sent
+        at.vehicle.put(clock=_clock(rate, 5.0))
+        await at.until_state(RunState.FLYING if arms else RunState.UPLOADED)
+        assert ("arm" in at.vehicle.sent) is arms
+
+
+async def test_a_vehicle_that_sends_no_positions_is_not_listened_to_for_ever() -> None:
+    async with desk() as at:
+        at.vehicle.put(clock=VehicleClock())
+        await at.create()
         await at.until_state(RunState.FLYING)
 
 

@@ -1,0 +1,106 @@
+"""A supervised drop's record notes the gripper's output only as evidence of its own release."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from app.domain.compiler import compile_plan
+from app.domain.default_facts import default_facts
+from app.domain.drop import Certainty, DropOutcome, DropPhase, DropRecord
+from app.domain.mission import CompiledDrop, MavCmd
+from app.domain.plan import parse_plan
+from app.domain.progress import Progress
+from app.domain.run import Run, RunState
+from app.domain.vehicle import FlightMode, VehicleState, VehicleType
+from app.services.journal import Journal
+from app.services.runs.closing import close_unseen
+from app.services.runs.evidence import Look
+from app.services.runs.supervised_release import SupervisedRelease
+from tests.unit.services.fakes import ManualClock, MemoryEventStore
+from tests.unit.services.runs.desk import PLANS
+
+MISSION = compile_plan(parse_plan((PLANS / "clinic-run.json").read_text()), default_facts(VehicleType.MULTICOPTER))
+DROP = MISSION.drops[0]
+COMMANDED_AT_S = 5000.0
+
+
+COMMANDED = DropRecord(
+    plan_item_id=DROP.plan_item_id, supervised=True, phase=DropPhase.RELEASING, attempts=1, commanded_at=COMMANDED_AT_S
+)
+OPENED = COMMANDED.model_copy(update={"output_us": 1000, "output_at": COMMANDED_AT_S + 0.1})
+
+
+def looked_at(
+    age_s: float,
+    *,
+    after_s: float = 10.0,
+    compiled: CompiledDrop = DROP,
+    record: DropRecord = COMMANDED,
+    output_us: int = 1000,
+) -> DropRecord:
+    """The record after one look, that much later than the release was commanded."""
+    release = SupervisedRelease(compiled, record, 2.0, "continue")
+    state = VehicleState(
+        connected=True,
+        mode=FlightMode.MISSION,
+        mission_seq=2,
+        boot_time_s=60.0,
+        position_age_s=0.1,
+        gripper_output_us=output_us,
+        gripper_output_age_s=age_s,
+    )
+    release.look(Look(state, 100.0, COMMANDED_AT_S + after_s, 1.0), Progress.of(MISSION))
+    return release.record
+
+
+def test_the_output_is_noted_with_the_time_at_which_it_was_received() -> None:
+    record = looked_at(1.5)
+    assert (record.output_us, record.output_at) == (1000, pytest.approx(COMMANDED_AT_S + 8.5))
+
+
+@pytest.mark.parametrize(("age_s", "after_s"), [(9.0, 10.0), (1.5, 1.0)])
+def test_an_output_that_is_old_or_from_before_the_release_is_no_evidence(age_s: float, after_s: float) -> None:
+    record = looked_at(age_s, after_s=after_s)
+    assert (record.output_us, record.output_at) == (None, None)
+
+
+def test_a_winch_is_not_given_the_output_of_the_gripper() -> None:
+    record = looked_at(0.1, compiled=replace(DROP, command=MavCmd.DO_WINCH))
+    assert record.output_us is None
+
+
+@pytest.mark.parametrize("output_us", [900, 2000])
+def test_after_a_restart_an_output_that_was_seen_at_release_still_counts(output_us: int) -> None:
+    """It is 900 again once the vehicle has disarmed, and 2000 once somebody grabbed."""
+    record = looked_at(0.1, record=OPENED, output_us=output_us)
+    assert (record.outcome, record.certainty) == (DropOutcome.RELEASED, Certainty.INFERRED)
+    assert (record.output_us, record.output_at) == (1000, OPENED.output_at)
+
+
+async def closed(record: DropRecord) -> DropRecord:
+    """The record of a run whose vehicle was never seen again."""
+    clock, events = ManualClock(), MemoryEventStore()
+    journal = Journal(events, clock)
+    await journal.start()
+    drops = (record,)
+    run = Run(id="r", plan_id="p", plan_hash="h", vehicle_id="v", drops=drops, created_at=0.0, updated_at=0.0)
+    run = run.model_copy(update={"state": RunState.FLYING})
+    try:
+        return (await close_unseen(run, RunState.LOST, "not seen again", journal, clock)).drops[0]
+    finally:
+        await journal.close()
+
+
+async def test_a_run_that_ends_unseen_says_released_of_a_drop_whose_output_went_to_release() -> None:
+    done = await closed(OPENED)
+    assert (done.outcome, done.certainty) == (DropOutcome.RELEASED, Certainty.INFERRED)
+    assert "went to release" in done.reason
+    assert (await closed(COMMANDED)).outcome is DropOutcome.UNKNOWN
+
+
+async def test_a_drop_whose_release_was_withheld_is_not_kept_with_the_output_at_release() -> None:
+    withheld = OPENED.model_copy(update={"attempts": 0, "commanded_at": None})
+    assert (await closed(withheld)).outcome is DropOutcome.UNKNOWN
+    assert (await closed(withheld.model_copy(update={"output_us": None}))).outcome is DropOutcome.KEPT
