@@ -1,8 +1,8 @@
 import { describe, expect, it } from "vitest";
 import { reduceHistory, startHistory, type History } from "./history";
 
-function written(history: History, text: string, what: string | null = null, at = 0): History {
-  return reduceHistory(history, { type: "write", text, what, at });
+function written(history: History, text: string, what: string | null = null, at = 0, gesture = false): History {
+  return reduceHistory(history, { type: "write", text, what, at, gesture });
 }
 
 const undo = (history: History) => reduceHistory(history, { type: "undo" });
@@ -21,10 +21,17 @@ describe("the draft's history", () => {
     expect([after.text, redo(after).text, undo(after).text]).toEqual(["x", "x", "a"]);
   });
 
-  it("takes a drag as one change, and the next drag of the same thing as another", () => {
+  it("takes a drag as one change however slow it is, and the next drag of the same thing as another", () => {
     let history = startHistory("0");
-    for (const [text, at] of [["1", 0], ["2", 50], ["3", 1400]] as const) history = written(history, text, "drag /items/1", at);
-    history = written(history, "4", "drag /items/1", 9000);
+    for (const [text, at] of [["1", 0], ["2", 50], ["3", 60_000]] as const) history = written(history, text, "drag 1", at, true);
+    history = written(history, "4", "drag 2", 60_001, true);
+    expect([undo(history).text, undo(undo(history)).text]).toEqual(["3", "0"]);
+  });
+
+  it("takes quick typing into a field as one change, and what is typed later as another", () => {
+    let history = startHistory("0");
+    for (const [text, at] of [["1", 0], ["2", 50], ["3", 1400]] as const) history = written(history, text, "/items/1/speed_m_s", at);
+    history = written(history, "4", "/items/1/speed_m_s", 9000);
     expect([undo(history).text, undo(undo(history)).text]).toEqual(["3", "0"]);
   });
 

@@ -1,6 +1,6 @@
 /** The draft's text with undo and redo. The text is the truth, so list, map and JSON are always in step. Pure. */
 
-/** Changes of one thing (a drag, typing into a field) closer together than this are undone as one. */
+/** Changes of one thing (typing into a field) closer together than this are undone as one; a drag always is, however slow. */
 const TOGETHER_MS = 1500;
 const KEPT = 200;
 /** Of all kept texts together, so that large plans do not fill the memory. */
@@ -17,7 +17,7 @@ export interface History {
 }
 
 export type HistoryAction =
-  | { readonly type: "write"; readonly text: string; readonly what: string | null; readonly at: number }
+  | { readonly type: "write"; readonly text: string; readonly what: string | null; readonly at: number; readonly gesture?: boolean }
   | { readonly type: "undo" }
   | { readonly type: "redo" };
 
@@ -28,7 +28,7 @@ export function startHistory(text: string): History {
 export function reduceHistory(history: History, action: HistoryAction): History {
   switch (action.type) {
     case "write":
-      return write(history, action.text, action.what, action.at);
+      return write(history, action.text, action.what, action.at, action.gesture ?? false);
     case "undo": {
       const before = history.past.at(-1);
       if (before === undefined) return history;
@@ -42,10 +42,10 @@ export function reduceHistory(history: History, action: HistoryAction): History 
   }
 }
 
-function write(history: History, text: string, what: string | null, at: number): History {
+function write(history: History, text: string, what: string | null, at: number, gesture: boolean): History {
   if (text === history.text) return history;
   const last = what === null ? null : { what, at };
-  const joins = last !== null && history.last?.what === what && at - history.last.at < TOGETHER_MS;
+  const joins = last !== null && history.last?.what === what && (gesture || at - history.last.at < TOGETHER_MS);
   const past = joins ? history.past : bounded([...history.past, history.text]);
   return { text, past, future: [], last };
 }

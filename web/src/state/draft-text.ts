@@ -19,10 +19,10 @@ export const parsed = computed(() => parsePlanText(draftText.value));
 export const draftPlan = computed<PlanDocument | null>(() => (parsed.value !== null && "plan" in parsed.value ? parsed.value.plan : null));
 export const draftView = computed(() => (draftPlan.value === null ? null : viewPlan(draftPlan.value)));
 
-/** `what` names the thing that is changed: changes of it in quick succession are undone together. */
-export function writeDraft(text: string, what: string | null = null): void {
+/** `what` names the thing that is changed: changes of it in quick succession are undone together, those of a gesture always. */
+export function writeDraft(text: string, what: string | null = null, gesture = false): void {
   if (draftPlan.value === null) draftNumber.value++; // out of nothing: another plan
-  history.value = reduceHistory(history.value, { type: "write", text, what, at: performance.now() });
+  history.value = reduceHistory(history.value, { type: "write", text, what, at: performance.now(), gesture });
 }
 
 /** Another plan in the place of the draft. That too can be undone. */
@@ -32,11 +32,11 @@ export function openDraft(text: string): void {
 }
 
 /** Change the plan; nothing happens while the text is no plan. */
-export function editPlan(change: (plan: PlanDocument) => PlanDocument, what: string | null = null): void {
+export function editPlan(change: (plan: PlanDocument) => PlanDocument, what: string | null = null, gesture = false): void {
   const plan = draftPlan.value;
   if (plan === null) return;
   const next = change(plan);
-  if (next !== plan) writeDraft(planText(next), what);
+  if (next !== plan) writeDraft(planText(next), what, gesture);
 }
 
 export function undo(): void {

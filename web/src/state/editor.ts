@@ -104,19 +104,20 @@ export function startNewPlan(): void {
   });
 }
 
-let grip: { readonly plan: PlanDocument; readonly handle: Handle } | null = null;
+let grip: { readonly plan: PlanDocument; readonly handle: Handle; readonly number: number } | null = null;
+let grips = 0;
 
 /** Whether there is such a handle to take hold of. */
 export function takeHandle(role: string, pointer: string): boolean {
   const handle = handles.value.find((one) => one.role === role && one.pointer === pointer);
   const plan = draftPlan.value;
-  grip = handle === undefined || plan === null ? null : { plan, handle };
+  grip = handle === undefined || plan === null ? null : { plan, handle, number: ++grips };
   return grip !== null;
 }
 
 export function dragTo(at: Point): void {
   const held = grip;
-  if (held !== null) editPlan(() => dragged(held.plan, held.handle, at), `drag ${held.handle.role} ${held.handle.pointer}`);
+  if (held !== null) editPlan(() => dragged(held.plan, held.handle, at), `drag ${held.number}`, true);
 }
 
 export function letGo(): void {
