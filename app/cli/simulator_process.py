@@ -29,6 +29,7 @@ READY: Final = b"ready: "
 CONTROL: Final = re.compile(r"^control: (127\.0\.0\.1:\d+)$", re.MULTILINE)
 """It writes this line before, if it was started with a control port."""
 POLL_S: Final = 0.02
+REAP_S: Final = 1.0
 
 
 class SimulatorError(WaydropError):
@@ -129,10 +130,16 @@ class SimulatorProcess:
         return True
 
     def _reap(self) -> None:
-        """Take note of a child that has let go of the lock, so that no zombie stays."""
-        if self._child is not None:
-            self._child.wait()
-            self._child = None
+        """End our own child, so that no zombie stays. It is found here too when somebody has removed the lock file."""
+        child, self._child = self._child, None
+        if child is None:
+            return
+        for end in (child.terminate, child.kill):
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                child.wait(REAP_S)
+                return
+            end()
+        child.wait()
 
     def _last_lines(self) -> str:
         with contextlib.suppress(OSError):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import socket
 import subprocess
@@ -101,3 +102,12 @@ def test_a_dead_one_leaves_no_trace_that_misleads(simulator: SimulatorProcess) -
     assert simulator.find() is None
     simulator.start(ARGUMENTS)
     simulator.wait_ready(len(FLEET), within_s=30)
+
+
+def test_our_own_is_ended_too_when_somebody_removed_its_folder(simulator: SimulatorProcess, tmp_path: Path) -> None:
+    running = simulator.start(ARGUMENTS)
+    simulator.wait_ready(len(FLEET), within_s=30)
+    shutil.rmtree(tmp_path)
+    simulator.stop()
+    with pytest.raises(ProcessLookupError):
+        os.kill(running.pid, 0)
