@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from app.simulator.compare.heard import Dialogue
+from app.simulator.compare.judging.own_commands import judge_own_commands
 from app.simulator.compare.judging.progress import judge_progress
 from app.simulator.compare.judging.release import judge_releases
 from app.simulator.compare.judging.replies import judge_replies
@@ -53,6 +54,7 @@ def judge(trace: Trace, simulated: Dialogue, missed: Sequence[str]) -> Judgement
         *judge_replies(recorded, simulated),
         *judge_progress(recorded, simulated),
         *judge_releases(recorded, simulated, LocalFrame(*trace.home), trace.gripper_servo),
+        *judge_own_commands(recorded, simulated),
         *judge_words(recorded, simulated),
         Verdict("deeds the ground side waits for", 0, tuple(f"missing: {what}" for what in missed)),
     ]

@@ -55,6 +55,7 @@ def test_a_simulated_vehicle_answers_and_flies_as_the_recorded_one_did(scenario:
     [
         (UPLOAD, {"mission protocol", "command acks", "mission_state"}),
         (INFEASIBLE, {"mission protocol", "command acks", "events", "status texts", "mission_state"}),
+        (QUAD, {"vehicle's own commands", "vehicle's own commands: repeats"}),
         (QUAD, {"release", "mission items reached", "current mission item", "landed_state", "mode and arming"}),
         (PLANE, {"release", "mission items reached", "current mission item", "landed_state", "mode and arming"}),
         (ROVER, {"landed_state", "mode and arming"}),
@@ -90,6 +91,28 @@ def never_active(heard: Heard) -> Heard:
     return other(heard, mission_state=2) if active else heard
 
 
+def without_gripper_command(heard: Heard) -> Heard | None:
+    gripper = heard.name == "COMMAND_LONG" and heard.fields["command"] == 211 and heard.fields["target_system"]
+    return None if gripper else heard
+
+
+def grabbing(heard: Heard) -> Heard:
+    return other(heard, param2=1.0) if heard.name == "COMMAND_LONG" and heard.fields["target_system"] else heard
+
+
+def saying_it_once(heard: Heard) -> Heard | None:
+    return None if heard.name == "COMMAND_LONG" and heard.fields["confirmation"] else heard
+
+
+def late_command(heard: Heard) -> Heard:
+    first = heard.name == "COMMAND_LONG" and not heard.fields["confirmation"] and heard.fields["command"] == 20
+    return replace(heard, t_s=heard.t_s + 3.0) if first else heard
+
+
+def from_elsewhere(heard: Heard) -> Heard:
+    return other(heard, param7=heard.fields["param7"] + 5.0) if heard.name == "COMMAND_LONG" else heard
+
+
 def speechless(heard: Heard) -> Heard | None:
     return None if heard.name in ("STATUSTEXT", "EVENT") else heard
 
@@ -116,6 +139,11 @@ def later_landing(heard: Heard) -> Heard:
         (without_item_2, "mission items reached"),
         (never_landing, "landed_state"),
         (never_active, "mission_state"),
+        (without_gripper_command, "vehicle's own commands"),
+        (grabbing, "vehicle's own commands"),
+        (from_elsewhere, "vehicle's own commands"),
+        (late_command, "vehicle's own commands: times"),
+        (saying_it_once, "vehicle's own commands: repeats"),
         (speechless, "status texts"),
         (speechless, "events"),
         (elsewhere, "release"),
