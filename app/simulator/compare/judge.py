@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from app.simulator.compare.heard import Dialogue
+from app.simulator.compare.judging.home import judge_home
 from app.simulator.compare.judging.own_commands import judge_own_commands
 from app.simulator.compare.judging.progress import judge_progress
 from app.simulator.compare.judging.release import judge_releases
@@ -50,10 +51,12 @@ def compare(trace: Trace) -> Judgement:
 def judge(trace: Trace, simulated: Dialogue, missed: Sequence[str]) -> Judgement:
     """`missed` are the deeds that the ground side waited for in vain."""
     recorded = trace.dialogue
+    frame = LocalFrame(*trace.home)
     verdicts = [
         *judge_replies(recorded, simulated),
         *judge_progress(recorded, simulated),
-        *judge_releases(recorded, simulated, LocalFrame(*trace.home), trace.gripper_servo),
+        *judge_releases(recorded, simulated, frame, trace.gripper_servo),
+        *judge_home(recorded, simulated, frame),
         *judge_own_commands(recorded, simulated),
         *judge_words(recorded, simulated),
         Verdict("deeds the ground side waits for", 0, tuple(f"missing: {what}" for what in missed)),

@@ -143,9 +143,9 @@ class Preparation:
         missing = wrap_pi(context.setpoint.yaw_rad - context.state.body.yaw_rad)
         if math.isfinite(missing) and abs(missing) > math.radians(float(context.params["MIS_YAW_ERR"])):
             return False
+        self._reached()  # long before a transition item is done, too [12_vtol_delivery]
         if not item.has_position:
             return self._done()
-        self._reached()
         self._change_state(VtolState.FW, item)
         return False
 
