@@ -22,6 +22,8 @@ from app.simulator.compare.trace import Trace, TraceError, read_trace, trace_fil
 TRACES = Path(__file__).resolve().parents[2] / "data" / "traces"
 PLANE, QUAD = "10_plane_delivery", "06_quad_delivery_default"
 INFEASIBLE, UPLOAD, ROVER = "14b_infeasible_more", "02_upload_ok", "25_land_detector_rover"
+PARAMETER = "17_gripper_commands"
+SCENARIOS = [path.name.removesuffix(".jsonl.gz") for path in trace_files(TRACES)]
 
 
 @cache
@@ -45,7 +47,11 @@ def other(heard: Heard, **fields: object) -> Heard:
     return replace(heard, fields={**heard.fields, **fields})
 
 
-@pytest.mark.parametrize("scenario", [UPLOAD, INFEASIBLE, QUAD, PLANE, ROVER])
+def test_there_are_recordings() -> None:
+    assert len(SCENARIOS) >= 17
+
+
+@pytest.mark.parametrize("scenario", SCENARIOS)
 def test_a_simulated_vehicle_answers_and_flies_as_the_recorded_one_did(scenario: str) -> None:
     assert [difference.what for difference in judged(scenario).differences if difference.reason is None] == []
 
@@ -193,6 +199,13 @@ def test_a_vehicle_that_behaves_otherwise_is_caught(change: Callable[[Heard], He
 @pytest.mark.parametrize("change", [with_other_items, without_holds])
 def test_another_mission_than_the_one_sent_is_caught_on_its_download(change: Callable[[Heard], Heard | None]) -> None:
     assert "mission protocol" in {difference.aspect for difference in judged(UPLOAD, change).differences}
+
+
+def test_another_value_of_a_parameter_is_caught() -> None:
+    def deaf(heard: Heard) -> Heard:
+        return other(heard, param_value=0.0) if heard.name == "PARAM_VALUE" else heard
+
+    assert "parameters" in {difference.aspect for difference in judged(PARAMETER, deaf).differences}
 
 
 def test_a_home_that_stays_behind_is_caught() -> None:
