@@ -242,6 +242,25 @@ def test_a_known_difference_that_is_over_is_named() -> None:
     assert not any("no longer seen" in line for line in lines([judged(QUAD)]))
 
 
+def test_the_report_tells_where_each_release_was_and_how_fast() -> None:
+    row = next(line for line in lines([judged(QUAD)]) if line.startswith(QUAD) and "m/s" in line)
+    ours, theirs = judged(QUAD).releases[0]
+    assert row.split()[1:3] == [f"{ours.distance_m:.1f}", "m"]
+    assert f"{theirs.distance_m:.1f} m" in row
+    assert row.count("m/s") == 2
+
+
+def test_the_report_names_the_aspects_that_agree_and_no_other() -> None:
+    judgement = judged(QUAD, refusing)
+    assert "landed_state" in judgement.agreeing
+    assert "command acks" not in judgement.agreeing
+    count = f"{len(judgement.agreeing)} of {len(judgement.aspects)}"
+    assert any(count in line for line in lines([judgement]) if line.startswith(QUAD))
+    assert any(
+        f"landed_state {judgement.aspects['landed_state']}," in line for line in lines([judgement], verbose=True)
+    )
+
+
 def test_the_command_prints_a_table_and_ends_with_0_when_all_agree(capsys: pytest.CaptureFixture[str]) -> None:
     assert main([str(TRACES), "--only", "25"]) == 0
     assert "25_land_detector_rover" in capsys.readouterr().out
