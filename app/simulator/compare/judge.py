@@ -11,6 +11,7 @@ from app.simulator.compare.judging.own_commands import judge_own_commands
 from app.simulator.compare.judging.progress import judge_progress
 from app.simulator.compare.judging.release import Release, judge_releases, releases
 from app.simulator.compare.judging.replies import judge_replies
+from app.simulator.compare.judging.track import judge_track
 from app.simulator.compare.judging.verdict import Verdict
 from app.simulator.compare.judging.words import judge_words
 from app.simulator.compare.known import KNOWN
@@ -66,6 +67,7 @@ def judge(trace: Trace, simulated: Dialogue, missed: Sequence[str]) -> Judgement
         *judge_replies(recorded, simulated),
         *judge_progress(recorded, simulated),
         *judge_releases(recorded, simulated, frame, trace.gripper_servo),
+        *judge_track(recorded, simulated, frame),
         *judge_home(recorded, simulated, frame),
         *judge_own_commands(recorded, simulated),
         *judge_words(recorded, simulated),

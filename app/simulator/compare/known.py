@@ -41,6 +41,11 @@ _TWO_SLOTS = (
     "items reached and the commands show of the same moments agrees"
 )
 
+_PLANE_TURNS = (
+    "turns and descents on the wing are kinematic: up to 40 m beside and 10 m above the recorded approach of a plane, "
+    "and 3 m above or below a VTOL that changes its state"
+)
+
 KNOWN: tuple[Known, ...] = (
     Known(
         "03b_upload_protocol",
@@ -57,6 +62,10 @@ KNOWN: tuple[Known, ...] = (
         "^[0-9.]+ m apart, after a move",
         "the motors are cut in the climb, and how a plane falls then is not modelled",
     ),
+    Known("10_plane_delivery", "track", "^(4 to 5|5 to 6), ", _PLANE_TURNS),
+    Known("12_vtol_delivery", "track", "^6 to 7, .* in height", _PLANE_TURNS),
+    Known("25_land_detector_plane", "track", "^2 to 3, ", _PLANE_TURNS),
+    Known("25_land_detector_vtol", "track", "^0 to 1, .* in height", _PLANE_TURNS),
     Known("25_land_detector_plane", "home position", "^[0-9.]+ m apart, after a move", _PLANE_STOPS),
     Known("25_land_detector_quad", "current mission item: times", "^2 after 1: 5.04 s", _TWO_SLOTS),
     Known(

@@ -157,6 +157,11 @@ def elsewhere(heard: Heard) -> Heard:
     return other(heard, lat=heard.fields["lat"] + 900) if heard.name == "GLOBAL_POSITION_INT" else heard
 
 
+def higher(heard: Heard) -> Heard:
+    """By 3 m."""
+    return other(heard, relative_alt=heard.fields["relative_alt"] + 3000) if "relative_alt" in heard.fields else heard
+
+
 def late_release(heard: Heard) -> Heard:
     return replace(heard, t_s=heard.t_s + 2.0) if heard.name == "SERVO_OUTPUT_RAW" else heard
 
@@ -179,6 +184,8 @@ def later_landing(heard: Heard) -> Heard:
         (from_elsewhere, "vehicle's own commands"),
         (late_command, "vehicle's own commands: times"),
         (saying_it_once, "vehicle's own commands: repeats"),
+        (elsewhere, "track"),
+        (higher, "track"),
         (always_in_mission, "mission_mode"),
         (homeless, "home position"),
         (at_home_elsewhere, "home position"),
