@@ -48,7 +48,7 @@ def other(heard: Heard, **fields: object) -> Heard:
 
 
 def test_there_are_recordings() -> None:
-    assert len(SCENARIOS) >= 17
+    assert len(SCENARIOS) >= 19
 
 
 @pytest.mark.parametrize("scenario", SCENARIOS)
