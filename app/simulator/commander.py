@@ -14,6 +14,7 @@ from app.simulator.state import Home, VehicleState
 from app.simulator.wire import LandedState, Mode, Result, Severity, SystemStatus
 
 HOME_KNOWN_S = 2.3
+HOME_MOVED_M = 1.0
 CHECKS_GOOD_S = 4.6
 FORCE_MAGIC = 21196.0
 BY_COMMAND, BY_LANDING, BY_PREFLIGHT, BY_FAILSAFE = 4, 6, 7, 14
@@ -182,14 +183,13 @@ class Commander:
         self._text(Severity.INFO, f"Disarmed by {by}")
         self._event("commander_disarmed_by", reason)
         status.mode = self.intended = self._mode_after_disarming
-        self._set_home()
 
     # every cycle --------------------------------------------------------------------------------------------
 
     def step(self) -> None:
         """Home and arming checks after boot, taking off and landing, automatic mode changes and disarming."""
         status = self._state.status
-        if status.home is None and self._clock.now_s >= HOME_KNOWN_S:
+        if (status.home is None and self._clock.now_s >= HOME_KNOWN_S) or self._stands_elsewhere():
             self._set_home()
         self._follow_landing()
         if status.armed:
@@ -200,6 +200,14 @@ class Commander:
         else:
             status.system_status = SystemStatus.STANDBY if self.checks_good else SystemStatus.UNINIT
 
+    def _stands_elsewhere(self) -> bool:
+        """Home follows a vehicle that is disarmed and has landed; in the air it does not [14_infeasible_plane]."""
+        status, body = self._state.status, self._state.body
+        if status.home is None or status.armed or not status.landed:
+            return False
+        home = (status.home.north_m, status.home.east_m, status.home.up_m)
+        return math.dist(home, (body.north_m, body.east_m, body.up_m)) > HOME_MOVED_M
+
     def _set_home(self) -> None:
         body = self._state.body
         self._state.status.home = Home(body.north_m, body.east_m, body.up_m, body.yaw_rad, self._clock.now_s)
@@ -209,6 +217,8 @@ class Commander:
         if landed == self._was_landed or not self._state.status.armed:
             return
         self._was_landed = landed
+        if not landed and self._state.status.mode is not Mode.MISSION:
+            self._set_home()  # a plane runs up some metres before [22_reposition_plane; not so in 10_plane_delivery]
         if landed:
             self._landed_at_s = self._clock.now_s
             self._text(Severity.INFO, "Landing detected")

@@ -9,7 +9,7 @@ from app.simulator.clock import VehicleClock
 from app.simulator.radio import Radio
 from app.simulator.telemetry import Telemetry
 
-FIRST_S: dict[int, float] = {0: 1.2, 33: 1.5, 32: 1.5, 436: 2.2, 242: 2.2}
+FIRST_S: dict[int, float] = {0: 1.2, 33: 1.5, 32: 1.5, 436: 2.2, 242: 2.32}
 """Vehicle time of a message's first sending; the others start with the link."""
 LINK_UP_S = 0.25
 FASTEST_WALL_HZ = 25.0

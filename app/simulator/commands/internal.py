@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from app.simulator.clock import VehicleClock
 from app.simulator.dialect import mavlink
 from app.simulator.external.port import PayloadPort
-from app.simulator.navigator.context import Command
 from app.simulator.navigator.deployment import Deployment
+from app.simulator.navigator.gimbal import SENT_ONCE, Command
 from app.simulator.payload import PayloadDeliverer
 from app.simulator.radio import Radio
 from app.simulator.wire import VEHICLE_COMPONENT, Cmd, Result
@@ -26,7 +26,7 @@ BOOT_ACK_S = 1.2
 GARBAGE = -5.592216e14
 """PX4's grab at boot leaves param1 uninitialised."""
 
-Params7 = tuple[float, float, float, float, float, float, float]
+Params7 = tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,11 +69,11 @@ class InternalCommands:
     def issue(self, command: Command) -> None:
         """A mission item's command."""
         number, params = command
-        seven = (params[0], params[1], params[2], params[3], 0.0, 0.0, 0.0)
-        self._announce(number, seven, (self._radio.system_id, 0), REPEATS_AFTER_S)
+        seven = params + (0.0,) * (7 - len(params))
+        self._announce(number, seven, (self._radio.system_id, 0), () if command in SENT_ONCE else REPEATS_AFTER_S)
         if number == Cmd.DO_GRIPPER and self._payload is not None:
             self._payload.command(params[1], self._deployment.hear)
-        self._port.issue(number, seven[:4], self._deployment.hear)
+        self._port.issue(number, (seven[0], seven[1], seven[2], seven[3]), self._deployment.hear)
         if number in self._actions:
             self._actions[number](params)
 

@@ -19,6 +19,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("folder", type=Path, help="of the recordings, *.jsonl and *.jsonl.gz")
     parser.add_argument("--only", default="", metavar="TEXT", help="scenarios whose name begins so")
+    parser.add_argument("--verbose", action="store_true", help="also name the aspects that agree")
     found = parser.parse_args(arguments)
     judgements: list[Judgement] = []
     try:
@@ -31,7 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if not judgements:
         sys.stderr.write(f"no recordings to replay in {found.folder}\n")
         return 2
-    for line in lines(judgements):
+    for line in lines(judgements, found.verbose):
         sys.stdout.write(line + "\n")
     return 0 if all(judgement.agrees for judgement in judgements) else 1
 

@@ -6,9 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from app.simulator.compare.heard import Dialogue
+from app.simulator.compare.judging.home import judge_home
+from app.simulator.compare.judging.own_commands import judge_own_commands
 from app.simulator.compare.judging.progress import judge_progress
-from app.simulator.compare.judging.release import judge_releases
+from app.simulator.compare.judging.release import Release, judge_releases, releases
 from app.simulator.compare.judging.replies import judge_replies
+from app.simulator.compare.judging.track import judge_track
 from app.simulator.compare.judging.verdict import Verdict
 from app.simulator.compare.judging.words import judge_words
 from app.simulator.compare.known import KNOWN
@@ -28,11 +31,21 @@ class Difference:
 
 @dataclass(frozen=True, slots=True)
 class Judgement:
-    """One scenario's result; `aspects` maps the name of each aspect to what was compared in it."""
+    """One scenario's result; `aspects` maps the name of each aspect to what was compared in it.
+
+    `releases` pairs each recorded opening of the gripper with the simulated one.
+    """
 
     scenario: str
     aspects: dict[str, int]
     differences: tuple[Difference, ...]
+    releases: tuple[tuple[Release, Release], ...] = ()
+
+    @property
+    def agreeing(self) -> list[str]:
+        """The aspects without any difference, in order."""
+        different = {difference.aspect for difference in self.differences}
+        return [aspect for aspect in self.aspects if aspect not in different]
 
     @property
     def agrees(self) -> bool:
@@ -49,10 +62,14 @@ def compare(trace: Trace) -> Judgement:
 def judge(trace: Trace, simulated: Dialogue, missed: Sequence[str]) -> Judgement:
     """`missed` are the deeds that the ground side waited for in vain."""
     recorded = trace.dialogue
+    frame = LocalFrame(*trace.home)
     verdicts = [
         *judge_replies(recorded, simulated),
         *judge_progress(recorded, simulated),
-        *judge_releases(recorded, simulated, LocalFrame(*trace.home), trace.gripper_servo),
+        *judge_releases(recorded, simulated, frame, trace.gripper_servo),
+        *judge_track(recorded, simulated, frame),
+        *judge_home(recorded, simulated, frame),
+        *judge_own_commands(recorded, simulated),
         *judge_words(recorded, simulated),
         Verdict("deeds the ground side waits for", 0, tuple(f"missing: {what}" for what in missed)),
     ]
@@ -61,7 +78,9 @@ def judge(trace: Trace, simulated: Dialogue, missed: Sequence[str]) -> Judgement
         for verdict in verdicts
         for what in verdict.differences
     )
-    return Judgement(trace.scenario, {one.aspect: one.compared for one in verdicts if one.compared}, differences)
+    aspects = {one.aspect: one.compared for one in verdicts if one.compared}
+    sides = (releases(side, frame, trace.gripper_servo) for side in (recorded, simulated))
+    return Judgement(trace.scenario, aspects, differences, tuple(zip(*sides, strict=False)))
 
 
 def reason_for(scenario: str, aspect: str, what: str) -> str | None:

@@ -11,12 +11,11 @@ from app.simulator.clock import VehicleClock
 from app.simulator.dynamics.trajectory import stopping_distance_m
 from app.simulator.firmware import FirmwareProfile
 from app.simulator.geo import LocalFrame
+from app.simulator.navigator.gimbal import Command, GimbalTimer
 from app.simulator.params import Params
 from app.simulator.setpoint import Setpoint, SetpointKind
 from app.simulator.state import Home, VehicleState
 from app.simulator.wire import Severity, VtolState
-
-Command = tuple[int, tuple[float, ...]]
 
 
 @dataclass(slots=True)
@@ -36,6 +35,10 @@ class NavContext:
     setpoint: Setpoint = field(default_factory=Setpoint)
     cruise_speed_m_s: float = math.nan
     """Set by DO_CHANGE_SPEED until the mode changes."""
+    gimbal: GimbalTimer = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.gimbal = GimbalTimer(self.system_id)
 
     @property
     def now_s(self) -> float:

@@ -15,6 +15,7 @@ class LandMode:
 
     def activate(self) -> None:
         self.finished = False
+        self._context.gimbal.start(self._context.now_s)
         self._context.set_point(SetpointKind.LAND, self._context.stop_point(), 0.0)
 
     def step(self) -> None:

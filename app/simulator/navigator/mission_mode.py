@@ -10,6 +10,7 @@ from app.simulator.mission.store import MissionStore
 from app.simulator.navigator.arrival import Arrival
 from app.simulator.navigator.context import NavContext
 from app.simulator.navigator.deployment import Deployment
+from app.simulator.navigator.gimbal import PAUSE_CAMERA
 from app.simulator.navigator.jumps import JumpCounter
 from app.simulator.navigator.lookahead import PAYLOAD_COMMANDS, next_target
 from app.simulator.navigator.preparation import Preparation
@@ -103,9 +104,17 @@ class MissionMode:
 
     def deactivate(self) -> None:
         """Another mode was entered, or the vehicle disarmed."""
-        if self.active and not self.result.finished:
-            self.result.pauses += 1
+        if self.active:
+            self._leave()
         self.active = False
+
+    def _leave(self) -> None:
+        context = self._context
+        if not self.result.finished:
+            self.result.pauses += 1
+        context.command(PAUSE_CAMERA)
+        if not context.state.status.landed:
+            context.gimbal.start(context.now_s)
 
     def step(self) -> None:
         if not self.result.valid or self.result.finished:
@@ -192,6 +201,8 @@ class MissionMode:
         if item.command == Cmd.NAV_RETURN_TO_LAUNCH:  # ends the mission in the same cycle
             self._report_reached()
             self._finish()
+        if item.command == Cmd.DO_LAND_START:  # a marker, no command [10_plane_delivery]
+            return
         self._deployment.begin()
         self._context.command((item.command, (item.param1, item.param2, item.param3, item.param4)))
 

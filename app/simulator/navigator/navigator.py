@@ -70,6 +70,7 @@ class Navigator:
     def boot(self) -> None:
         """Power-up: everything stored is read and checked again once home is known."""
         self._active = None
+        self._context.gimbal.boot()
         self._return_check.boot()
         self._mission_serial = self._fence_serial = -1
         self._mission.active = False
@@ -81,13 +82,16 @@ class Navigator:
 
     def step(self) -> None:
         """One cycle."""
-        status = self._context.state.status
+        context = self._context
+        status = context.state.status
         self._check_stored()
         self._return_check.step()
         wanted = (status.mode, status.armed, status.armed_at_s)
         if wanted != self._active:
             self._active = wanted
             self._enter(status.mode, status.armed)
+        for command in context.gimbal.due(context.now_s):
+            context.command(command)
         mode = self._modes.get(status.mode, self._hold)
         if not status.armed:
             self._context.state.orbit = None

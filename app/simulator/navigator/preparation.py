@@ -89,7 +89,7 @@ class Preparation:
             if context.state.status.vtol_state != wanted:
                 return False
             return not (target.is_landing and self._move_to_land(target)) and self._done()
-        return self._step_towards_landing(target)
+        return self._step_towards_landing(item, target)
 
     def _done(self) -> bool:
         self._stage = _Stage.NONE
@@ -116,17 +116,19 @@ class Preparation:
             return False
         self._stage = _Stage.MOVE_TO_LAND
         self._arrival.start()
+        if not context.flies_like_plane:
+            context.gimbal.start(context.now_s)
         context.set_point(SetpointKind.POSITION, target.point, max(body.up_m, target.up_m), previous=here)
         return True
 
-    def _step_towards_landing(self, target: Target) -> bool:
+    def _step_towards_landing(self, item: Item, target: Target) -> bool:
         context = self._context
         body = context.state.body
         if math.dist((body.north_m, body.east_m), target.point) > self._arrival.switch_radius_m(target):
             return False
         self._reached()  # [12_vtol_delivery]
         if context.flies_like_plane:
-            self._change_state(VtolState.MC)
+            self._change_state(VtolState.MC, item)
             return False
         return self._done()
 
@@ -141,14 +143,15 @@ class Preparation:
         missing = wrap_pi(context.setpoint.yaw_rad - context.state.body.yaw_rad)
         if math.isfinite(missing) and abs(missing) > math.radians(float(context.params["MIS_YAW_ERR"])):
             return False
+        self._reached()  # long before a transition item is done, too [12_vtol_delivery]
         if not item.has_position:
             return self._done()
-        self._reached()
-        self._change_state(VtolState.FW)
+        self._change_state(VtolState.FW, item)
         return False
 
-    def _change_state(self, wanted: VtolState) -> None:
+    def _change_state(self, wanted: VtolState, item: Item) -> None:
+        """PX4 makes the item into a transition and keeps the rest of it: no yaw, and its height as param7."""
         self._stage = _Stage.TRANSITION
         if self._context.setpoint.kind is SetpointKind.TAKEOFF:  # the takeoff is over [25_land_detector_vtol]
             self._context.setpoint.kind = SetpointKind.POSITION
-        self._context.command((Cmd.DO_VTOL_TRANSITION, (float(wanted), 0.0, 0.0, 0.0)))
+        self._context.command((Cmd.DO_VTOL_TRANSITION, (float(wanted), 0.0, 0.0, item.param4, 0.0, 0.0, item.z)))

@@ -39,6 +39,7 @@ class ReturnMode:
         context = self._context
         body = context.state.body
         self.finished = False
+        context.gimbal.start(context.now_s)
         self._destination = self._chosen.choose()
         self._ground_m = context.home.up_m
         if context.state.status.landed:
@@ -65,7 +66,16 @@ class ReturnMode:
         elif self._stage is _Stage.RETURN and self._arrived():
             self._arrive()
         elif self._stage is _Stage.LAND:
-            self.finished = self._context.state.status.landed
+            self._finish_when_landed()
+
+    def _finish_when_landed(self) -> None:
+        """PX4's return ends in an idle item, which is said like a command [06_quad_delivery_default]."""
+        context, landed = self._context, self._context.state.status.landed
+        if landed and not self.finished:
+            acceptance_m, loiter_m = (float(context.params[name]) for name in ("NAV_ACC_RAD", "NAV_LOITER_RAD"))
+            amsl_m = context.frame.altitude_m + self._ground_m
+            context.command((Cmd.IDLE, (0.0, acceptance_m, loiter_m, math.nan, 0.0, 0.0, amsl_m)))
+        self.finished = landed
 
     def _arrive(self) -> None:
         context = self._context

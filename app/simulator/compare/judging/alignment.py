@@ -89,7 +89,7 @@ def late(alignment: Alignment, period_s: float, acts: tuple[Sequence[float], Seq
     """Stands that began too early or too late, counted from the ground's last act or, if that is later, from the
     stand before. `acts` are the times of the ground's acts, the same acts on both sides.
 
-    A sampled moment is seen up to a period late: one period is allowed for each end that is sampled.
+    A sampled moment is seen up to a period late.
     """
     found = []
     for before, pair in zip(alignment.pairs, alignment.pairs[1:], strict=False):
@@ -97,7 +97,7 @@ def late(alignment: Alignment, period_s: float, acts: tuple[Sequence[float], Seq
         from_act = act >= 0 and acts[0][act] > before[0].t_s
         starts = (acts[0][act], acts[1][act]) if from_act else (before[0].t_s, before[1].t_s)
         recorded_s, simulated_s = pair[0].t_s - starts[0], pair[1].t_s - starts[1]
-        if not times_agree(recorded_s, simulated_s, period_s if from_act else 2.0 * period_s):
+        if not times_agree(recorded_s, simulated_s, period_s):
             since = "the ground's act" if from_act else before[0].value
             found.append(f"{pair[0].value} after {since}: {recorded_s:.2f} s, simulated {simulated_s:.2f} s")
     return found

@@ -47,8 +47,9 @@ ASPECTS = (
     _Aspect("current mission item", "MISSION_CURRENT", CURRENT_PERIOD_S, _field("seq")),
     _Aspect("mission_state", "MISSION_CURRENT", CURRENT_PERIOD_S, _field("mission_state")),
     _Aspect("stored mission", "MISSION_CURRENT", CURRENT_PERIOD_S, _plan),
-    _Aspect("landed_state", "EXTENDED_SYS_STATE", 0.5, _field("landed_state")),
-    _Aspect("vtol_state", "EXTENDED_SYS_STATE", 0.5, _field("vtol_state")),
+    _Aspect("mission_mode", "MISSION_CURRENT", CURRENT_PERIOD_S, _field("mission_mode")),
+    _Aspect("landed_state", "EXTENDED_SYS_STATE", 0.2, _field("landed_state")),
+    _Aspect("vtol_state", "EXTENDED_SYS_STATE", 0.2, _field("vtol_state")),
     _Aspect("mode and arming", "HEARTBEAT", 1.0, _mode),
 )
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import bisect
 import math
 from collections.abc import Iterator
+from typing import Any
 
 from app.simulator.compare.heard import Dialogue, Fields, Heard, Sent
 from app.simulator.compare.judging.alignment import align
@@ -13,15 +14,17 @@ from app.simulator.compare.sides import Stand, stands
 
 REPLY_S, REPEAT_S = 0.1, 0.26
 """The periods that replies are held to: some cycles of the vehicle's loops, and that of repeated mission requests."""
+PARAMS = ("param1", "param2", "param3", "param4")
+ITEM = ("seq", "frame", "command", "current", "autocontinue", *PARAMS, "x", "y", "z", "mission_type")
 KEYS: dict[str, tuple[str, ...]] = {
     "MISSION_REQUEST_INT": ("seq", "mission_type"),
     "MISSION_REQUEST": ("seq", "mission_type"),
     "MISSION_ACK": ("type", "mission_type", "opaque_id"),
     "MISSION_COUNT": ("count", "mission_type", "opaque_id"),
-    "MISSION_ITEM_INT": ("seq", "frame", "command", "x", "y", "mission_type"),
-    "MISSION_ITEM": ("seq", "frame", "command", "mission_type"),
+    "MISSION_ITEM_INT": ITEM,
+    "MISSION_ITEM": ITEM,
     "COMMAND_ACK": ("command", "result", "progress"),
-    "PARAM_VALUE": ("param_id", "param_type"),
+    "PARAM_VALUE": ("param_id", "param_type", "param_value"),
     "PARAM_ERROR": ("param_id", "error"),
 }
 MISSION = tuple(name for name in KEYS if name.startswith("MISSION"))
@@ -76,8 +79,14 @@ def _shown(heard: Heard) -> str:
     fields = heard.fields
     address = f" to {fields['target_system']}/{fields['target_component']}" if "target_system" in fields else ""
     link = f" on {heard.link}" if heard.link else ""
-    parts = " ".join(f"{key} {fields[key]}" for key in KEYS[heard.name])
+    parts = " ".join(f"{key} {_number(fields[key])}" for key in KEYS[heard.name])
     return f"{heard.name} {parts}{address}{link}"
+
+
+def _number(value: Any) -> Any:
+    """A float to five digits, as recordings have seven; an int32 parameter's bytes are a float, too."""
+    is_float = isinstance(value, float)
+    return f"{value:.5g}" if is_float else value
 
 
 def _delay_s(side: Dialogue, reply: Stand) -> float | None:
