@@ -15,7 +15,6 @@ from app.simulator.state import VehicleState
 from app.simulator.wire import Mode, SystemStatus
 
 AUTOPILOT_PX4 = 12
-BASE_CUSTOM_MODE = 1
 BASE_AUTO = 29
 """CUSTOM_MODE, AUTO, GUIDED, STABILIZE: what PX4 shows in its auto modes."""
 BASE_POSITION = 81

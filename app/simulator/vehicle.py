@@ -17,7 +17,6 @@ from app.simulator.commands.messages import MessageCommands
 from app.simulator.commands.payload import PayloadCommands
 from app.simulator.dialect import Message
 from app.simulator.dynamics.factory import dynamics_for
-from app.simulator.dynamics.model import Wind
 from app.simulator.events import EventLog
 from app.simulator.external.gripper import ExternalGripper
 from app.simulator.external.port import PayloadPort
@@ -31,6 +30,7 @@ from app.simulator.link_loss import LinkLossFailsafe
 from app.simulator.mission.reporter import MissionReporter
 from app.simulator.mission.store import MissionStore
 from app.simulator.mission.transfer import MissionTransfer
+from app.simulator.motion import Motion
 from app.simulator.navigator.context import NavContext
 from app.simulator.navigator.deployment import Deployment
 from app.simulator.navigator.hold_mode import HoldMode
@@ -52,11 +52,6 @@ from app.simulator.state import Body, VehicleState
 from app.simulator.streams import Streams
 from app.simulator.telemetry import Telemetry
 from app.simulator.wire import Cmd, Mode, Result, VtolState
-
-REBOOT_SILENCE_S = 0.2
-FALL_M_S = 8.0
-"""Drag does not let it fall faster."""
-GRAVITY_M_S2 = 9.81
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,8 +111,7 @@ class Vehicle:
             self.commander.change_mode,
         )  # fmt: skip
         self._detector = land_detector_for(spec.airframe, state, self.params, self.clock, self.faults)
-        self._wind = Wind(0.0, 0.0)
-        self._dynamics = dynamics_for(spec.airframe, self.params, state.status)
+        self._motion = Motion(state, dynamics_for(spec.airframe, self.params, state.status), self.faults)
 
     def _build_payload(self) -> None:
         """On board, or components on the payload port."""
@@ -222,7 +216,7 @@ class Vehicle:
             setattr(body, name, getattr(fresh, name))
         vtol = self.spec.airframe.is_vtol
         self.state.status.vtol_state = VtolState.MC if vtol else VtolState.UNDEFINED
-        self._dynamics.reset(body)
+        self._motion.reset()
 
     # running ------------------------------------------------------------------------------------------------
 
@@ -245,7 +239,7 @@ class Vehicle:
         self._internal.step()
         if self._payload is not None:
             self._payload.step()
-        self._move()
+        self._motion.step(self.context.setpoint)
         self._detector.step(self.context.setpoint)
         self.commander.step()
         self._link_loss.step()
@@ -260,21 +254,6 @@ class Vehicle:
         self._param_link.poll()
         self._reporter.poll()
 
-    def _move(self) -> None:
-        body, dt_s = self.state.body, VehicleClock.STEP_S
-        if self.state.status.armed:
-            faults, wind = self.faults, self._wind
-            if wind.north_m_s != faults.wind_north_m_s or wind.east_m_s != faults.wind_east_m_s:
-                wind = self._wind = Wind(faults.wind_north_m_s, faults.wind_east_m_s)
-            self._dynamics.step(body, self.context.setpoint, dt_s, wind)
-            return
-        body.v_north_m_s = body.v_east_m_s = body.throttle = body.climb_command_m_s = 0.0
-        body.v_up_m_s = max(-FALL_M_S, body.v_up_m_s - GRAVITY_M_S2 * dt_s)  # disarmed in the air: it falls
-        body.up_m = max(0.0, body.up_m + body.v_up_m_s * dt_s)
-        if body.on_ground:
-            body.v_up_m_s = 0.0
-        self._dynamics.reset(body)
-
     # commands that need more than one component -------------------------------------------------------------
 
     def _on_reboot(self, request: Request) -> Result:
@@ -288,7 +267,7 @@ class Vehicle:
             return Result.DENIED
         if round(wanted) == VtolState.FW and self.state.body.on_ground:
             return Result.TEMPORARILY_REJECTED
-        self._dynamics.transition(round(wanted))
+        self._motion.transition(round(wanted))
         return Result.ACCEPTED
 
     def _return(self) -> None:
