@@ -16,6 +16,8 @@ class SetpointKind(Enum):
     POSITION = auto()
     LOITER = auto()
     LAND = auto()
+    DESCEND = auto()
+    """Down without a position: level, wherever the wind takes it."""
     VELOCITY = auto()
     """A hovering vehicle's horizontal speed is given from cycle to cycle, its height as ever."""
 

@@ -139,7 +139,7 @@ class Telemetry:
 
     def global_position_int(self) -> Message | None:
         """GLOBAL_POSITION_INT; not without a position."""
-        if self._faults.gps_lost:
+        if not self._state.status.position_valid:
             return None
         body = self._state.body
         lat, lon = self._lat_lon()

@@ -45,6 +45,7 @@ from app.simulator.offboard.stream import OffboardStream
 from app.simulator.param_link import ParamLink
 from app.simulator.params import Params
 from app.simulator.payload import PayloadDeliverer
+from app.simulator.position_loss import PositionLossFailsafe
 from app.simulator.radio import Radio, Sender
 from app.simulator.rates import RATES
 from app.simulator.router import Router
@@ -130,6 +131,9 @@ class Vehicle:
         self._link_loss = LinkLossFailsafe(
             state.status, self.params, self.clock, self.commander, self.radio.text, self._events.emit, spec.speed
         )
+        self._position_loss = PositionLossFailsafe(
+            state.status, self.faults, self.clock, self.commander, self.radio.text, self._events.emit
+        )
         self._offboard_loss = OffboardLossFailsafe(
             state.status, self.params, self.commander, self._offboard, self.radio.text, self._events.emit, self.clock
         )
@@ -199,6 +203,7 @@ class Vehicle:
         self._link_loss.boot()
         self._offboard.boot()
         self._offboard_loss.boot()
+        self._position_loss.boot()
         self._internal.boot()
         self._streams.boot()
         self._reporter.boot()
@@ -245,6 +250,7 @@ class Vehicle:
         self._link_loss.step()
         self._offboard_loss.step()
         self.battery.step()
+        self._position_loss.step()
         self._port.step()
         self._streams.step()
 

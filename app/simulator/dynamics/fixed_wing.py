@@ -30,6 +30,7 @@ CLIMB_RATE_PER_S = 2.0
 ALTITUDE_GAIN = 0.5
 SPEED_RATE_M_S2 = 1.5
 FLARE_HEIGHT_M = 0.8
+BLIND_SINK_M_S = 0.5
 
 
 class FixedWing:
@@ -39,6 +40,8 @@ class FixedWing:
         self._params = params
         self._airspeed = 0.0
         self._bank = 0.0
+        self._blind_s = 0.0
+        """Flown without a position."""
         self._airborne = False
         self._touched_down = False
 
@@ -85,11 +88,16 @@ class FixedWing:
     # in the air ---------------------------------------------------------------------------------------------
 
     def _fly(self, body: Body, setpoint: Setpoint, dt_s: float, wind: Wind) -> None:
-        climb = self._climb_command(body, setpoint)
+        blind = setpoint.kind is SetpointKind.DESCEND
+        self._blind_s = self._blind_s + dt_s if blind else 0.0
+        climb = self._blind_climb() if blind else self._climb_command(body, setpoint)
         change = max(-CLIMB_RATE_PER_S * dt_s, min(CLIMB_RATE_PER_S * dt_s, climb - body.v_up_m_s))
         body.v_up_m_s += change
         self._set_airspeed(body, setpoint, dt_s)
-        self._bank_towards(body, self._course(body, setpoint), dt_s, wind)
+        if blind:
+            self._bank_to(body, math.radians(float(self._params["FW_GPSF_R"])), dt_s)
+        else:
+            self._bank_towards(body, self._course(body, setpoint), dt_s, wind)
         horizontal = math.sqrt(max(self._airspeed**2 - body.v_up_m_s**2, 1.0))
         body.v_north_m_s = horizontal * math.cos(body.yaw_rad) + wind.north_m_s
         body.v_east_m_s = horizontal * math.sin(body.yaw_rad) + wind.east_m_s
@@ -135,6 +143,10 @@ class FixedWing:
         fastest = float(self._params["FW_T_CLMB_R_SP"]) if missing > 0.0 else float(self._params["FW_T_SINK_R_SP"])
         return max(-fastest, min(fastest, ALTITUDE_GAIN * missing))
 
+    def _blind_climb(self) -> float:
+        """Circles at its height for FW_GPSF_LT, in case the position comes back, and then sinks."""
+        return 0.0 if self._blind_s <= float(self._params["FW_GPSF_LT"]) else -BLIND_SINK_M_S
+
     def _land_climb(self, body: Body, setpoint: Setpoint) -> float:
         """Down the line from where the approach began to the landing point; a flare just above the ground."""
         distance_m = math.hypot(setpoint.north_m - body.north_m, setpoint.east_m - body.east_m)
@@ -161,7 +173,10 @@ class FixedWing:
         heading = course_rad - math.asin(max(-0.9, min(0.9, cross / airspeed)))
         error = wrap_pi(heading - body.yaw_rad)
         wanted = math.atan(COURSE_GAIN * error * airspeed / GRAVITY_M_S2)
-        wanted = max(-MAX_BANK_RAD, min(MAX_BANK_RAD, wanted))
+        self._bank_to(body, max(-MAX_BANK_RAD, min(MAX_BANK_RAD, wanted)), dt_s)
+
+    def _bank_to(self, body: Body, wanted: float, dt_s: float) -> None:
+        airspeed = max(self._airspeed, 5.0)
         step = ROLL_RATE_RAD_S * dt_s
         self._bank += max(-step, min(step, wanted - self._bank))
         body.yaw_rad = wrap_pi(body.yaw_rad + GRAVITY_M_S2 * math.tan(self._bank) / airspeed * dt_s)
