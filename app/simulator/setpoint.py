@@ -34,6 +34,8 @@ class Setpoint:
     """Where the leg came from: fixed wings and rovers follow the line."""
     next: tuple[float, float] | None = None
     """Where it goes on without a stop; None: stop here (PX4: next setpoint invalid)."""
+    next_lands: bool = False
+    """The next setpoint is a LAND."""
     previous_up_m: float = 0.0
     next_up_m: float = 0.0
     """Heights of the two, where they are given."""

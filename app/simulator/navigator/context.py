@@ -89,6 +89,7 @@ class NavContext:
         setpoint.north_m, setpoint.east_m = point
         setpoint.up_m = up_m
         setpoint.next = next_point
+        setpoint.next_lands = False
         setpoint.previous = previous
         setpoint.previous_up_m = setpoint.next_up_m = up_m
         radius_m = acceptance_radius_m if acceptance_radius_m else float(self.params["NAV_ACC_RAD"])

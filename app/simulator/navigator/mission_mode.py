@@ -223,6 +223,7 @@ class MissionMode:
         )
         setpoint.previous_up_m = came_from_up_m
         setpoint.next_up_m = following.up_m if following is not None else up_m
+        setpoint.next_lands = following is not None and following.is_landing
         setpoint.loiter_radius_m = target.loiter_radius_m
         setpoint.loiter_clockwise = target.loiter_clockwise
         distance_m = math.dist((body.north_m, body.east_m), target.point)
