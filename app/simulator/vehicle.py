@@ -170,7 +170,7 @@ class Vehicle:
             },
         )
         payload_commands.connect(self._commands)
-        self._transfer = MissionTransfer(self.store, self.radio, spec.profile, self.faults, wall)
+        self._transfer = MissionTransfer(self.store, self.radio, spec.profile, spec.airframe, self.faults, wall)
         self._param_link = ParamLink(self.params, self.radio, spec.profile.reports_param_errors)
         self._reporter = MissionReporter(
             self.mission.result, self.store, state.status, self.radio, self.clock, spec.profile
