@@ -123,7 +123,7 @@ class Vehicle:
         self._payload = PayloadDeliverer(state.gripper, self.params, self.faults, self.clock) if on_board else None
         self.winch = Winch(self.clock, lambda: body.up_m) if self.spec.winch else None
         components = [component for component in (external, self.winch) if component is not None]
-        self._port = PayloadPort(self.radio, self.clock, components)
+        self._port = PayloadPort(self.radio, self.clock, self.faults, components)
 
     def _build_failsafes(self) -> None:
         spec, state = self.spec, self.state
