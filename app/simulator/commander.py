@@ -158,7 +158,9 @@ class Commander:
             return False
         if self._params.integer("NAV_DLL_ACT") > 0 and self._state.status.gcs_lost:
             return False
-        return self._state.status.battery_fraction > 0.05 and self._can_run(self.intended)
+        return self._state.status.battery_fraction > float(self._params["BAT_CRIT_THR"]) and self._can_run(
+            self.intended
+        )
 
     def arm(self, force: bool) -> Result:
         """COMPONENT_ARM_DISARM 1."""
