@@ -51,7 +51,7 @@ def refusals(mission: Mission, vehicle_type: VehicleType, params: Mapping[str, V
     found = [f"fence item {seq}" for seq, item in enumerate(fence) if fence_refusal(item) is not MissionAck.ACCEPTED]
     for kind, items in ((MissionType.MISSION, mission.items), (MissionType.FENCE, mission.fence)):
         for item in items:
-            answer = refusal(_received(item), int(kind), PROFILE)
+            answer = refusal(_received(item), int(kind), PROFILE, airframe)
             if answer is not MissionAck.ACCEPTED:
                 found.append(f"{kind.name} item {item.seq} (command {item.command}): {answer.name}")
     judged = FeasibilityInput(
@@ -63,7 +63,7 @@ def refusals(mission: Mission, vehicle_type: VehicleType, params: Mapping[str, V
         fence=Geofence(fence, frame),
         landed=True,
     )
-    return found + [f"{problem.event} {problem.argument}" for problem in problems(judged)]
+    return found + [f"{problem.event} {problem.arguments}" for problem in problems(judged)]
 
 
 def _received(item: MissionItem) -> Item:
