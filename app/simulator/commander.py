@@ -158,9 +158,9 @@ class Commander:
             return False
         if self._params.integer("NAV_DLL_ACT") > 0 and self._state.status.gcs_lost:
             return False
-        return self._state.status.battery_fraction > float(self._params["BAT_CRIT_THR"]) and self._can_run(
-            self.intended
-        )
+        if self._state.status.battery_fraction <= float(self._params["BAT_CRIT_THR"]):
+            return False
+        return self._can_run(self.intended)
 
     def arm(self, force: bool) -> Result:
         """COMPONENT_ARM_DISARM 1."""
