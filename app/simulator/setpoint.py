@@ -39,6 +39,8 @@ class Setpoint:
     previous_up_m: float = 0.0
     next_up_m: float = 0.0
     """Heights of the two, where they are given."""
+    ramp_to_m: float = math.nan
+    """Fixed wing: the height is ramped along the leg until this near; NaN: it is flown to at once."""
     acceptance_radius_m: float = 10.0
     cruise_speed_m_s: float = math.nan
     """NaN: the vehicle's own."""

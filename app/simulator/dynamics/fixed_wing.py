@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 from app.simulator.dynamics.model import Wind
-from app.simulator.dynamics.path import course_on_circle, course_on_line
+from app.simulator.dynamics.path import Point, course_on_circle, course_on_line
 from app.simulator.geo import wrap_pi
 from app.simulator.params import Params
 from app.simulator.setpoint import Setpoint, SetpointKind
@@ -42,6 +42,9 @@ class FixedWing:
         self._bank = 0.0
         self._blind_s = 0.0
         """Flown without a position."""
+        self._leg: tuple[Point, Point] | None = None
+        self._nearest_m = 0.0
+        """To the end of that leg, so far: past it the ramp does not run back."""
         self._airborne = False
         self._touched_down = False
 
@@ -137,11 +140,25 @@ class FixedWing:
     def _climb_command(self, body: Body, setpoint: Setpoint) -> float:
         if setpoint.kind is SetpointKind.LAND:
             return self._land_climb(body, setpoint)
-        missing = setpoint.up_m - body.up_m
+        missing = self._wanted_up_m(body, setpoint) - body.up_m
         if setpoint.kind is SetpointKind.TAKEOFF and missing > 1.0:
             return TAKEOFF_CLIMB_M_S
         fastest = float(self._params["FW_T_CLMB_R_SP"]) if missing > 0.0 else float(self._params["FW_T_SINK_R_SP"])
         return max(-fastest, min(fastest, ALTITUDE_GAIN * missing))
+
+    def _wanted_up_m(self, body: Body, setpoint: Setpoint) -> float:
+        """PX4's altitude first order hold: along the line between the heights of two waypoints."""
+        if setpoint.previous is None or math.isnan(setpoint.ramp_to_m):
+            return setpoint.up_m
+        leg_m = math.dist(setpoint.previous, setpoint.point)
+        if leg_m <= max(setpoint.ramp_to_m, setpoint.loiter_radius_m):
+            return setpoint.up_m
+        leg = (setpoint.previous, setpoint.point)
+        before_m = self._nearest_m if leg == self._leg else leg_m
+        self._leg = leg
+        self._nearest_m = min(before_m, math.dist((body.north_m, body.east_m), setpoint.point))
+        share = max(0.0, self._nearest_m - setpoint.ramp_to_m) / (leg_m - setpoint.ramp_to_m)
+        return setpoint.up_m + share * (setpoint.previous_up_m - setpoint.up_m)
 
     def _blind_climb(self) -> float:
         """Circles at its height for FW_GPSF_LT, in case the position comes back, and then sinks."""

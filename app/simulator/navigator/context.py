@@ -97,5 +97,5 @@ class NavContext:
         setpoint.cruise_speed_m_s = self.cruise_speed_m_s
         setpoint.loiter_radius_m = abs(float(self.params["NAV_LOITER_RAD"]))
         setpoint.loiter_clockwise = float(self.params["NAV_LOITER_RAD"]) >= 0.0
-        setpoint.approach_slope = setpoint.yaw_rad = math.nan
+        setpoint.ramp_to_m = setpoint.approach_slope = setpoint.yaw_rad = math.nan
         return setpoint
