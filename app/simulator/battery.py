@@ -12,12 +12,20 @@ from app.simulator.wire import Mode, Severity
 
 ENDURANCE_S = 1500.0
 """Flying time from full to empty."""
-RETURN_AT_CRITICAL = 3
-LAND_AT_EMERGENCY = (2, 3)
+CRITICAL, EMERGENCY = 2, 3
+ACTIONS = {
+    1: {CRITICAL: Mode.RTL, EMERGENCY: Mode.RTL},
+    2: {CRITICAL: Mode.LAND, EMERGENCY: Mode.LAND},
+    3: {CRITICAL: Mode.RTL, EMERGENCY: Mode.LAND},
+}
+"""COM_LOW_BAT_ACT to level to what is flown; else it is only said."""
 
 
 class Battery:
-    """Each level is announced once, until the battery is changed."""
+    """Each level is announced once, until the battery is changed, and acts once, when the vehicle flies.
+
+    As in PX4 a level that was there when the vehicle was armed (by force) is only said.
+    """
 
     def __init__(
         self,
@@ -31,12 +39,14 @@ class Battery:
         self._commander = commander
         self._text = text
         self._announced = 0
+        self._acted = 0
+        self._was_armed = False
 
     def set_fraction(self, fraction: float) -> None:
         """Somebody changed the battery, or a fault did."""
         self._status.battery_fraction = max(0.0, min(1.0, fraction))
         if self._level() == 0:
-            self._announced = 0
+            self._announced = self._acted = 0
 
     def step(self) -> None:
         """One cycle."""
@@ -44,9 +54,15 @@ class Battery:
         if status.armed:
             status.battery_fraction = max(0.0, status.battery_fraction - VehicleClock.STEP_S / ENDURANCE_S)
         level = self._level()
+        if status.armed and not self._was_armed:
+            self._acted = level
+        self._was_armed = status.armed
         if level > self._announced and status.armed:
             self._announced = level
             self._announce(level)
+        if level > self._acted and status.armed and not status.landed:
+            self._acted = level
+            self._act(level)
 
     def _level(self) -> int:
         fraction, params = self._status.battery_fraction, self._params
@@ -56,10 +72,8 @@ class Battery:
     def _announce(self, level: int) -> None:
         name = ("", "Low", "Critical", "Emergency")[level]
         self._text(Severity.WARNING if level == 1 else Severity.CRITICAL, f"{name} battery level")
-        action = self._params.integer("COM_LOW_BAT_ACT")
-        if self._status.landed:
-            return
-        if level == 2 and action == RETURN_AT_CRITICAL:
-            self._commander.force_mode(Mode.RTL)
-        elif level == 3 and action in LAND_AT_EMERGENCY:
-            self._commander.force_mode(Mode.LAND)
+
+    def _act(self, level: int) -> None:
+        mode = ACTIONS.get(self._params.integer("COM_LOW_BAT_ACT"), {}).get(level)
+        if mode is not None:
+            self._commander.force_mode(mode)

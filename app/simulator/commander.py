@@ -74,11 +74,14 @@ class Commander:
             self._text(Severity.CRITICAL, f"Offboard refused: simulated at {speed}, limit {limit}")
             return Result.TEMPORARILY_REJECTED
         if self._state.status.armed and not self._can_run(mode):
-            self._text(Severity.CRITICAL, f"Switching to {_mode_name(mode)} is currently not available")
-            self._event("commander_modeswitch_not_avail", mode)
-            return Result.TEMPORARILY_REJECTED
+            return self._not_available(mode)
         self.change_mode(mode)
         return Result.ACCEPTED
+
+    def _not_available(self, mode: Mode) -> Result:
+        self._text(Severity.CRITICAL, f"Switching to {_mode_name(mode)} is currently not available")
+        self._event("commander_modeswitch_not_avail", mode)
+        return Result.TEMPORARILY_REJECTED
 
     def change_mode(self, mode: Mode) -> None:
         """Change without a question: the user's intention, a command already checked, or the end of a mode."""
@@ -90,6 +93,8 @@ class Commander:
 
     def return_to_launch(self) -> Result:
         """NAV_RETURN_TO_LAUNCH, as a command or as a mission item."""
+        if self._state.status.armed and not self._can_run(Mode.RTL):
+            return self._not_available(Mode.RTL)
         self._text(Severity.INFO, "Returning to launch")
         self._event("commander_rtl")
         self.change_mode(Mode.RTL)
@@ -97,6 +102,8 @@ class Commander:
 
     def land(self) -> Result:
         """NAV_LAND as a command."""
+        if self._state.status.armed and not self._can_run(Mode.LAND):
+            return self._not_available(Mode.LAND)
         self._text(Severity.INFO, "Landing at current position")
         self._event("commander_landing_current_pos")
         self.change_mode(Mode.LAND)
@@ -115,10 +122,18 @@ class Commander:
 
     def _can_run(self, mode: Mode) -> bool:
         if mode is Mode.MISSION:
-            return self._mission.valid
+            return self._mission.valid and self._state.status.position_valid
         if mode.main in (Mode.MANUAL.main, Mode.ACRO.main, Mode.STABILIZED.main):
             return False  # no manual control
-        return mode is not Mode.OFFBOARD or self._offboard.lives
+        if mode is Mode.OFFBOARD:
+            return self._offboard.lives and (self._offboard.flies_blind or self._state.status.position_valid)
+        return self._state.status.position_valid
+
+    @property
+    def flies_blind(self) -> bool:
+        """The mode flown now needs no position: OFFBOARD by attitude (and TERMINATION, which flies nothing)."""
+        mode = self._state.status.mode
+        return mode is Mode.TERMINATION or (mode is Mode.OFFBOARD and self._offboard.flies_blind)
 
     def mission_start(self) -> Result:
         """MISSION_START: mission mode, and arm."""
@@ -140,9 +155,13 @@ class Commander:
         """All arming checks pass for the intended mode."""
         if self._clock.now_s < CHECKS_GOOD_S or self._state.status.home is None:
             return False
+        if self._state.status.gps_lost and self._params.integer("COM_ARM_WO_GPS") == 0:
+            return False
         if self._params.integer("NAV_DLL_ACT") > 0 and self._state.status.gcs_lost:
             return False
-        return self._state.status.battery_fraction > 0.05 and self._can_run(self.intended)
+        if self._state.status.battery_fraction <= float(self._params["BAT_CRIT_THR"]):
+            return False
+        return self._can_run(self.intended)
 
     def arm(self, force: bool) -> Result:
         """COMPONENT_ARM_DISARM 1."""
@@ -209,6 +228,8 @@ class Commander:
         return math.dist(home, (body.north_m, body.east_m, body.up_m)) > HOME_MOVED_M
 
     def _set_home(self) -> None:
+        if not self._state.status.position_valid:
+            return
         body = self._state.body
         self._state.status.home = Home(body.north_m, body.east_m, body.up_m, body.yaw_rad, self._clock.now_s)
 

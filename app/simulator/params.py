@@ -28,6 +28,8 @@ DEFAULTS: dict[str, Value] = {
     "FW_AIRSPD_MAX": 20.0,
     "FW_AIRSPD_MIN": 10.0,
     "FW_AIRSPD_TRIM": 15.0,
+    "FW_GPSF_LT": 30,
+    "FW_GPSF_R": 15.0,
     "FW_LND_ANG": 5.0,
     "FW_R_LIM": 50.0,
     "FW_T_CLMB_R_SP": 3.0,

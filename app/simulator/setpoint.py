@@ -16,6 +16,8 @@ class SetpointKind(Enum):
     POSITION = auto()
     LOITER = auto()
     LAND = auto()
+    DESCEND = auto()
+    """Down without a position: level, wherever the wind takes it."""
     VELOCITY = auto()
     """A hovering vehicle's horizontal speed is given from cycle to cycle, its height as ever."""
 
@@ -32,9 +34,13 @@ class Setpoint:
     """Where the leg came from: fixed wings and rovers follow the line."""
     next: tuple[float, float] | None = None
     """Where it goes on without a stop; None: stop here (PX4: next setpoint invalid)."""
+    next_lands: bool = False
+    """The next setpoint is a LAND."""
     previous_up_m: float = 0.0
     next_up_m: float = 0.0
     """Heights of the two, where they are given."""
+    ramp_to_m: float = math.nan
+    """Fixed wing: the height is ramped along the leg until this near; NaN: it is flown to at once."""
     acceptance_radius_m: float = 10.0
     cruise_speed_m_s: float = math.nan
     """NaN: the vehicle's own."""

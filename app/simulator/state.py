@@ -100,6 +100,10 @@ class Status:
     home: Home | None = None
     battery_fraction: float = 1.0
     gcs_lost: bool = False
+    gps_lost: bool = False
+    """No fix now."""
+    position_valid: bool = True
+    """The estimator still knows where it is."""
 
     @property
     def landed(self) -> bool:

@@ -15,7 +15,6 @@ from app.simulator.state import VehicleState
 from app.simulator.wire import Mode, SystemStatus
 
 AUTOPILOT_PX4 = 12
-BASE_CUSTOM_MODE = 1
 BASE_AUTO = 29
 """CUSTOM_MODE, AUTO, GUIDED, STABILIZE: what PX4 shows in its auto modes."""
 BASE_POSITION = 81
@@ -140,7 +139,7 @@ class Telemetry:
 
     def global_position_int(self) -> Message | None:
         """GLOBAL_POSITION_INT; not without a position."""
-        if self._faults.gps_lost:
+        if not self._state.status.position_valid:
             return None
         body = self._state.body
         lat, lon = self._lat_lon()

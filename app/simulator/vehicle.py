@@ -17,7 +17,6 @@ from app.simulator.commands.messages import MessageCommands
 from app.simulator.commands.payload import PayloadCommands
 from app.simulator.dialect import Message
 from app.simulator.dynamics.factory import dynamics_for
-from app.simulator.dynamics.model import Wind
 from app.simulator.events import EventLog
 from app.simulator.external.gripper import ExternalGripper
 from app.simulator.external.port import PayloadPort
@@ -31,6 +30,7 @@ from app.simulator.link_loss import LinkLossFailsafe
 from app.simulator.mission.reporter import MissionReporter
 from app.simulator.mission.store import MissionStore
 from app.simulator.mission.transfer import MissionTransfer
+from app.simulator.motion import Motion
 from app.simulator.navigator.context import NavContext
 from app.simulator.navigator.deployment import Deployment
 from app.simulator.navigator.hold_mode import HoldMode
@@ -45,6 +45,7 @@ from app.simulator.offboard.stream import OffboardStream
 from app.simulator.param_link import ParamLink
 from app.simulator.params import Params
 from app.simulator.payload import PayloadDeliverer
+from app.simulator.position_loss import PositionLossFailsafe
 from app.simulator.radio import Radio, Sender
 from app.simulator.rates import RATES
 from app.simulator.router import Router
@@ -52,11 +53,6 @@ from app.simulator.state import Body, VehicleState
 from app.simulator.streams import Streams
 from app.simulator.telemetry import Telemetry
 from app.simulator.wire import Cmd, Mode, Result, VtolState
-
-REBOOT_SILENCE_S = 0.2
-FALL_M_S = 8.0
-"""Drag does not let it fall faster."""
-GRAVITY_M_S2 = 9.81
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,8 +112,7 @@ class Vehicle:
             self.commander.change_mode,
         )  # fmt: skip
         self._detector = land_detector_for(spec.airframe, state, self.params, self.clock, self.faults)
-        self._wind = Wind(0.0, 0.0)
-        self._dynamics = dynamics_for(spec.airframe, self.params, state.status)
+        self._motion = Motion(state, dynamics_for(spec.airframe, self.params, state.status), self.faults)
 
     def _build_payload(self) -> None:
         """On board, or components on the payload port."""
@@ -128,13 +123,16 @@ class Vehicle:
         self._payload = PayloadDeliverer(state.gripper, self.params, self.faults, self.clock) if on_board else None
         self.winch = Winch(self.clock, lambda: body.up_m) if self.spec.winch else None
         components = [component for component in (external, self.winch) if component is not None]
-        self._port = PayloadPort(self.radio, self.clock, components)
+        self._port = PayloadPort(self.radio, self.clock, self.faults, components)
 
     def _build_failsafes(self) -> None:
         spec, state = self.spec, self.state
         self.battery = Battery(state.status, self.params, self.commander, self.radio.text)
         self._link_loss = LinkLossFailsafe(
             state.status, self.params, self.clock, self.commander, self.radio.text, self._events.emit, spec.speed
+        )
+        self._position_loss = PositionLossFailsafe(
+            state.status, self.faults, self.clock, self.commander, self.radio.text, self._events.emit
         )
         self._offboard_loss = OffboardLossFailsafe(
             state.status, self.params, self.commander, self._offboard, self.radio.text, self._events.emit, self.clock
@@ -172,7 +170,7 @@ class Vehicle:
             },
         )
         payload_commands.connect(self._commands)
-        self._transfer = MissionTransfer(self.store, self.radio, spec.profile, self.faults, wall)
+        self._transfer = MissionTransfer(self.store, self.radio, spec.profile, spec.airframe, self.faults, wall)
         self._param_link = ParamLink(self.params, self.radio, spec.profile.reports_param_errors)
         self._reporter = MissionReporter(
             self.mission.result, self.store, state.status, self.radio, self.clock, spec.profile
@@ -205,6 +203,7 @@ class Vehicle:
         self._link_loss.boot()
         self._offboard.boot()
         self._offboard_loss.boot()
+        self._position_loss.boot()
         self._internal.boot()
         self._streams.boot()
         self._reporter.boot()
@@ -222,7 +221,7 @@ class Vehicle:
             setattr(body, name, getattr(fresh, name))
         vtol = self.spec.airframe.is_vtol
         self.state.status.vtol_state = VtolState.MC if vtol else VtolState.UNDEFINED
-        self._dynamics.reset(body)
+        self._motion.reset()
 
     # running ------------------------------------------------------------------------------------------------
 
@@ -245,12 +244,13 @@ class Vehicle:
         self._internal.step()
         if self._payload is not None:
             self._payload.step()
-        self._move()
+        self._motion.step(self.context.setpoint)
         self._detector.step(self.context.setpoint)
         self.commander.step()
         self._link_loss.step()
         self._offboard_loss.step()
         self.battery.step()
+        self._position_loss.step()
         self._port.step()
         self._streams.step()
 
@@ -259,21 +259,6 @@ class Vehicle:
         self._transfer.poll()
         self._param_link.poll()
         self._reporter.poll()
-
-    def _move(self) -> None:
-        body, dt_s = self.state.body, VehicleClock.STEP_S
-        if self.state.status.armed:
-            faults, wind = self.faults, self._wind
-            if wind.north_m_s != faults.wind_north_m_s or wind.east_m_s != faults.wind_east_m_s:
-                wind = self._wind = Wind(faults.wind_north_m_s, faults.wind_east_m_s)
-            self._dynamics.step(body, self.context.setpoint, dt_s, wind)
-            return
-        body.v_north_m_s = body.v_east_m_s = body.throttle = body.climb_command_m_s = 0.0
-        body.v_up_m_s = max(-FALL_M_S, body.v_up_m_s - GRAVITY_M_S2 * dt_s)  # disarmed in the air: it falls
-        body.up_m = max(0.0, body.up_m + body.v_up_m_s * dt_s)
-        if body.on_ground:
-            body.v_up_m_s = 0.0
-        self._dynamics.reset(body)
 
     # commands that need more than one component -------------------------------------------------------------
 
@@ -288,7 +273,7 @@ class Vehicle:
             return Result.DENIED
         if round(wanted) == VtolState.FW and self.state.body.on_ground:
             return Result.TEMPORARILY_REJECTED
-        self._dynamics.transition(round(wanted))
+        self._motion.transition(round(wanted))
         return Result.ACCEPTED
 
     def _return(self) -> None:

@@ -17,6 +17,8 @@ HEIGHT_GAIN = 0.3
 SLOWEST_M_S = 1.0
 """Below this airspeed the rudder has no effect, so it never goes slower on purpose."""
 
+DOWN = (SetpointKind.LAND, SetpointKind.DESCEND)
+
 
 class Airship:
     """Flies towards its point at all times."""
@@ -40,14 +42,14 @@ class Airship:
         self._climb(body, setpoint, dt_s)
         cruise = setpoint.cruise_speed_m_s
         wanted = cruise if cruise > 0.0 else float(self._params["MPC_XY_CRUISE"])
-        if setpoint.kind in (SetpointKind.LOITER, SetpointKind.LAND, SetpointKind.TAKEOFF):
+        if setpoint.kind in (SetpointKind.LOITER, SetpointKind.TAKEOFF, *DOWN):
             wanted = SLOWEST_M_S
         if body.on_ground:
             wanted = 0.0
         step = ACCELERATION * dt_s
         self._speed += max(-step, min(step, wanted - self._speed))
         to_target = (setpoint.north_m - body.north_m, setpoint.east_m - body.east_m)
-        if math.hypot(*to_target) > 1.0:
+        if math.hypot(*to_target) > 1.0 and setpoint.kind is not SetpointKind.DESCEND:
             turn = TURN_RATE_RAD_S * dt_s
             error = wrap_pi(math.atan2(to_target[1], to_target[0]) - body.yaw_rad)
             body.yaw_rad = wrap_pi(body.yaw_rad + max(-turn, min(turn, error)))
@@ -60,9 +62,9 @@ class Airship:
 
     def _climb(self, body: Body, setpoint: Setpoint, dt_s: float) -> None:
         fastest = float(self._params["MPC_Z_V_AUTO_UP"])
-        target_m = 0.0 if setpoint.kind is SetpointKind.LAND else setpoint.up_m
+        target_m = 0.0 if setpoint.kind in DOWN else setpoint.up_m
         command = max(-fastest, min(fastest, HEIGHT_GAIN * (target_m - body.up_m)))
-        if setpoint.kind is SetpointKind.LAND:
+        if setpoint.kind in DOWN:
             command = min(command, -0.2)
         step = CLIMB_ACCELERATION * dt_s
         body.v_up_m_s += max(-step, min(step, command - body.v_up_m_s))

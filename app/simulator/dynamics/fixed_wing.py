@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 from app.simulator.dynamics.model import Wind
-from app.simulator.dynamics.path import course_on_circle, course_on_line
+from app.simulator.dynamics.path import Point, course_on_circle, course_on_line
 from app.simulator.geo import wrap_pi
 from app.simulator.params import Params
 from app.simulator.setpoint import Setpoint, SetpointKind
@@ -30,6 +30,7 @@ CLIMB_RATE_PER_S = 2.0
 ALTITUDE_GAIN = 0.5
 SPEED_RATE_M_S2 = 1.5
 FLARE_HEIGHT_M = 0.8
+BLIND_SINK_M_S = 0.5
 
 
 class FixedWing:
@@ -39,6 +40,11 @@ class FixedWing:
         self._params = params
         self._airspeed = 0.0
         self._bank = 0.0
+        self._blind_s = 0.0
+        """Flown without a position."""
+        self._leg: tuple[Point, Point] | None = None
+        self._nearest_m = 0.0
+        """To the end of that leg, so far: past it the ramp does not run back."""
         self._airborne = False
         self._touched_down = False
 
@@ -85,11 +91,16 @@ class FixedWing:
     # in the air ---------------------------------------------------------------------------------------------
 
     def _fly(self, body: Body, setpoint: Setpoint, dt_s: float, wind: Wind) -> None:
-        climb = self._climb_command(body, setpoint)
+        blind = setpoint.kind is SetpointKind.DESCEND
+        self._blind_s = self._blind_s + dt_s if blind else 0.0
+        climb = self._blind_climb() if blind else self._climb_command(body, setpoint)
         change = max(-CLIMB_RATE_PER_S * dt_s, min(CLIMB_RATE_PER_S * dt_s, climb - body.v_up_m_s))
         body.v_up_m_s += change
         self._set_airspeed(body, setpoint, dt_s)
-        self._bank_towards(body, self._course(body, setpoint), dt_s, wind)
+        if blind:
+            self._bank_to(body, math.radians(float(self._params["FW_GPSF_R"])), dt_s)
+        else:
+            self._bank_towards(body, self._course(body, setpoint), dt_s, wind)
         horizontal = math.sqrt(max(self._airspeed**2 - body.v_up_m_s**2, 1.0))
         body.v_north_m_s = horizontal * math.cos(body.yaw_rad) + wind.north_m_s
         body.v_east_m_s = horizontal * math.sin(body.yaw_rad) + wind.east_m_s
@@ -129,11 +140,29 @@ class FixedWing:
     def _climb_command(self, body: Body, setpoint: Setpoint) -> float:
         if setpoint.kind is SetpointKind.LAND:
             return self._land_climb(body, setpoint)
-        missing = setpoint.up_m - body.up_m
+        missing = self._wanted_up_m(body, setpoint) - body.up_m
         if setpoint.kind is SetpointKind.TAKEOFF and missing > 1.0:
             return TAKEOFF_CLIMB_M_S
         fastest = float(self._params["FW_T_CLMB_R_SP"]) if missing > 0.0 else float(self._params["FW_T_SINK_R_SP"])
         return max(-fastest, min(fastest, ALTITUDE_GAIN * missing))
+
+    def _wanted_up_m(self, body: Body, setpoint: Setpoint) -> float:
+        """PX4's altitude first order hold: along the line between the heights of two waypoints."""
+        if setpoint.previous is None or math.isnan(setpoint.ramp_to_m):
+            return setpoint.up_m
+        leg_m = math.dist(setpoint.previous, setpoint.point)
+        if leg_m <= max(setpoint.ramp_to_m, setpoint.loiter_radius_m):
+            return setpoint.up_m
+        leg = (setpoint.previous, setpoint.point)
+        before_m = self._nearest_m if leg == self._leg else leg_m
+        self._leg = leg
+        self._nearest_m = min(before_m, math.dist((body.north_m, body.east_m), setpoint.point))
+        share = max(0.0, self._nearest_m - setpoint.ramp_to_m) / (leg_m - setpoint.ramp_to_m)
+        return setpoint.up_m + share * (setpoint.previous_up_m - setpoint.up_m)
+
+    def _blind_climb(self) -> float:
+        """Circles at its height for FW_GPSF_LT, in case the position comes back, and then sinks."""
+        return 0.0 if self._blind_s <= float(self._params["FW_GPSF_LT"]) else -BLIND_SINK_M_S
 
     def _land_climb(self, body: Body, setpoint: Setpoint) -> float:
         """Down the line from where the approach began to the landing point; a flare just above the ground."""
@@ -161,7 +190,10 @@ class FixedWing:
         heading = course_rad - math.asin(max(-0.9, min(0.9, cross / airspeed)))
         error = wrap_pi(heading - body.yaw_rad)
         wanted = math.atan(COURSE_GAIN * error * airspeed / GRAVITY_M_S2)
-        wanted = max(-MAX_BANK_RAD, min(MAX_BANK_RAD, wanted))
+        self._bank_to(body, max(-MAX_BANK_RAD, min(MAX_BANK_RAD, wanted)), dt_s)
+
+    def _bank_to(self, body: Body, wanted: float, dt_s: float) -> None:
+        airspeed = max(self._airspeed, 5.0)
         step = ROLL_RATE_RAD_S * dt_s
         self._bank += max(-step, min(step, wanted - self._bank))
         body.yaw_rad = wrap_pi(body.yaw_rad + GRAVITY_M_S2 * math.tan(self._bank) / airspeed * dt_s)

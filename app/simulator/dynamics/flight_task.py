@@ -36,13 +36,13 @@ class FlightTask:
         """Move the trajectory on towards the setpoint."""
         here = (body.north_m, body.east_m, body.up_m)
         leg = self._leg(here, setpoint)
-        landing = setpoint.kind is SetpointKind.LAND
+        landing = setpoint.kind in (SetpointKind.LAND, SetpointKind.DESCEND)
         self._limit_climb(body, setpoint, landing)
         cruise = setpoint.cruise_speed_m_s
         if not cruise > 0.0:
             cruise = float(self._params["MPC_XY_CRUISE"])
         cruise = min(cruise, float(self._params["MPC_XY_VEL_MAX"]))
-        self._smoothing.step(here, leg, cruise, self._land_speed(body.up_m) if landing else None, dt_s)
+        self._smoothing.step(here, leg, cruise, self._land_speed(body.up_m, setpoint) if landing else None, dt_s)
         if setpoint.kind is SetpointKind.VELOCITY:
             parts = zip(self.axes, here, setpoint.velocity, setpoint.acceleration, strict=False)
             for axis, place_m, velocity, acceleration in parts:
@@ -70,8 +70,10 @@ class FlightTask:
             up.max_acceleration_m_s2 = min(up.max_acceleration_m_s2, speed / float(params["MPC_TKO_RAMP_T"]))
             up.position_m = body.up_m
 
-    def _land_speed(self, height_m: float) -> float:
+    def _land_speed(self, height_m: float, setpoint: Setpoint) -> float:
         params = self._params
+        if setpoint.kind is SetpointKind.DESCEND:  # it may not trust its height above the ground
+            return float(params["MPC_LAND_SPEED"])
         high, low = float(params["MPC_LAND_ALT1"]), float(params["MPC_LAND_ALT2"])
         fast, slow = float(params["MPC_Z_V_AUTO_DN"]), float(params["MPC_LAND_SPEED"])
         if height_m < LAND_CRAWL_M:

@@ -21,6 +21,7 @@ YAW_DISTANCE_M = 2.0
 YAW_RATE_RAD_S = math.radians(45.0)  # MPC_YAWRAUTO_MAX
 TAKEOFF_RISE_M = 0.1
 THROTTLE_PER_M_S = 0.05
+STAYS_DOWN = (SetpointKind.IDLE, SetpointKind.LAND, SetpointKind.DESCEND)
 
 
 class Multicopter:
@@ -47,7 +48,7 @@ class Multicopter:
             self._stand(body, setpoint, dt_s)
             return
         self._task.step(body, setpoint, dt_s)
-        self._control.step(body, self._task.axes, dt_s, wind)
+        self._control.step(body, self._task.axes, dt_s, wind, level=setpoint.kind is SetpointKind.DESCEND)
         body.throttle = max(0.1, min(1.0, self._hover_throttle + THROTTLE_PER_M_S * body.v_up_m_s))
         self._turn(body, setpoint, dt_s)
         if body.up_m <= 0.0 and body.climb_command_m_s < 0.0:
@@ -58,9 +59,7 @@ class Multicopter:
 
     def _stand(self, body: Body, setpoint: Setpoint, dt_s: float) -> None:
         """On the ground: the motors spin up to a takeoff, or push down until the landing is detected."""
-        wants_up = (
-            setpoint.kind not in (SetpointKind.IDLE, SetpointKind.LAND) and setpoint.up_m > body.up_m + TAKEOFF_RISE_M
-        )
+        wants_up = setpoint.kind not in STAYS_DOWN and setpoint.up_m > body.up_m + TAKEOFF_RISE_M
         body.climb_command_m_s = float(self._params["MPC_TKO_SPEED"]) if wants_up else -LAND_CRAWL_M_S
         body.throttle = self._ground.step(body.throttle, body.climb_command_m_s, dt_s)
         if wants_up and body.throttle >= self._hover_throttle:

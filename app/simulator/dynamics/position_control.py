@@ -41,10 +41,14 @@ class PositionControl:
         self._thrust = [0.0, 0.0]
         self._hover_excess = self._missing_share = 0.0
 
-    def step(self, body: Body, axes: Sequence[VelocitySmoothing], dt_s: float, wind: Wind) -> None:
-        """Advance speed, place and attitude by `dt_s`."""
+    def step(
+        self, body: Body, axes: Sequence[VelocitySmoothing], dt_s: float, wind: Wind, *, level: bool = False
+    ) -> None:
+        """Advance speed, place and attitude by `dt_s`. `level`: without a position there is no horizontal control."""
         north = self._acceleration(0, axes[0], body.north_m, body.v_north_m_s, wind.north_m_s, dt_s)
         east = self._acceleration(1, axes[1], body.east_m, body.v_east_m_s, wind.east_m_s, dt_s)
+        if level:
+            north = east = self._integral[0] = self._integral[1] = 0.0
         size = math.hypot(north, east)
         if size > TILT_MAX_M_S2:
             north, east = north * TILT_MAX_M_S2 / size, east * TILT_MAX_M_S2 / size

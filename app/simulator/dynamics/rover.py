@@ -55,7 +55,7 @@ class Rover:
         body.throttle = min(1.0, self._speed / CRUISE_M_S)
 
     def _speed_command(self, setpoint: Setpoint, distance_m: float) -> float:
-        if setpoint.kind is SetpointKind.IDLE or distance_m < STOP_RADIUS_M:
+        if setpoint.kind in (SetpointKind.IDLE, SetpointKind.DESCEND) or distance_m < STOP_RADIUS_M:
             return 0.0
         cruise = setpoint.cruise_speed_m_s if setpoint.cruise_speed_m_s > 0.0 else CRUISE_M_S
         corner = setpoint.next is not None and distance_m > 2.0 * TURN_RADIUS_M

@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from app.simulator.clock import VehicleClock
 from app.simulator.dialect import Message, mavlink
 from app.simulator.external.component import Params4, PayloadComponent
+from app.simulator.faults import VehicleFaults
 from app.simulator.radio import Radio, Sender
 from app.simulator.wire import Result
 
@@ -24,8 +25,11 @@ PROGRESS_UNKNOWN = 255
 class PayloadPort:
     """Carries commands to the components and their acks back."""
 
-    def __init__(self, radio: Radio, clock: VehicleClock, components: Sequence[PayloadComponent]) -> None:
+    def __init__(
+        self, radio: Radio, clock: VehicleClock, faults: VehicleFaults, components: Sequence[PayloadComponent]
+    ) -> None:
         self._radio = radio
+        self._faults = faults
         self._clock = clock
         self._components = tuple(components)
         self._due_s = STATUS_S
@@ -67,6 +71,8 @@ class PayloadPort:
         asker = (message.get_srcSystem(), message.get_srcComponent())
 
         def acknowledge(result: Result) -> None:
+            if result is not Result.IN_PROGRESS and self._faults.take_lost_ack():
+                return
             progress = PROGRESS_UNKNOWN if result is Result.IN_PROGRESS else 0
             ack = mavlink.MAVLink_command_ack_message(component.command, result, progress, 0, *asker)
             self._radio.reply(channel, ack, component.component_id)

@@ -61,14 +61,15 @@ class FixedWingLandDetector(LandDetector):
 
     def _filter(self, sample: LandSample) -> None:
         v_xy_m_s = sample.v_xy_m_s if sample.v_xy_valid else None
-        self._v_xy_m_s = 0.0 if v_xy_m_s is None else _low_pass(self._v_xy_m_s, v_xy_m_s, KEEP_XY)
-        self._v_z_m_s = _low_pass(self._v_z_m_s, sample.v_z_m_s, KEEP_Z)
+        self._v_xy_m_s = 0.0 if v_xy_m_s is None else low_pass(self._v_xy_m_s, v_xy_m_s, KEEP_XY)
+        self._v_z_m_s = low_pass(self._v_z_m_s, sample.v_z_m_s, KEEP_Z)
         airspeed_m_s = sample.airspeed_m_s
-        self._airspeed_m_s = 0.0 if airspeed_m_s is None else _low_pass(self._airspeed_m_s, airspeed_m_s, KEEP_AIRSPEED)
+        self._airspeed_m_s = 0.0 if airspeed_m_s is None else low_pass(self._airspeed_m_s, airspeed_m_s, KEEP_AIRSPEED)
         self._acceleration_m_s2 *= KEEP_ACCELERATION
         self._acceleration_m_s2 += NEW_ACCELERATION * sample.acceleration_xy_m_s2
-        self._rate_rad_s = _low_pass(self._rate_rad_s, sample.rate_rad_s, KEEP_ROTATION)
+        self._rate_rad_s = low_pass(self._rate_rad_s, sample.rate_rad_s, KEEP_ROTATION)
 
 
-def _low_pass(old: float, new: float, keep: float) -> float:
+def low_pass(old: float, new: float, keep: float) -> float:
+    """One run of a first-order filter that keeps this share of the old value."""
     return keep * old + (1.0 - keep) * new

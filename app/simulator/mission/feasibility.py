@@ -26,7 +26,8 @@ class Problem:
 
     event: str
     text: str = ""
-    argument: int = 0
+    arguments: tuple[float, ...] = ()
+    """Of the event."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +48,7 @@ def problems(mission: FeasibilityInput) -> Iterator[Problem]:
     if not mission.items:
         return
     if mission.home is None:
-        yield Problem("navigator_mis_no_home")
+        yield Problem("navigator_mis_no_home_rel_alt")
         return
     yield from _commands(mission)
     yield from _takeoff(mission)
@@ -74,7 +75,7 @@ def first_waypoint_m(mission: FeasibilityInput) -> float:
 def _commands(mission: FeasibilityInput) -> Iterator[Problem]:
     for seq, item in enumerate(mission.items):
         if item.command in VTOL_COMMANDS and not mission.airframe.is_vtol:
-            yield Problem("navigator_mis_unsup_cmd", argument=seq + 1)
+            yield Problem("navigator_mis_unsup_cmd", arguments=(seq + 1, item.command))
     first = mission.items[0]
     if mission.landed and first.command in LAND_COMMANDS:
         yield Problem("navigator_mis_starts_w_landing")
@@ -84,10 +85,10 @@ def _takeoff(mission: FeasibilityInput) -> Iterator[Problem]:
     """A takeoff item has to come before every other position item and to lie above home."""
     assert mission.home is not None
     position_seen = False
-    for seq, item in enumerate(mission.items):
+    for item in mission.items:
         if item.command in TAKEOFF_COMMANDS:
             if height_above_home_m(item, mission.home, mission.frame) <= 0.0:
-                yield Problem("navigator_mis_takeoff_too_low", argument=seq + 1)
+                yield Problem("navigator_mis_takeoff_too_low")
             if position_seen:
                 yield Problem("navigator_mis_takeoff_not_first")
         position_seen = position_seen or item.has_position
@@ -98,13 +99,13 @@ def _land_start(mission: FeasibilityInput) -> Iterator[Problem]:
         return
     starts = [seq for seq, item in enumerate(mission.items) if item.command == Cmd.DO_LAND_START]
     if len(starts) > 1:
-        yield Problem("navigator_mis_multiple_land_start")
+        yield Problem("navigator_mis_multiple_land")
     for start in starts:
         after = mission.items[start + 1 :]
         if any(item.command == Cmd.NAV_RETURN_TO_LAUNCH for item in after):
             yield Problem("navigator_mis_land_before_rtl")
         if not any(item.command in LAND_COMMANDS for item in after):
-            yield Problem("navigator_mis_land_start_no_land")
+            yield Problem("navigator_mis_invalid_land")
 
 
 def _required_items(mission: FeasibilityInput) -> Iterator[Problem]:
@@ -112,9 +113,11 @@ def _required_items(mission: FeasibilityInput) -> Iterator[Problem]:
     requirement = mission.params.integer("MIS_TKO_LAND_REQ")
     takeoff = any(item.command in TAKEOFF_COMMANDS for item in mission.items)
     land = any(item.command in LAND_COMMANDS for item in mission.items)
-    if requirement in (1, 3) and not takeoff:
+    if requirement == 3 and not (takeoff and land):
+        yield Problem("navigator_mis_takeoff_or_land_missing")
+    if requirement == 1 and not takeoff:
         yield Problem("navigator_mis_takeoff_missing")
-    if requirement in (2, 3) and not land:
+    if requirement == 2 and not land:
         yield Problem("navigator_mis_land_missing")
     if (requirement == 4 or (requirement == 5 and mission.landed)) and takeoff != land:
         yield Problem("navigator_mis_add_land_or_rm_to" if takeoff else "navigator_mis_add_to_or_rm_land")
@@ -127,11 +130,11 @@ def _fixed_wing_landing(mission: FeasibilityInput) -> Iterator[Problem]:
         if item.command != Cmd.NAV_LAND:
             continue
         if seq == 0:
-            yield Problem("navigator_mis_req_landing_approach")
+            yield Problem("navigator_mis_starts_w_landing2")
             continue
         before = mission.items[seq - 1]
         if before.command not in (Cmd.NAV_WAYPOINT, Cmd.NAV_LOITER_TO_ALT):
-            yield Problem("navigator_mis_req_landing_approach")
+            yield Problem("navigator_mis_unsupported_landing_approach_wp")
             continue
         yield from _glide_slope(mission, mission.home, before, item)
 
@@ -142,15 +145,16 @@ def _glide_slope(mission: FeasibilityInput, home: Home, before: Item, land: Item
     if before.command == Cmd.NAV_LOITER_TO_ALT:
         radius_m = abs(before.param2) if abs(before.param2) > 1e-3 else float(mission.params["NAV_LOITER_RAD"])
         if distance_m <= radius_m:
-            yield Problem("navigator_mis_land_within_loiter")
+            yield Problem("navigator_mis_land_wp_inside_orbit_radius")
             return
         distance_m = math.sqrt(distance_m**2 - radius_m**2)
     if drop_m <= 0.0:
-        yield Problem("navigator_mis_land_above_approach")
+        yield Problem("navigator_mis_approach_wp_below_land")
         return
-    steepest = math.tan(math.radians(float(mission.params["FW_LND_ANG"]) + 0.1))
+    angle_deg = float(mission.params["FW_LND_ANG"])
+    steepest = math.tan(math.radians(angle_deg + 0.1))
     if distance_m <= 0.0 or drop_m / distance_m > steepest:
-        yield Problem("navigator_mis_glide_slope")
+        yield Problem("navigator_mis_glide_slope_too_steep", arguments=(int(angle_deg), int(angle_deg % 1.0 * 10.0)))
 
 
 def _fence(mission: FeasibilityInput, home: Home) -> Iterator[Problem]:
@@ -167,7 +171,7 @@ def _fence(mission: FeasibilityInput, home: Home) -> Iterator[Problem]:
         too_high = 0.0 < vertical_m < height_above_home_m(item, home, mission.frame)
         if too_far or too_high or not mission.fence.allows(point):
             text = f"Geofence violation for waypoint {seq + 1}"
-            yield Problem("navigator_mis_geofence_violation", text, seq + 1)
+            yield Problem("navigator_mis_geofence_violation", text, (seq + 1,))
             return
 
 

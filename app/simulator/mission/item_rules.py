@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from app.simulator.airframe import Airframe
 from app.simulator.firmware import FirmwareProfile
 from app.simulator.mission.item import Item
 from app.simulator.wire import Cmd, MissionAck, MissionType
@@ -30,8 +31,11 @@ UNUSED_PARAMS: dict[int, tuple[int, ...]] = {
 }
 """Parameters that a command does not use: NaN or 0, or the item is refused with INVALID_PARAMn (v1.18)."""
 
+UNUSED_IN_ROVER_TAKEOFF = (1, 2, 3)
+"""A rover has no pitch to take off with."""
 
-def refusal(item: Item, mission_type: int, profile: FirmwareProfile) -> MissionAck:
+
+def refusal(item: Item, mission_type: int, profile: FirmwareProfile, airframe: Airframe) -> MissionAck:
     """ACCEPTED, or why the item is refused at once."""
     if mission_type == MissionType.FENCE:
         return _listed(item, FENCE_COMMANDS)
@@ -43,13 +47,13 @@ def refusal(item: Item, mission_type: int, profile: FirmwareProfile) -> MissionA
         return MissionAck.UNSUPPORTED
     if item.frame in GLOBAL_FRAMES:
         if item.command not in GLOBAL_COMMANDS:
-            return _misplaced_command(item, profile)
+            return _misplaced_command(item, profile, airframe)
     elif item.frame == MISSION_FRAME:
         if item.command not in MISSION_FRAME_COMMANDS:
             return MissionAck.UNSUPPORTED
     else:
         return MissionAck.UNSUPPORTED_FRAME
-    return _mask_refusal(item) if profile.unused_params_must_be_empty else MissionAck.ACCEPTED
+    return _mask_refusal(item, airframe) if profile.unused_params_must_be_empty else MissionAck.ACCEPTED
 
 
 def _listed(item: Item, commands: frozenset[int]) -> MissionAck:
@@ -59,17 +63,20 @@ def _listed(item: Item, commands: frozenset[int]) -> MissionAck:
     return MissionAck.UNSUPPORTED
 
 
-def _misplaced_command(item: Item, profile: FirmwareProfile) -> MissionAck:
+def _misplaced_command(item: Item, profile: FirmwareProfile, airframe: Airframe) -> MissionAck:
     """A command without position in a global frame: the mask check comes first and finds its coordinates."""
     if profile.unused_params_must_be_empty and item.command in MISSION_FRAME_COMMANDS:
-        mask = _mask_refusal(item)
+        mask = _mask_refusal(item, airframe)
         return mask if mask != MissionAck.ACCEPTED else MissionAck.INVALID_PARAM5_X
     return MissionAck.UNSUPPORTED
 
 
-def _mask_refusal(item: Item) -> MissionAck:
+def _mask_refusal(item: Item, airframe: Airframe) -> MissionAck:
     values = (item.param1, item.param2, item.param3, item.param4, float(item.x), float(item.y), item.z)
-    for number in UNUSED_PARAMS.get(item.command, ()):
+    unused = UNUSED_PARAMS.get(item.command, ())
+    if item.command == Cmd.NAV_TAKEOFF and airframe.is_rover:
+        unused = UNUSED_IN_ROVER_TAKEOFF
+    for number in unused:
         value = values[number - 1]
         if not math.isnan(value) and value != 0.0:
             return MissionAck(MissionAck.INVALID_PARAM1 + number - 1)

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum, auto
 
+from app.simulator.airframe import Airframe
 from app.simulator.dialect import Message, mavlink
 from app.simulator.faults import VehicleFaults
 from app.simulator.firmware import FirmwareProfile
@@ -52,12 +53,14 @@ class MissionTransfer:
         store: MissionStore,
         radio: Radio,
         profile: FirmwareProfile,
+        airframe: Airframe,
         faults: VehicleFaults,
         wall: Callable[[], float],
     ) -> None:
         self._store = store
         self._radio = radio
         self._profile = profile
+        self._airframe = airframe
         self._faults = faults
         self._wall = wall
         self._state = _State.IDLE
@@ -140,7 +143,7 @@ class MissionTransfer:
         if message.seq != transfer.seq:
             return  # the repeated request tells the partner which one is wanted
         item = items.from_message(message)
-        verdict = refusal(item, transfer.mission_type, self._profile)
+        verdict = refusal(item, transfer.mission_type, self._profile, self._airframe)
         if verdict is MissionAck.ACCEPTED and transfer.mission_type == MissionType.FENCE:
             verdict = fence_refusal(item)
         if verdict is not MissionAck.ACCEPTED:

@@ -14,7 +14,6 @@ ROVER_CORNER_M = 1.284
 """Wheel base over the sine of the steering limit, times RA_ACC_RAD_GAIN."""
 ROVER_CORNER_MAX_M = 3.0  # RA_ACC_RAD_MAX
 LOITER_REACHED_FACTOR = 1.2
-ORBIT_ALTITUDE_M = 5.0
 EXIT_COURSE_RAD = math.radians(8.0)
 """A loiter that asks for it is left when the vehicle flies towards the next point."""
 TAKEOFF_TOLERANCE_M = 0.8
@@ -102,7 +101,7 @@ class Arrival:
         if not self._on_orbit:
             return False
         if target.command == Cmd.NAV_LOITER_TO_ALT:
-            if abs(context.state.body.up_m - target.up_m) > ORBIT_ALTITUDE_M:
+            if not self._altitude_reached(target):
                 return False
             return not target.leave_towards_next or self._faces_next()
         return True
@@ -120,7 +119,10 @@ class Arrival:
         context = self._context
         if context.airframe.is_rover:
             return True
-        name = "NAV_FW_ALT_RAD" if context.flies_like_plane else "NAV_MC_ALT_RAD"
+        name = "NAV_MC_ALT_RAD"
+        if context.flies_like_plane:  # a VTOL lands as a multicopter (NAV_FORCE_VT)
+            approaches = context.setpoint.next_lands and not context.airframe.is_vtol
+            name = "NAV_FW_ALTL_RAD" if approaches else "NAV_FW_ALT_RAD"
         return abs(context.state.body.up_m - target.up_m) <= float(context.params[name])
 
     def _passed(self, target: Target) -> bool:

@@ -92,6 +92,7 @@ class NavContext:
         setpoint.north_m, setpoint.east_m = point
         setpoint.up_m = up_m
         setpoint.next = next_point
+        setpoint.next_lands = False
         setpoint.previous = previous
         setpoint.previous_up_m = setpoint.next_up_m = up_m
         radius_m = acceptance_radius_m if acceptance_radius_m else float(self.params["NAV_ACC_RAD"])
@@ -99,5 +100,5 @@ class NavContext:
         setpoint.cruise_speed_m_s = self.cruise_speed_m_s
         setpoint.loiter_radius_m = abs(float(self.params["NAV_LOITER_RAD"]))
         setpoint.loiter_clockwise = float(self.params["NAV_LOITER_RAD"]) >= 0.0
-        setpoint.approach_slope = setpoint.yaw_rad = math.nan
+        setpoint.ramp_to_m = setpoint.approach_slope = setpoint.yaw_rad = math.nan
         return setpoint

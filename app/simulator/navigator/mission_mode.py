@@ -20,6 +20,7 @@ from app.simulator.state import Home
 from app.simulator.wire import Cmd, Severity
 
 CLIMB_TOLERANCE_M = 0.8
+RAMPS_FROM = (SetpointKind.POSITION, SetpointKind.LOITER)
 
 
 @dataclass(slots=True)
@@ -219,6 +220,7 @@ class MissionMode:
             kind = SetpointKind.LOITER
             if target.command == Cmd.NAV_LOITER_TO_ALT and context.flies_like_plane:
                 up_m = max(body.up_m, target.up_m)
+        ramps = context.flies_like_plane and not self._from_here and context.setpoint.kind in RAMPS_FROM
         came_from, came_from_up_m = (body.north_m, body.east_m), body.up_m
         if kind is SetpointKind.POSITION and not self._from_here:
             came_from, came_from_up_m = context.setpoint.point, context.setpoint.up_m  # not where its turn began
@@ -233,7 +235,10 @@ class MissionMode:
             acceptance_radius_m=target.acceptance_radius_m,
         )
         setpoint.previous_up_m = came_from_up_m
+        if ramps and kind is SetpointKind.POSITION:
+            setpoint.ramp_to_m = self._arrival.switch_radius_m(target)
         setpoint.next_up_m = following.up_m if following is not None else up_m
+        setpoint.next_lands = following is not None and following.is_landing
         setpoint.loiter_radius_m = target.loiter_radius_m
         setpoint.loiter_clockwise = target.loiter_clockwise
         distance_m = math.dist((body.north_m, body.east_m), target.point)

@@ -176,7 +176,7 @@ class Navigator:
         for problem in found:
             if problem.text:
                 context.text(Severity.CRITICAL, problem.text)
-            context.event(problem.event, problem.argument)
+            context.event(problem.event, *problem.arguments)
         return not found and len(mission.items) > 0
 
     def _feasibility_input(self) -> FeasibilityInput:

@@ -60,10 +60,11 @@ class OffboardLossFailsafe:
         if self._clock.now_s < self._due_s:
             return
         self._due_s = self._clock.now_s + CHECK_S
-        if self._lost and self._stream.lives:
+        available = self._stream.lives and (self._stream.flies_blind or self._status.position_valid)
+        if self._lost and available:
             self._lost = False
             self._commander.change_mode(Mode.OFFBOARD)
-        elif not self._lost and not self._stream.lives:
+        elif not self._lost and not available:
             self._lost = True
             self._act()
 

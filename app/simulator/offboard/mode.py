@@ -13,11 +13,14 @@ from app.simulator.setpoint import SetpointKind
 
 AHEAD_M = 1000.0
 """A velocity or a course is flown towards a point this far away, renewed all the time."""
+BESIDE_M = 10.0
+"""The same when one axis has a position: nearer, so that it is taken up on the way."""
 STANDSTILL_M_S = 0.05
 GRAVITY_M_S2 = 9.81
 DRAG_PER_S = 1.0  # of the multicopter's dynamics: a tilt ends in a speed
 CLIMB_PER_THRUST_M_S = 10.0
 CLIMB_LOOKAHEAD_S = 2.0
+NOT_GIVEN: Vector = (math.nan, math.nan, math.nan)
 
 
 class OffboardMode:
@@ -59,22 +62,20 @@ class OffboardMode:
     # by vehicle type ----------------------------------------------------------------------------------------
 
     def _hover(self, target: OffboardTarget) -> None:
-        """Position, velocity, both; attitude and thrust as the speeds they end in."""
-        if target.position is not None:
-            self._go_to(target.position, target.yaw_rad)
-        elif target.velocity is not None:
-            self._move(target.velocity, target.yaw_rad)
+        """Position, velocity, both, axis by axis; attitude and thrust as the speeds they end in."""
+        if target.position is not None or target.velocity is not None:
+            self._move(target.position or NOT_GIVEN, target.velocity or NOT_GIVEN, target.yaw_rad)
         elif target.thrust is not None:
-            self._move(self._tilted(target, target.thrust), target.yaw_rad)
+            self._move(NOT_GIVEN, self._tilted(target, target.thrust), target.yaw_rad)
         else:
             self._context.set_point(SetpointKind.POSITION, self._held, self._held_up_m)
 
     def _drive(self, target: OffboardTarget) -> None:
         """Position, else velocity; no speed stops it. Attitude: nothing moves [21_offboard_rover]."""
-        if target.position is not None:
-            self._go_to(target.position, math.nan)
+        if target.position is not None and _is_placed(target.position):
+            self._move(target.position, NOT_GIVEN, math.nan)
         elif target.velocity is not None:
-            self._move(target.velocity, math.nan)
+            self._move(NOT_GIVEN, target.velocity, math.nan)
         else:
             self._context.set_point(SetpointKind.POSITION, self._held, 0.0)
 
@@ -89,10 +90,11 @@ class OffboardMode:
             self._bank(*target.tilt_rad)
         up_m = self._held_up_m if position is None or math.isnan(position[2]) else position[2]
         moving = velocity is not None and math.hypot(velocity[0], velocity[1]) > STANDSTILL_M_S
-        if position is not None and velocity is not None and moving:
+        placed = position is not None and _is_placed(position)
+        if placed and position is not None and velocity is not None and moving:
             self._follow_line((position[0], position[1]), math.atan2(velocity[1], velocity[0]), up_m)
             return
-        due_north = position is not None and velocity is None
+        due_north = placed and velocity is None
         body = self._context.state.body
         self._follow_line((body.north_m, body.east_m), 0.0 if due_north else self._held_course_rad, up_m)
 
@@ -104,24 +106,23 @@ class OffboardMode:
 
     # setpoints ----------------------------------------------------------------------------------------------
 
-    def _go_to(self, position: Vector, yaw_rad: float) -> None:
-        """A coordinate that is not a number stays as it is."""
-        north, east = (
-            held if math.isnan(wanted) else wanted for wanted, held in zip(position, self._held, strict=False)
+    def _move(self, position: Vector, velocity: Vector, yaw_rad: float) -> None:
+        """Each axis by its position, else by its velocity; with neither it stays as it is."""
+        body = self._context.state.body
+        north, east, up = (
+            0.0 if math.isnan(rate) or not math.isnan(place) else rate
+            for place, rate in zip(position, velocity, strict=True)
         )
-        up_m = self._held_up_m if math.isnan(position[2]) else position[2]
-        self._context.set_point(SetpointKind.POSITION, (north, east), up_m).yaw_rad = yaw_rad
-
-    def _move(self, velocity: Vector, yaw_rad: float) -> None:
-        north, east, up = (0.0 if math.isnan(part) else part for part in velocity)
-        body, speed = self._context.state.body, math.hypot(north, east)
+        speed = math.hypot(north, east)
         point = self._held
         if speed > STANDSTILL_M_S:
-            point = (body.north_m + north / speed * AHEAD_M, body.east_m + east / speed * AHEAD_M)
+            ahead_m = AHEAD_M if math.isnan(position[0]) and math.isnan(position[1]) else BESIDE_M
+            point = (body.north_m + north / speed * ahead_m, body.east_m + east / speed * ahead_m)
             self._held = self._context.stop_point()
         if abs(up) > STANDSTILL_M_S:
             self._held_up_m = body.up_m + up * CLIMB_LOOKAHEAD_S
-        setpoint = self._context.set_point(SetpointKind.POSITION, point, self._held_up_m)
+        point = (_either(position[0], point[0]), _either(position[1], point[1]))
+        setpoint = self._context.set_point(SetpointKind.POSITION, point, _either(position[2], self._held_up_m))
         setpoint.yaw_rad = yaw_rad
         if speed > STANDSTILL_M_S:
             setpoint.cruise_speed_m_s = speed
@@ -142,5 +143,15 @@ class OffboardMode:
         self._context.set_point(SetpointKind.POSITION, end, up_m, previous=start, next_point=end)
 
 
-def _kind(target: OffboardTarget) -> tuple[bool, bool, bool]:
-    return target.position is None, target.velocity is None, target.is_attitude
+def _kind(target: OffboardTarget) -> tuple[bool, ...]:
+    """Which parts are given, axis by axis."""
+    vectors = (target.position or NOT_GIVEN) + (target.velocity or NOT_GIVEN)
+    return (target.is_attitude, *map(math.isnan, vectors))
+
+
+def _is_placed(position: Vector) -> bool:
+    return math.isfinite(position[0]) and math.isfinite(position[1])
+
+
+def _either(wanted: float, otherwise: float) -> float:
+    return otherwise if math.isnan(wanted) else wanted

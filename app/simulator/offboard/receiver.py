@@ -14,7 +14,8 @@ from app.simulator.wire import VEHICLE_COMPONENT, Severity
 
 LOCAL_NED, BODY_NED = 1, 8
 GLOBAL, GLOBAL_INT, GLOBAL_RELATIVE_ALT_INT, GLOBAL_TERRAIN_ALT_INT = 0, 5, 6, 11
-IGNORE_POSITION, IGNORE_VELOCITY, IGNORE_ACCELERATION, IGNORE_YAW = 0x7, 0x38, 0x1C0, 0x400
+IGNORE_X, IGNORE_VX, IGNORE_ACCELERATION, IGNORE_YAW = 0x1, 0x8, 0x1C0, 0x400
+"""IGNORE_X and IGNORE_VX: the first bit of three, one an axis."""
 IGNORE_ATTITUDE, IGNORE_RATES, IGNORE_THRUST = 0x80, 0x7, 0x40
 
 
@@ -39,8 +40,7 @@ class OffboardReceiver:
         mask, frame = message.type_mask, message.coordinate_frame
         position: Vector | None = None
         if frame == LOCAL_NED:
-            if mask & IGNORE_POSITION != IGNORE_POSITION:
-                position = (message.x, message.y, -message.z)
+            position = _given(mask, IGNORE_X, (message.x, message.y, -message.z))
         elif frame != BODY_NED:
             self._refuse_frame("SET_POSITION_TARGET_LOCAL_NED", "mavlink_rcv_sp_target_invalid", frame)
             return
@@ -57,12 +57,10 @@ class OffboardReceiver:
             return
         if frame == GLOBAL_TERRAIN_ALT_INT or (frame == GLOBAL_RELATIVE_ALT_INT and home is None):
             return
-        position: Vector | None = None
-        if mask & IGNORE_POSITION != IGNORE_POSITION:
-            local = self._context.frame.to_local(message.lat_int / 1e7, message.lon_int / 1e7)
-            relative = frame == GLOBAL_RELATIVE_ALT_INT and home is not None
-            ground_m = home.up_m if relative and home is not None else -self._context.frame.altitude_m
-            position = (*local, message.alt + ground_m)
+        local = self._context.frame.to_local(message.lat_int / 1e7, message.lon_int / 1e7)
+        relative = frame == GLOBAL_RELATIVE_ALT_INT and home is not None
+        ground_m = home.up_m if relative and home is not None else -self._context.frame.altitude_m
+        position = _given(mask, IGNORE_X, (*local, message.alt + ground_m))
         self._take("SET_POSITION_TARGET_GLOBAL_INT", message, position, self._velocity(message))
 
     def _on_attitude(self, _channel: Sender, message: Message) -> None:
@@ -85,14 +83,15 @@ class OffboardReceiver:
         self._stream.hear(OffboardTarget(position, velocity, has_acceleration, yaw))
 
     def _velocity(self, message: Message) -> Vector | None:
-        """North, east, up; BODY_NED is turned by the heading."""
-        if message.type_mask & IGNORE_VELOCITY == IGNORE_VELOCITY:
+        """North, east, up; BODY_NED is turned by the heading, and there one ignored axis is all of them."""
+        given = _given(message.type_mask, IGNORE_VX, (message.vx, message.vy, -message.vz))
+        if given is None or (message.coordinate_frame == BODY_NED and any(map(math.isnan, given))):
             return None
-        north, east = message.vx, message.vy
+        north, east, up = given
         if message.coordinate_frame == BODY_NED:
             cos, sin = math.cos(self._context.state.body.yaw_rad), math.sin(self._context.state.body.yaw_rad)
             north, east = north * cos - east * sin, north * sin + east * cos
-        return north, east, -message.vz
+        return north, east, up
 
     def _refuse_frame(self, name: str, event: str, frame: int) -> None:
         self._context.text(Severity.ERROR, f"{name} invalid coordinate frame {frame}")
@@ -101,6 +100,12 @@ class OffboardReceiver:
     def _for_me(self, message: Message) -> bool:
         mine = self._context.system_id
         return message.target_system in (0, mine) and message.target_component in (0, VEHICLE_COMPONENT)
+
+
+def _given(mask: int, first_bit: int, vector: Vector) -> Vector | None:
+    """NaN for each axis that the type mask ignores; None when nothing is left."""
+    parts = tuple(math.nan if mask & first_bit << axis else value for axis, value in enumerate(vector))
+    return None if all(map(math.isnan, parts)) else (parts[0], parts[1], parts[2])
 
 
 def _euler(q: list[float]) -> Vector:

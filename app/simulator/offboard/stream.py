@@ -37,6 +37,11 @@ class OffboardStream:
         return self.speed > MAX_LIVE_SPEED
 
     @property
+    def flies_blind(self) -> bool:
+        """Attitude or rates: no position is needed to follow the newest setpoint."""
+        return self.newest is not None and self.newest.is_attitude
+
+    @property
     def lives(self) -> bool:
         """Whether OFFBOARD can be flown now."""
         if self.too_fast or self._heard_at_s is None:

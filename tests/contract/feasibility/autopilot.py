@@ -54,7 +54,7 @@ def refusals(
     found = [f"fence item {seq}" for seq, item in enumerate(fence) if fence_refusal(item) is not MissionAck.ACCEPTED]
     for kind, items in ((MissionType.MISSION, mission.items), (MissionType.FENCE, mission.fence)):
         for item in items:
-            answer = refusal(_received(item), int(kind), profile)
+            answer = refusal(_received(item), int(kind), profile, airframe)
             if answer is not MissionAck.ACCEPTED:
                 found.append(f"{kind.name} item {item.seq} (command {item.command}): {answer.name}")
     judged = FeasibilityInput(
@@ -66,7 +66,7 @@ def refusals(
         fence=Geofence(fence, frame),
         landed=True,
     )
-    return found + [f"{problem.event} {problem.argument}" for problem in problems(judged)]
+    return found + [f"{problem.event} {problem.arguments}" for problem in problems(judged)]
 
 
 def _params(vehicle_type: VehicleType, params: Mapping[str, Value], profile: FirmwareProfile) -> Params:

@@ -42,7 +42,7 @@ ROWS: list[Row] = [
     ("navigator_mis_takeoff_too_low", "takeoff.too_low", plan("multicopter", takeoff(0), waypoint(), RETURN), {}),
     ("navigator_mis_takeoff_not_first", "takeoff.not_first", multicopter(waypoint(), takeoff()), {}),
     (
-        "navigator_mis_multiple_land_start",
+        "navigator_mis_multiple_land",
         "fixed_wing.landing_not_last",
         plan("fixed_wing", wing_takeoff(), FAR, land(), FAR, land()),
         {},
@@ -60,13 +60,13 @@ ROWS: list[Row] = [
         {"MIS_TKO_LAND_REQ": 1},
     ),
     (
-        "navigator_mis_takeoff_missing",
+        "navigator_mis_takeoff_or_land_missing",
         "takeoff.missing",
         plan("multicopter", waypoint(), land()),
         {"MIS_TKO_LAND_REQ": 3},
     ),
     ("navigator_mis_land_missing", "landing.required", plan("fixed_wing", wing_takeoff(), FAR, RETURN), {}),
-    ("navigator_mis_land_missing", "landing.required", multicopter(waypoint()), {"MIS_TKO_LAND_REQ": 3}),
+    ("navigator_mis_takeoff_or_land_missing", "landing.required", multicopter(waypoint()), {"MIS_TKO_LAND_REQ": 3}),
     ("navigator_mis_land_missing", "landing.required", plan("vtol", takeoff(30), FAR, RETURN), {}),
     ("navigator_mis_add_land_or_rm_to", "landing.required", multicopter(waypoint()), {"MIS_TKO_LAND_REQ": 4}),
     ("navigator_mis_add_land_or_rm_to", "landing.required", multicopter(waypoint()), {"MIS_TKO_LAND_REQ": 5}),
@@ -77,25 +77,25 @@ ROWS: list[Row] = [
         {"MIS_TKO_LAND_REQ": 4},
     ),
     (
-        "navigator_mis_land_within_loiter",
+        "navigator_mis_land_wp_inside_orbit_radius",
         "fixed_wing.landing_inside_circle",
         plan("fixed_wing", wing_takeoff(), FAR, land(approach=INSIDE)),
         {},
     ),
     (
-        "navigator_mis_land_above_approach",
+        "navigator_mis_approach_wp_below_land",
         "fixed_wing.approach_below_landing",
         plan("fixed_wing", wing_takeoff(), FAR, land(approach=BELOW)),
         {},
     ),
     (
-        "navigator_mis_glide_slope",
+        "navigator_mis_glide_slope_too_steep",
         "fixed_wing.glide_too_steep",
         plan("fixed_wing", wing_takeoff(), FAR, land(approach=STEEP)),
         {},
     ),
     (
-        "navigator_mis_glide_slope",
+        "navigator_mis_glide_slope_too_steep",
         "fixed_wing.glide_too_steep",
         plan(
             "fixed_wing", wing_takeoff(), FAR, land(approach={**at(300, 0), "relative_altitude_m": 24, "radius_m": 0})
@@ -128,9 +128,10 @@ ROWS: list[Row] = [
     ),
 ]
 NEVER_COMPILED = {
-    "navigator_mis_no_home": "a run needs the vehicle's home before it compiles anything (vehicle.home_unknown)",
-    "navigator_mis_land_start_no_land": "DO_LAND_START is written by the compiler alone, with its landing",
-    "navigator_mis_req_landing_approach": "the compiler puts the approach before every fixed-wing landing",
+    "navigator_mis_no_home_rel_alt": "a run needs the vehicle's home before it compiles (vehicle.home_unknown)",
+    "navigator_mis_invalid_land": "DO_LAND_START is written by the compiler alone, with its landing",
+    "navigator_mis_starts_w_landing2": "the compiler puts the approach before every fixed-wing landing",
+    "navigator_mis_unsupported_landing_approach_wp": "the compiler puts the approach before every fixed-wing landing",
 }
 
 

@@ -10,8 +10,8 @@ import pytest
 from app.simulator.navigator.arrival import Arrival
 from app.simulator.navigator.target import Target
 from app.simulator.setpoint import SetpointKind
-from app.simulator.wire import Cmd
-from tests.unit.simulator.cockpit import Cockpit
+from app.simulator.wire import Cmd, VtolState
+from tests.unit.simulator.cockpit import Cockpit, do, land, waypoint
 
 POINT = (500.0, 0.0)
 UP_M = 40.0
@@ -151,8 +151,30 @@ def test_a_loiter_to_altitude_comes_down_on_the_orbit_and_ends_at_its_altitude()
     assert leg.context.setpoint.up_m == UP_M + 60.0, "not before it is there"
     assert not leg.at(80.0, UP_M + 60.0)
     assert leg.context.setpoint.up_m == UP_M
-    assert not leg.at(80.0, UP_M + 5.1)
-    assert leg.at(80.0, UP_M + 4.9)
+    assert not leg.at(80.0, UP_M + 10.1)
+    assert leg.at(80.0, UP_M + 9.9)
+
+
+@pytest.mark.parametrize("command", [Cmd.NAV_WAYPOINT, Cmd.NAV_LOITER_TO_ALT])
+@pytest.mark.parametrize(
+    ("airframe", "params", "off_m", "reached"),
+    [
+        ("plane", {}, 4.9, True),
+        ("plane", {}, 5.1, False),
+        ("plane", {"NAV_FW_ALTL_RAD": 8.0}, 7.9, True),
+        ("vtol", {}, 9.9, True),  # it lands as a multicopter
+        ("quad", {}, 0.9, False),
+    ],
+)
+def test_before_a_landing_a_planes_height_has_to_fit_better(
+    command: int, airframe: str, params: dict[str, float], off_m: float, reached: bool
+) -> None:
+    """NAV_FW_ALTL_RAD."""
+    leg = Leg(airframe, command, **params)
+    if airframe == "vtol":
+        leg.context.state.status.vtol_state = VtolState.FW
+    leg.context.setpoint.next_lands = True
+    assert leg.at(0.3, UP_M + off_m) is reached
 
 
 @pytest.mark.parametrize(
@@ -171,3 +193,14 @@ def test_a_loiter_that_says_so_is_left_towards_the_next_point_only(course_deg: f
 @pytest.mark.parametrize(("up_m", "reached"), [(39.3, True), (39.1, False)])
 def test_a_planes_takeoff_item_is_reached_by_its_height_wherever_that_is(up_m: float, reached: bool) -> None:
     assert Leg("plane", Cmd.NAV_TAKEOFF).at(400.0, up_m) is reached
+
+
+def test_a_mission_says_of_each_item_whether_it_comes_before_a_landing() -> None:
+    cockpit = Cockpit("plane")
+    cockpit.start([waypoint(500, 0, 40), do(Cmd.DO_CHANGE_SPEED, 0, 11, -1), waypoint(900, 0, 40), land(1900)])
+    setpoint, store = cockpit.vehicle.context.setpoint, cockpit.vehicle.store
+    for seq, lands in ((0, False), (2, True), (3, False)):
+        cockpit.vehicle.mission.set_current(seq, at_once=True)
+        cockpit.until(lambda: setpoint.point != (0.0, 0.0) and not cockpit.vehicle.state.status.landed, 60.0)
+        cockpit.fly(0.1)
+        assert (store.current_seq, setpoint.next_lands) == (seq, lands)

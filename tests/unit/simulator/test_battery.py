@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.simulator.wire import Mode
+from app.simulator.wire import Cmd, Mode
 from tests.unit.simulator.cockpit import RETURN, Cockpit, takeoff, waypoint
 
 
@@ -30,9 +30,12 @@ def test_it_drains_while_armed_only() -> None:
     [
         (0.14, 3, Mode.MISSION),
         (0.06, 0, Mode.MISSION),
-        (0.06, 2, Mode.MISSION),
+        (0.14, 2, Mode.MISSION),
+        (0.06, 1, Mode.RTL),
+        (0.06, 2, Mode.LAND),
         (0.06, 3, Mode.RTL),
         (0.04, 0, Mode.MISSION),
+        (0.04, 1, Mode.RTL),
         (0.04, 2, Mode.LAND),
         (0.04, 3, Mode.LAND),
     ],
@@ -68,3 +71,39 @@ def test_on_the_ground_it_says_so_and_stays() -> None:
     cockpit.fly(0.5)
     assert "Critical battery level" in cockpit.texts()
     assert cockpit.vehicle.state.status.mode is Mode.LOITER
+
+
+def test_what_was_said_on_the_ground_acts_once_in_the_air() -> None:
+    cockpit = Cockpit(params={"COM_LOW_BAT_ACT": 3, "COM_DISARM_PRFLT": 0.0})
+    cockpit.upload([takeoff(5), waypoint(250, 0, 5), RETURN])
+    cockpit.fly(1.0)
+    cockpit.arm()
+    cockpit.vehicle.battery.set_fraction(0.06)
+    cockpit.fly(0.5)
+    assert cockpit.set_mode(Mode.MISSION) == [0]
+    assert cockpit.vehicle.state.status.mode is Mode.MISSION
+    cockpit.until(lambda: not cockpit.vehicle.state.status.landed, 20.0)
+    cockpit.fly(0.1)
+    assert cockpit.vehicle.state.status.mode is Mode.RTL
+    cockpit.vehicle.commander.change_mode(Mode.LOITER)
+    cockpit.fly(0.5)
+    assert cockpit.vehicle.state.status.mode is Mode.LOITER, "once"
+
+
+def test_a_level_that_was_there_when_it_was_armed_by_force_is_only_said() -> None:
+    cockpit = Cockpit(params={"COM_LOW_BAT_ACT": 2, "COM_DISARM_PRFLT": 0.0, "MIS_TAKEOFF_ALT": 5.0})
+    cockpit.vehicle.battery.set_fraction(0.068)
+    assert cockpit.command(Cmd.COMPONENT_ARM_DISARM, 1, 21196) == [0]
+    cockpit.set_mode(Mode.TAKEOFF)
+    cockpit.until(lambda: cockpit.vehicle.state.body.up_m > 3.0, 30.0)
+    assert cockpit.vehicle.state.status.mode is not Mode.LAND
+    cockpit.vehicle.battery.set_fraction(0.04)
+    cockpit.fly(0.1)
+    assert cockpit.vehicle.state.status.mode is Mode.LAND, "a worse one acts"
+
+
+@pytest.mark.parametrize(("critical", "fraction", "arms"), [(0.07, 0.08, True), (0.07, 0.06, False), (0.3, 0.2, False)])
+def test_it_does_not_arm_from_the_critical_level_on(critical: float, fraction: float, arms: bool) -> None:
+    cockpit = Cockpit(params={"BAT_CRIT_THR": critical, "BAT_LOW_THR": 0.4})
+    cockpit.vehicle.battery.set_fraction(fraction)
+    assert (cockpit.command(Cmd.COMPONENT_ARM_DISARM, 1) == [0]) is arms

@@ -47,6 +47,23 @@ def test_a_release_is_in_progress_and_accepted_when_it_has_happened(cockpit: Coc
     assert (cockpit.last("COMMAND_ACK").result, opened(cockpit)) == (Result.ACCEPTED, True)
 
 
+def test_its_final_acks_are_lost_like_the_autopilots(cockpit: Cockpit) -> None:
+    cockpit.vehicle.faults.lost_acks = 1
+    assert ask(cockpit, RELEASE_IT) == [Result.IN_PROGRESS], "the release happened, and nobody hears of it"
+    assert opened(cockpit)
+    assert ask(cockpit, GRAB_IT) == [Result.IN_PROGRESS, Result.ACCEPTED], "one was to be lost"
+
+
+def test_a_winchs_acks_are_lost_too() -> None:
+    cockpit = Cockpit(winch=True)
+    cockpit.vehicle.faults.lost_acks = 1
+    before = len(cockpit.messages("COMMAND_ACK"))  # of the grab at boot
+    for wanted in (0, 1):
+        cockpit.send(mavlink.MAVLink_command_long_message(1, 169, Cmd.DO_WINCH, 0, 1, 5, 0, 0, 0, 0, 0))
+        cockpit.fly(0.1)
+        assert len(cockpit.messages("COMMAND_ACK")) == before + wanted
+
+
 def test_what_is_sent_to_the_autopilot_is_answered_by_nobody(cockpit: Cockpit) -> None:
     assert ask(cockpit, RELEASE_IT, component=1) == []
     assert not opened(cockpit)

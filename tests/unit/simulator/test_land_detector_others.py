@@ -77,10 +77,23 @@ def test_disarmed_everything_has_landed(airframe: str) -> None:
     bench.seconds_until("landed", True, replace(FLYING, armed=False), 2.1)
 
 
-def test_a_hovering_vtol_lands_as_a_multicopter_whatever_its_airspeed() -> None:
+def test_a_hovering_vtol_lands_as_a_multicopter_below_the_airspeed_limit() -> None:
     bench = Bench("vtol").flown()
+    calm = replace(STANDING, airspeed_m_s=5.5)
+    assert bench.seconds_until("landed", True, calm) == pytest.approx(1.0, abs=0.06)
+
+
+@pytest.mark.parametrize(("limit_m_s", "lands"), [(6.0, False), (10.0, True)])
+def test_a_hovering_vtol_with_airspeed_above_lndfw_airspd_max_has_not_landed(limit_m_s: float, lands: bool) -> None:
+    bench = Bench("vtol", LNDFW_AIRSPD_MAX=limit_m_s).flown()
     windy = replace(STANDING, airspeed_m_s=9.0)
-    assert bench.seconds_until("landed", True, windy) == pytest.approx(1.0, abs=0.06)
+    assert bench.never("landed", windy, 5.0) is not lands
+    bench.seconds_until("landed", True, STANDING)
+
+
+def test_a_vtol_that_has_not_flown_stands_in_any_wind() -> None:
+    bench = Bench("vtol")
+    assert bench.feed(replace(STANDING, airspeed_m_s=12.0), 3.0).landed
 
 
 @pytest.mark.parametrize("state", ["landed", "maybe_landed", "freefall"])

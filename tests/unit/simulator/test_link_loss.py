@@ -46,6 +46,24 @@ def test_then_it_does_what_nav_dll_act_says(action: int, then: Mode) -> None:
     assert mode(cockpit) is then
 
 
+@pytest.mark.parametrize("action", [5, 6])
+def test_terminate_and_disarm_stop_the_motors_without_a_hold_before(action: int) -> None:
+    cockpit = silent(NAV_DLL_ACT=action)
+    assert cockpit.until(lambda: not cockpit.armed, 20.0) == pytest.approx(LOST_S, abs=0.1)
+    assert mode(cockpit) is Mode.MISSION, "there was no hold"
+
+
+def test_a_hold_that_the_link_ended_lasts_until_somebody_changes_the_mode() -> None:
+    """The failsafe is over with the mode change, not with the heartbeats (ClearCondition::OnModeChangeOrDisarm)."""
+    cockpit = silent(NAV_DLL_ACT=1)
+    cockpit.fly(LOST_S + 6.0)
+    cockpit.heartbeats = True
+    cockpit.fly(3.0)
+    assert (mode(cockpit), cockpit.vehicle.state.status.failsafe) == (Mode.LOITER, True)
+    assert cockpit.set_mode(Mode.MISSION) == [Result.ACCEPTED]
+    assert not cockpit.vehicle.state.status.failsafe
+
+
 @pytest.mark.parametrize("wait_s", [0.0, 2.0, 9.0])
 def test_the_hold_before_lasts_com_fail_act_t(wait_s: float) -> None:
     cockpit = silent(COM_FAIL_ACT_T=wait_s)

@@ -51,6 +51,11 @@ def test_items_are_taken_or_refused_as_recorded(cockpit: Cockpit, plan: Plan, an
         assert cockpit.texts()[-1] == "IGN MISSION_ITEM: Invalid item"
 
 
+@pytest.mark.parametrize(("airframe", "answer"), [("quad", MissionAck.ACCEPTED), ("rover", MissionAck.INVALID_PARAM1)])
+def test_a_takeoff_has_a_pitch_but_for_a_rovers(airframe: str, answer: int) -> None:
+    assert Cockpit(airframe, ready=False).upload([takeoff(15, pitch_deg=10.0)]) == answer
+
+
 def test_float_items_are_taken(cockpit: Cockpit) -> None:
     count(cockpit, 1)
     cockpit.send(

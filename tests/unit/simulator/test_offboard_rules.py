@@ -8,6 +8,7 @@ import pytest
 
 from app.simulator.dialect import Message, mavlink
 from app.simulator.offboard.mode import OffboardMode
+from app.simulator.offboard.receiver import OffboardReceiver
 from app.simulator.offboard.stream import OffboardStream
 from app.simulator.offboard.target import OffboardTarget, Vector
 from app.simulator.wire import Mode
@@ -151,3 +152,85 @@ def test_a_coordinate_that_is_not_a_number_stays_where_the_vehicle_was(position:
     mode.step()
     towards = vehicle.context.setpoint
     assert (*towards.point, towards.up_m) == held
+
+
+X, Y, Z, VX, VY, VZ = (1 << bit for bit in range(6))
+REST = 0xFFF & ~(X | Y | Z | VX | VY | VZ)
+"""Acceleration, force, yaw and yaw rate are ignored."""
+
+
+def heard(message: Message) -> OffboardTarget:
+    """What a vehicle at the origin makes of a setpoint at 30, 40, 50 with 1, 2, 3 m/s."""
+    cockpit = Cockpit(ready=False)
+    if message.get_type() == "SET_POSITION_TARGET_LOCAL_NED":
+        message.x, message.y, message.z = 30.0, 40.0, -50.0
+    else:
+        latitude, longitude = cockpit.vehicle.spec.frame.to_global(30.0, 40.0)
+        message.lat_int, message.lon_int = round(latitude * 1e7), round(longitude * 1e7)
+        message.alt = 50.0 + cockpit.vehicle.spec.frame.altitude_m
+    message.vx, message.vy, message.vz = 1.0, 2.0, -3.0
+    stream = OffboardStream(cockpit.vehicle.params, cockpit.vehicle.clock, 1.0)
+    OffboardReceiver(cockpit.vehicle.context, stream).handlers()[message.get_type()](cockpit.wire, message)
+    assert stream.newest is not None
+    return stream.newest
+
+
+def parts(vector: Vector | None) -> list[float | None] | None:
+    """Rounded to decimetres; None for NaN."""
+    return None if vector is None else [None if math.isnan(part) else round(part, 1) for part in vector]
+
+
+@pytest.mark.parametrize("name", ["local", "global"])
+@pytest.mark.parametrize(
+    ("ignored", "position", "velocity"),
+    [
+        (X | VX | VY | VZ, [None, 40, 50], None),
+        (X | Y | VY | VZ, [None, None, 50], [1, None, None]),
+        (Y | VX | VZ, [30, None, 50], [None, 2, None]),
+        (X | Y | Z | VZ, None, [1, 2, None]),
+        (Z | VX, [30, 40, None], [None, 2, 3]),
+    ],
+)
+def test_an_ignored_axis_is_not_given(
+    name: str, ignored: int, position: list[float | None] | None, velocity: list[float | None] | None
+) -> None:
+    message = local() if name == "local" else world(5)
+    message.type_mask = REST | ignored
+    target = heard(message)
+    assert (parts(target.position), parts(target.velocity)) == (position, velocity)
+
+
+@pytest.mark.parametrize("ignored", [VX, VY, VZ])
+def test_in_the_body_frame_one_ignored_axis_ignores_the_velocity(ignored: int, flying: Cockpit) -> None:
+    assert not lives(flying, local(frame=8, mask=REST | X | Y | Z | ignored))
+
+
+def test_a_height_with_a_velocity_keeps_the_height_and_flies_the_velocity(flying: Cockpit) -> None:
+    """Not to the x and y of zero that are ignored."""
+    body = flying.vehicle.state.body
+    message = local(mask=REST | X | Y | VY | VZ)
+    message.x = message.y = 0.0
+    message.z, message.vx = -8.0, 2.0
+    flying.send(message)
+    flying.set_mode(Mode.OFFBOARD)
+    for _ in range(100):
+        flying.send(message)
+        flying.fly(0.1)
+    assert body.v_north_m_s == pytest.approx(2.0, abs=0.2)
+    assert (body.east_m, body.up_m) == pytest.approx((0.0, 8.0), abs=0.5)
+    assert body.north_m > 12.0
+
+
+def test_one_axis_by_its_position_and_the_other_by_its_velocity(flying: Cockpit) -> None:
+    body = flying.vehicle.state.body
+    message = local(mask=REST | Y | Z | VX | VZ)
+    message.x, message.vy = 5.0, 2.0
+    before_m = body.up_m
+    flying.send(message)
+    flying.set_mode(Mode.OFFBOARD)
+    for _ in range(200):
+        flying.send(message)
+        flying.fly(0.1)
+    assert body.north_m == pytest.approx(5.0, abs=1.0)
+    assert body.v_east_m_s == pytest.approx(2.0, abs=0.3)
+    assert body.up_m == pytest.approx(before_m, abs=0.5), "with neither it stays"

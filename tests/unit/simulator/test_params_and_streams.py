@@ -158,6 +158,7 @@ def test_sys_status_tells_when_the_vehicle_can_be_armed() -> None:
 
 def test_without_a_position_there_is_no_global_position(cockpit: Cockpit) -> None:
     cockpit.vehicle.faults.gps_lost = True
+    cockpit.fly(5.1)  # dead reckoning is over
     begin_s = cockpit.now_s
     cockpit.fly(2.0)
     assert cockpit.messages("GLOBAL_POSITION_INT", begin_s) == []
