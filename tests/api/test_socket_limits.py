@@ -119,7 +119,10 @@ class SlowAccess(Access):
         return await super().has_tokens()
 
 
-async def test_a_socket_that_is_being_opened_as_the_service_stops_is_ended_with_1001_too(tmp_path: Path) -> None:
+@pytest.mark.parametrize("path", ["/api/v1/stream", "/api/v1/vehicles/v1/offboard"])
+async def test_a_socket_that_is_being_opened_as_the_service_stops_is_ended_with_1001_too(
+    tmp_path: Path, path: str
+) -> None:
     slow: list[SlowAccess] = []
 
     def slowly(services: ApiServices) -> ApiServices:
@@ -130,7 +133,7 @@ async def test_a_socket_that_is_being_opened_as_the_service_stops_is_ended_with_
         async with run_service(tmp_path, change=slowly) as service:
             deaf = DeafClient(service.port)
             clients.callback(deaf.close)
-            await deaf.open()
+            await deaf.open(path)
             async with asyncio.timeout(10):
                 await slow[0].asked.wait()
             # A stop ends the sockets there are at once, then gives handlers under way 10 s: this one goes on in those.

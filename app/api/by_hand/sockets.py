@@ -37,6 +37,7 @@ class ByHandEndpoint:
         self._settings = settings
         self._sessions: set[ByHandSession] = set()
         self._open = 0
+        self._closing = False
 
     async def fly(self, request: web.Request) -> web.StreamResponse:
         """The handler."""
@@ -65,7 +66,8 @@ class ByHandEndpoint:
         return socket
 
     async def close(self) -> None:
-        """The service stops: end all sockets."""
+        """The service stops: end all sockets, and those that are just being opened as soon as they are."""
+        self._closing = True
         for session in self._sessions:
             session.end(ByHandCloseCode.GOING_AWAY)
 
@@ -79,6 +81,8 @@ class ByHandEndpoint:
             return ByHandCloseCode.ROLE if error.code == "role.insufficient" else ByHandCloseCode.UNAUTHORIZED
         except NotFoundError:
             return ByHandCloseCode.NO_VEHICLE
+        if self._closing:
+            return ByHandCloseCode.GOING_AWAY
         session = ByHandSession(socket, vehicle, principal)
         self._sessions.add(session)
         guard = asyncio.create_task(self._look_again(request, session), name="offboard socket access")
