@@ -19,7 +19,7 @@ export function ProofButton({ run }: { run: Run }) {
     }
   };
   return (
-    <button type="button" class="proof" disabled={busy} onClick={() => void save()}>
+    <button type="button" class="small proof" disabled={busy} onClick={() => void save()}>
       <Icon name="file" /> Save the proof of delivery
     </button>
   );
