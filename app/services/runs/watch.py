@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
 from app.domain.complete_sign import CompleteSign
@@ -58,16 +59,10 @@ class FlightWatch:
 
     def take_up(self, flown: Sequence[str], current: int | None) -> None:
         """Go on where an earlier process stopped looking."""
-        progress = self._progress if current is None else self._progress.now_current(current)
-        known = list(flown)
-        self._progress = Progress(
-            last_seq=progress.last_seq,
-            jumps=progress.jumps,
-            plan_item_of=progress.plan_item_of,
-            current=progress.current,
-            passed_to=progress.passed_to,
-            flown=tuple(known + [item for item in progress.flown if item not in known]),
-        )
+        reached = self._recorder.run.reached_seq
+        passed_to = reached if flown and reached is not None else -1  # PX4 repeats what was reached for ten seconds
+        progress = replace(self._progress, flown=tuple(flown), passed_to=passed_to)
+        self._progress = progress if current is None else progress.now_current(current)
         self._was_airborne = self._was_armed = self._was_away = True
 
     def heard(self, fact: LinkFact) -> None:

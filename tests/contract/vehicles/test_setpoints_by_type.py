@@ -13,7 +13,7 @@ from app.domain.ports import VehicleLink
 from app.domain.setpoint.capability import FlightKind
 from app.domain.setpoint.encode import encode
 from app.domain.setpoint.message import SetpointMessage
-from app.domain.vehicle import FlightMode, LandedState
+from app.domain.vehicle import FlightMode, GlobalPosition, LandedState
 from app.vehicles.command_sender import command
 from tests.contract.vehicles.driving import armed, opened, until
 from tests.simulated import SimulatedFleet
@@ -65,6 +65,8 @@ async def rover_drives(rover: VehicleLink) -> None:
 async def wing_follows(plane: VehicleLink) -> None:
     """A line to the west, through a point north of home."""
     await armed(plane)
+    origin = plane.state().home  # of the local frame; PX4 moves home to where it detects the take-off
+    assert origin is not None
     async for ack in plane.command(command(MavCmd.NAV_TAKEOFF, NAN, NAN, NAN, NAN, NAN, NAN, NAN)):
         assert ack.word == "ACCEPTED"
     await until(lambda: plane.state().landed is LandedState.IN_AIR, "the plane must fly", 60.0)
@@ -72,15 +74,13 @@ async def wing_follows(plane: VehicleLink) -> None:
     west = encode(example("position_velocity_ned", **path), follower(FlightKind.WING))
     async with offboard(plane, west):
         await until(
-            lambda: (plane.state().velocity_east_m_s or 0.0) < -8.0 and abs(north_m(plane) - 200.0) < 5.0,
+            lambda: (plane.state().velocity_east_m_s or 0.0) < -8.0 and abs(north_m(plane, origin) - 200.0) < 5.0,
             "the plane must join the line",
             60.0,
         )
 
 
-def north_m(link: VehicleLink) -> float:
-    """From home."""
-    state = link.state()
-    if state.home is None or state.latitude_deg is None:
-        return 0.0
-    return (state.latitude_deg - state.home.latitude_deg) * 111_195.0
+def north_m(link: VehicleLink, origin: GlobalPosition) -> float:
+    """From the origin of the local frame."""
+    latitude_deg = link.state().latitude_deg
+    return 0.0 if latitude_deg is None else (latitude_deg - origin.latitude_deg) * 111_195.0
