@@ -61,8 +61,10 @@ class FlightWatch:
         """Go on where an earlier process stopped looking."""
         reached = self._recorder.run.reached_seq
         passed_to = reached if flown and reached is not None else -1  # PX4 repeats what was reached for ten seconds
-        progress = replace(self._progress, flown=tuple(flown), passed_to=passed_to)
-        self._progress = progress if current is None else progress.now_current(current)
+        self._progress = replace(self._progress, flown=tuple(flown), passed_to=passed_to)
+        if current is not None:
+            self._advance(self._progress.now_current(current))
+            self._recorder.change(item_id=self._progress.item_id)
         self._was_airborne = self._was_armed = self._was_away = True
 
     def heard(self, fact: LinkFact) -> None:

@@ -6,6 +6,7 @@ import pytest
 
 from app.domain.drop import DropOutcome
 from app.domain.errors import LinkTimeoutError
+from app.domain.ports import ItemReached
 from app.domain.run import RunState
 from app.domain.vehicle import LandedState
 from tests.unit.services.runs.desk import Desk, desk, restarted
@@ -125,3 +126,34 @@ async def test_a_flight_that_ended_unseen_before_its_last_item_or_with_another_m
         at.vehicle.put(connected=True, **changes)
         await at.until(lambda: at.run.is_over, "the run must end")
         assert at.run.state is RunState.FAILED
+
+
+async def taken_up(at: Desk) -> None:
+    """The new process follows the vehicle: its fleet listens, and its run."""
+    await at.until(lambda: len(at.vehicle.listeners) > 1, "the run must be taken up")
+
+
+async def test_an_item_that_px4_reports_again_after_a_restart_is_not_flown_twice() -> None:
+    """MISSION_ITEM_REACHED is repeated for ten seconds, and may come before the first MISSION_CURRENT."""
+    async with desk() as at:
+        await at.create()
+        await at.until_state(RunState.FLYING)
+        at.vehicle.put(mission_seq=1, landed=LandedState.IN_AIR)
+        await at.until(lambda: at.run.flown_item_ids == ("takeoff",), "the takeoff must count as flown")
+        await restarted(at, meanwhile=lambda: at.vehicle.put(mission_seq=None))
+        await taken_up(at)
+        at.vehicle.put(ItemReached(0))
+        at.vehicle.put(mission_seq=2)
+        await at.until(lambda: at.run.item_id == "clinic", "progress must show")
+        assert at.run.flown_item_ids == ("takeoff", "corner")
+
+
+async def test_what_was_flown_during_a_restart_shows_at_once() -> None:
+    async with desk() as at:
+        await at.create()
+        await at.until_state(RunState.FLYING)
+        at.vehicle.put(mission_seq=1, landed=LandedState.IN_AIR)
+        await at.until(lambda: at.run.flown_item_ids == ("takeoff",), "the takeoff must count as flown")
+        await restarted(at, meanwhile=lambda: at.vehicle.put(mission_seq=2))
+        await at.until(lambda: at.run.item_id == "clinic", "progress must show")
+        assert at.run.flown_item_ids == ("takeoff", "corner")
