@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+from collections import deque
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import aiohttp
@@ -19,12 +20,27 @@ class Listener:
     """One client of the stream."""
 
     socket: aiohttp.ClientWebSocketResponse
+    early: deque[dict[str, Any]] = field(default_factory=deque)
+
+    async def next_frame(self) -> dict[str, Any]:
+        """The next frame, whatever it is."""
+        if self.early:
+            return self.early.popleft()
+        frame: dict[str, Any] = await self.socket.receive_json()
+        return frame
+
+    async def greeted(self) -> None:
+        """Wait for the first frame and keep it: what happens before the hello is not told as an event."""
+        async with asyncio.timeout(30):
+            first = await self.socket.receive()
+        if first.type is aiohttp.WSMsgType.TEXT:
+            self.early.append(first.json())
 
     async def frame(self, *kinds: str) -> dict[str, Any]:
         """The next frame of these types; others are passed over."""
         async with asyncio.timeout(30):
             while True:
-                frame: dict[str, Any] = await self.socket.receive_json()
+                frame = await self.next_frame()
                 if frame["type"] in kinds:
                     return frame
 
@@ -50,9 +66,11 @@ class Listener:
 
 @asynccontextmanager
 async def listen(service: Service, query: str = "", **options: Any) -> AsyncIterator[Listener]:
-    """Open the stream."""
+    """Open the stream, and go on when it has said hello (or has been refused)."""
     async with service.http.ws_connect(f"{service.url}/api/v1/stream{query}", **options) as socket:
-        yield Listener(socket)
+        listener = Listener(socket)
+        await listener.greeted()
+        yield listener
 
 
 async def record(service: Service, count: int, *, size: int = 0) -> list[int]:

@@ -19,10 +19,10 @@ async def test_hello_and_snapshot_come_first_then_what_happens(service: Service)
     await record(service, 3)
     last = service.services.journal.last_seq
     async with listen(service) as client:
-        hello = await client.socket.receive_json()
+        hello = await client.next_frame()
         assert (hello["type"], hello["seq"]) == ("hello", last)
         assert hello["gateway"] == service.storage.gateway_id
-        snapshot = await client.socket.receive_json()
+        snapshot = await client.next_frame()
         assert (snapshot["type"], snapshot["seq"]) == ("snapshot", last)
         assert [vehicle["id"] for vehicle in snapshot["vehicles"]] == ["v1", "v2"]
         seqs = await record(service, 5)

@@ -146,7 +146,7 @@ class ByHandCloseCode(IntEnum):
     LEASE_ENDED = 4410
 
 
-CLOSE_REASONS: Final[dict[int, str]] = {
+CLOSE_REASONS: Final[dict[ByHandCloseCode, str]] = {
     ByHandCloseCode.GOING_AWAY: "the service stops",
     ByHandCloseCode.DEFECT: "a defect of the service",
     ByHandCloseCode.UNAUTHORIZED: "a valid token is needed",

@@ -74,7 +74,7 @@ class CloseCode(IntEnum):
     """`after` is higher than the newest event: it belongs to another journal. Start without it."""
 
 
-CLOSE_REASONS: Final[dict[int, str]] = {
+CLOSE_REASONS: Final[dict[CloseCode, str]] = {
     CloseCode.GOING_AWAY: "the service stops",
     CloseCode.POLICY: "this socket only tells; send nothing",
     CloseCode.DEFECT: "a defect of the service",

@@ -1,0 +1,150 @@
+"""What every websocket of ours has in common: it is counted, its access is looked at again, and it is ended in time."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable, Mapping
+from dataclasses import dataclass
+from typing import Final, Generic, Protocol, TypeVar
+
+import structlog
+from aiohttp import WSCloseCode, web
+
+from app.api.authentication import SUBPROTOCOL, authenticate_socket
+from app.api.boundary import Boundary
+from app.api.metrics import Metrics
+from app.api.problems import ApiError
+from app.api.settings import ApiSettings
+from app.domain.errors import StorageError
+from app.services.access import Access
+
+MAX_INCOMING_BYTES: Final = 4096
+log = structlog.get_logger(__name__)
+CodeT = TypeVar("CodeT", bound=int)
+CodeT_contra = TypeVar("CodeT_contra", bound=int, contravariant=True)
+
+
+class Endable(Protocol[CodeT_contra]):
+    """A session that can be told to close its socket; the first call counts."""
+
+    def end(self, code: CodeT_contra, /) -> None: ...
+
+
+@dataclass(frozen=True, slots=True)
+class CloseCodes(Generic[CodeT]):
+    """A path's own close codes for what happens on every path, and the words that go with all of its codes."""
+
+    going_away: CodeT
+    unauthorized: CodeT
+    defect: CodeT
+    reasons: Mapping[CodeT, str]
+
+
+class SocketDoor(Generic[CodeT]):
+    """The sockets of one path, at most `max_sockets` at once. `name` is how the log calls them."""
+
+    def __init__(
+        self,
+        name: str,
+        codes: CloseCodes[CodeT],
+        access: Access,
+        metrics: Metrics,
+        settings: ApiSettings,
+        *,
+        max_sockets: int,
+    ) -> None:
+        self._name = name
+        self._codes = codes
+        self._access = access
+        self._metrics = metrics
+        self._settings = settings
+        self._max_sockets = max_sockets
+        self._sessions: set[Endable[CodeT]] = set()
+        self._open = 0
+        self._closing = False
+
+    async def open(
+        self,
+        request: web.Request,
+        serve: Callable[[web.WebSocketResponse], Awaitable[CodeT | None]],
+        *,
+        heartbeat_s: float,
+        writer_limit: int = 64 * 1024,
+    ) -> web.WebSocketResponse:
+        """Open a socket, `serve` it, and close it with the code that this gives; None: the client has gone.
+
+        Raises:
+            ApiError (503): too many are open.
+        """
+        if self._open >= self._max_sockets:
+            raise ApiError("stream.full", f"{self._open} sockets are open, no more are taken")
+        socket = web.WebSocketResponse(
+            heartbeat=heartbeat_s,
+            max_msg_size=MAX_INCOMING_BYTES,
+            compress=False,
+            protocols=(SUBPROTOCOL,),
+            timeout=self._settings.close_grace_s,
+            writer_limit=writer_limit,
+        )
+        self._open += 1
+        self._metrics.sockets.inc()
+        try:
+            await socket.prepare(request)
+            code: CodeT | None = None
+            with Boundary(request) as boundary:
+                code = await serve(socket)
+            await self._shut(request, socket, code if boundary.problem is None else self._codes.defect)
+        finally:
+            self._open -= 1
+            self._metrics.sockets.dec()
+        return socket
+
+    async def attend(
+        self, request: web.Request, session: Endable[CodeT], run: Callable[[], Awaitable[CodeT | None]]
+    ) -> CodeT | None:
+        """Run a session that can be ended: by a stop of the service, and by its token's revocation."""
+        if self._closing:
+            return self._codes.going_away
+        self._sessions.add(session)
+        guard = asyncio.create_task(self._look_again(request, session), name=f"{self._name} access")
+        try:
+            return await run()
+        finally:
+            self._sessions.discard(session)
+            guard.cancel()
+            await asyncio.gather(guard, return_exceptions=True)
+
+    async def close(self) -> None:
+        """The service stops: end all sockets, and those that are just being opened as soon as they are."""
+        self._closing = True
+        for session in self._sessions:
+            session.end(self._codes.going_away)
+
+    async def _look_again(self, request: web.Request, session: Endable[CodeT]) -> None:
+        """A token that is revoked while its socket is open ends the socket."""
+        while True:
+            await asyncio.sleep(self._settings.access_again_s)
+            try:
+                await authenticate_socket(request, self._access)
+            except ApiError:
+                session.end(self._codes.unauthorized)
+                return
+            except StorageError:
+                log.warning("a socket's token cannot be looked at now")
+
+    async def _shut(self, request: web.Request, socket: web.WebSocketResponse, code: CodeT | None) -> None:
+        """Close with a code, and let go of the connection even if the client reads nothing."""
+        transport = request.transport
+        reason = b""
+        if code is not None:
+            self._metrics.count_close(code)
+            log.info(f"{self._name} closed", code=int(code), client=request.remote)
+            reason = self._codes.reasons.get(code, "").encode()
+        try:
+            async with asyncio.timeout(self._settings.close_grace_s):
+                await socket.close(code=WSCloseCode.OK if code is None else code, message=reason, drain=False)
+        except (TimeoutError, ConnectionError):
+            pass  # it does not read: the close frame waits behind what it did not take
+        finally:
+            if transport is not None and transport.get_write_buffer_size():
+                transport.abort()
