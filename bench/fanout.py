@@ -38,7 +38,9 @@ from app.services.runs import Runs
 from app.services.simulation import Simulation
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
+from app.services.webhooks import Webhooks
 from app.storage import open_storage
+from app.webhooks import open_sender
 from bench.fanout_clients import last_marker
 
 BURSTS = (1, 10, 100)
@@ -103,7 +105,7 @@ def numbered(events: Sequence[NewEvent], first: int) -> list[Event]:
 async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
     """The real application, its vehicles and its disk left out."""
     clock = SystemClock()
-    async with open_storage(folder / "bench.db") as storage:
+    async with open_storage(folder / "bench.db") as storage, open_sender(version="bench") as sender:
         journal = Journal(ListStore(), clock)
         await journal.start()
         fleet = Fleet(NoVehicles(), journal)
@@ -119,6 +121,7 @@ async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
             commands=VehicleCommands(fleet, journal),
             offboard=Offboard(fleet, runs, clock),
             simulation=Simulation(None, fleet, journal),
+            webhooks=Webhooks(storage.webhooks, storage.plans, journal, sender, clock, "gw-1"),
             answers=storage.answers,
             clock=clock,
         )

@@ -19,6 +19,7 @@ from app.api import (
     schemas,
     simulator,
     vehicles,
+    webhooks,
 )
 from app.api.routing import AnyRoute
 
@@ -32,6 +33,7 @@ ROUTES: Final[tuple[AnyRoute, ...]] = (
     *runs.ROUTES,
     *proofs.ROUTES,
     *events.ROUTES,
+    *webhooks.ROUTES,
     *simulator.ROUTES,
     *principal.ROUTES,
     *schemas.ROUTES,

@@ -20,6 +20,7 @@ from app.services.runs import Runs
 from app.services.simulation import Simulation
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
+from app.services.webhooks import Webhooks
 
 ReadinessCheck = Callable[[], str | None]
 """None when ready, else the reason in a sentence."""
@@ -39,6 +40,7 @@ class ApiServices:
     commands: VehicleCommands
     offboard: Offboard
     simulation: Simulation
+    webhooks: Webhooks
     answers: AnswerStore
     clock: Clock
     readiness: Mapping[str, ReadinessCheck] = field(default_factory=dict)
@@ -54,6 +56,7 @@ PLANS: Final = web.AppKey("plans", Plans)
 PROOFS: Final = web.AppKey("proofs", Proofs)
 RUNS: Final = web.AppKey("runs", Runs)
 SIMULATION: Final = web.AppKey("simulation", Simulation)
+WEBHOOKS: Final = web.AppKey("webhooks", Webhooks)
 
 
 def install(app: web.Application, services: ApiServices) -> None:
@@ -68,3 +71,4 @@ def install(app: web.Application, services: ApiServices) -> None:
     app[PROOFS] = services.proofs
     app[RUNS] = services.runs
     app[SIMULATION] = services.simulation
+    app[WEBHOOKS] = services.webhooks

@@ -14,6 +14,7 @@ from sqlalchemy.dialects.sqlite import insert
 from sqlalchemy.ext.asyncio import AsyncConnection
 
 from app.domain.ports import AnswerStore, EventStore, PlanStore, RunStore, TokenStore
+from app.domain.webhooks.port import WebhookStore
 from app.storage.answers import SqliteAnswerStore
 from app.storage.database import Database
 from app.storage.events import SqliteEventStore
@@ -23,6 +24,7 @@ from app.storage.plans import SqlitePlanStore
 from app.storage.runs import SqliteRunStore
 from app.storage.schema import GATEWAY
 from app.storage.tokens import SqliteTokenStore
+from app.storage.webhooks import SqliteWebhookStore
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +38,7 @@ class Storage:
     plans: PlanStore
     tokens: TokenStore
     answers: AnswerStore
+    webhooks: WebhookStore
 
 
 @asynccontextmanager
@@ -58,6 +61,7 @@ async def open_storage(path: Path) -> AsyncIterator[Storage]:
                 plans=SqlitePlanStore(database),
                 tokens=SqliteTokenStore(database),
                 answers=SqliteAnswerStore(database),
+                webhooks=SqliteWebhookStore(database),
             )
         finally:
             await database.close()

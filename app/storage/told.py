@@ -17,7 +17,7 @@ from app.domain.run_fold import RunFold
 
 _PLAN_COLUMNS: Final = ("hash", "name", "vehicle_type", "created_at", "created_by")
 _RUN_KINDS: Final = frozenset({EventKind.RUN_CREATED, EventKind.RUN_CHANGED, EventKind.RUN_DROP})
-_RUN_COLUMNS: Final = ("plan_id", "vehicle_id", "is_over")
+_RUN_COLUMNS: Final = ("plan_id", "vehicle_id", "is_over", "state", "created_at")
 
 
 class Told:
@@ -105,5 +105,6 @@ def _differences(row: sqlite3.Row, fold: RunFold) -> list[str]:
         return ["it cannot be read"]
     exempt = set() if fold.knows_when else {"updated_at"}
     fields = [name for name in Run.model_fields if getattr(told, name) != getattr(stored, name) and name not in exempt]
-    columns = [name for name in _RUN_COLUMNS if row[name] != getattr(told, name)]
+    there = set(row.keys())  # a journal that an older version wrote has fewer
+    columns = [name for name in _RUN_COLUMNS if name in there and row[name] != getattr(told, name)]
     return sorted({*fields, *columns})
