@@ -21,6 +21,7 @@ from app.domain.events import EventKind
 from app.domain.journal_chain import JournalHead
 from app.domain.ports import TokenStore
 from app.services.access import Access
+from app.services.attachments import Attachments
 from app.services.clock import Clock, SystemClock
 from app.services.fleet import Fleet
 from app.services.hang_watch import hang_watch
@@ -82,7 +83,8 @@ async def running(settings: Settings) -> AsyncIterator[str]:
         services = ApiServices(
             journal=journal,
             plans=Plans(storage.plans, journal, clock),
-            proofs=Proofs(runs, storage.plans, journal, clock, storage.gateway_id),
+            attachments=Attachments(runs, storage.attachments, journal, clock),
+            proofs=Proofs(runs, storage.plans, storage.attachments, journal, clock, storage.gateway_id),
             access=access,
             fleet=fleet,
             telemetry=telemetry,

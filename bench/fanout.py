@@ -28,6 +28,7 @@ from app.domain.events import Event, EventKind, NewEvent
 from app.domain.ports import StoredPlan, Unsubscribe, VehicleLink
 from app.domain.run import Run
 from app.services.access import Access
+from app.services.attachments import Attachments
 from app.services.clock import SystemClock
 from app.services.fleet import Fleet
 from app.services.journal import Journal
@@ -113,7 +114,8 @@ async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
         services = ApiServices(
             journal=journal,
             plans=Plans(storage.plans, journal, clock),
-            proofs=Proofs(runs, storage.plans, journal, clock, "gw-1"),
+            attachments=Attachments(runs, storage.attachments, journal, clock),
+            proofs=Proofs(runs, storage.plans, storage.attachments, journal, clock, "gw-1"),
             access=Access(storage.tokens, clock, None),
             fleet=fleet,
             telemetry=TelemetryFeed(fleet, 3600.0),

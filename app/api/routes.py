@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from app.api import (
+    attachments,
     documents,
     events,
     health,
@@ -32,6 +33,7 @@ ROUTES: Final[tuple[AnyRoute, ...]] = (
     *plan_conversions.ROUTES,
     *runs.ROUTES,
     *proofs.ROUTES,
+    *attachments.ROUTES,
     *events.ROUTES,
     *webhooks.ROUTES,
     *simulator.ROUTES,

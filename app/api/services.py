@@ -10,6 +10,7 @@ from aiohttp import web
 
 from app.domain.ports import AnswerStore
 from app.services.access import Access
+from app.services.attachments import Attachments
 from app.services.clock import Clock
 from app.services.fleet import Fleet
 from app.services.journal import Journal
@@ -32,6 +33,7 @@ class ApiServices:
 
     journal: Journal
     plans: Plans
+    attachments: Attachments
     proofs: Proofs
     access: Access
     fleet: Fleet
@@ -47,6 +49,7 @@ class ApiServices:
 
 
 ACCESS: Final = web.AppKey("access", Access)
+ATTACHMENTS: Final = web.AppKey("attachments", Attachments)
 CLOCK: Final = web.AppKey("clock", Clock)
 COMMANDS: Final = web.AppKey("commands", VehicleCommands)
 FLEET: Final = web.AppKey("fleet", Fleet)
@@ -62,6 +65,7 @@ WEBHOOKS: Final = web.AppKey("webhooks", Webhooks)
 def install(app: web.Application, services: ApiServices) -> None:
     """Put each service under its own key: a handler that names no key cannot reach the service."""
     app[ACCESS] = services.access
+    app[ATTACHMENTS] = services.attachments
     app[CLOCK] = services.clock
     app[COMMANDS] = services.commands
     app[FLEET] = services.fleet

@@ -13,9 +13,11 @@ import sqlalchemy as sa
 from sqlalchemy.dialects.sqlite import insert
 from sqlalchemy.ext.asyncio import AsyncConnection
 
+from app.domain.attachment_port import AttachmentStore
 from app.domain.ports import AnswerStore, EventStore, PlanStore, RunStore, TokenStore
 from app.domain.webhooks.port import WebhookStore
 from app.storage.answers import SqliteAnswerStore
+from app.storage.attachments import DiskAttachmentStore, attachments_folder
 from app.storage.database import Database
 from app.storage.events import SqliteEventStore
 from app.storage.lock import JournalInUseError, exclusive_lock
@@ -39,6 +41,7 @@ class Storage:
     tokens: TokenStore
     answers: AnswerStore
     webhooks: WebhookStore
+    attachments: AttachmentStore
 
 
 @asynccontextmanager
@@ -62,6 +65,7 @@ async def open_storage(path: Path) -> AsyncIterator[Storage]:
                 tokens=SqliteTokenStore(database),
                 answers=SqliteAnswerStore(database),
                 webhooks=SqliteWebhookStore(database),
+                attachments=DiskAttachmentStore(database, attachments_folder(path)),
             )
         finally:
             await database.close()

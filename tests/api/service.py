@@ -16,6 +16,7 @@ from app.api import ApiServices, ApiSettings, build_app
 from app.domain.setpoint.dead_man import DeadMan
 from app.domain.webhooks.backoff import Backoff
 from app.services.access import Access, Role
+from app.services.attachments import Attachments
 from app.services.clock import SystemClock
 from app.services.fleet import Fleet
 from app.services.journal import Journal
@@ -105,7 +106,8 @@ async def run_service(
                 access=Access(storage.tokens, clock, bootstrap_token),
                 fleet=fleet,
                 telemetry=telemetry,
-                proofs=Proofs(runs, storage.plans, journal, clock, storage.gateway_id),
+                attachments=Attachments(runs, storage.attachments, journal, clock),
+                proofs=Proofs(runs, storage.plans, storage.attachments, journal, clock, storage.gateway_id),
                 runs=runs,
                 commands=VehicleCommands(fleet, journal),
                 offboard=Offboard(fleet, runs, clock, PATIENT),
