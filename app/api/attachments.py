@@ -25,7 +25,7 @@ _FILE: Final = {"type": "string", "format": "binary"}
 class AttachmentQuery(RequestModel):
     """What to call the file."""
 
-    name: Annotated[str, Field(min_length=1, max_length=MAX_NAME_CHARS, description="a file name, for people")]
+    name: Annotated[str, Field(max_length=MAX_NAME_CHARS, description="a file name, for people")] = "attachment"
 
 
 class AttachmentsView(BaseModel):

@@ -102,9 +102,8 @@ async def test_common_refusals_are_the_same_on_every_route(service: Service) -> 
         assert (status, problem["code"]) == (400, "request.query_invalid"), path
         if route.method != "GET":
             big = b'"' + b"x" * ((route.body.max_bytes or SETTINGS.max_body_bytes) + 1) + b'"'
-            query = "?name=x" if "name" in route.query.model_fields else ""
             status, _, problem = await service.call(
-                route.method, path + query, data=io.BytesIO(big), headers={"Content-Type": route.body.media[0]}
+                route.method, path, data=io.BytesIO(big), headers={"Content-Type": route.body.media[0]}
             )
             assert (status, problem["code"]) == (413, "request.too_large"), path
         status, _, problem = await service.call(route.method, path, headers={"Expect": "miracles"})
