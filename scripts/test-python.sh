@@ -12,7 +12,7 @@ log=$(mktemp)
 trap 'rm -f "$log"' EXIT
 
 status=0
-"${pytest[@]}" --cache-clear -n 3 --dist loadfile "$@" | tee "$log" || status=$?
+"${pytest[@]}" --cache-clear -n 3 --dist loadfile --no-loadscope-reorder "$@" | tee "$log" || status=$?
 [[ $status -eq 1 ]] || exit "$status" # 0: all passed; others: not a test's failure
 
 mapfile -t failed < <(sed -nE 's/^(FAILED|ERROR) ([^ ]+).*/\2/p' "$log" | sort -u)
