@@ -6,6 +6,8 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
+unset PYTHONDONTWRITEBYTECODE # the tests start many processes: each would compile everything anew
+
 ALONE_AT_MOST=3
 pytest=(.venv/bin/python -m pytest -o cache_dir=.pytest_cache/all)
 log=$(mktemp)
