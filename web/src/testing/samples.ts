@@ -59,6 +59,7 @@ export function sampleDrop(fields: Partial<DropRecord> = {}): DropRecord {
     outcome: "pending",
     certainty: "none",
     reason: "",
+    consent: null,
     attempts: 0,
     commanded_at: null,
     acknowledged_at: null,
