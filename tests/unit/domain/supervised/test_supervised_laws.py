@@ -134,10 +134,15 @@ class AnyConsentedFlight(AnyFlight):
                 return
             self.flight.tick()
 
-    @rule(grant=st.sampled_from([True, True, False]), stale=st.sampled_from([0, 0, 0, 1]))
-    def an_operator_answers(self, grant: bool, stale: int) -> None:
+    @rule(grant=st.sampled_from([True, True, False]), stale=st.sampled_from([0, 0, 0, 1]), taken=st.booleans())
+    def an_operator_answers(self, grant: bool, stale: int, taken: bool) -> None:
         question = self.flight.machine.consent.question - stale
         self.flight.hear(ConsentGiven(self.flight.now_s, question, grant))
+        if taken:  # by a pilot, who gives it back at once
+            self.flight.mode = FlightMode.HOLD
+            self.flight.tick()
+            self.flight.mode = FlightMode.MISSION
+            self.flight.tick(5.0)
 
     @invariant()
     def a_question_has_an_end(self) -> None:
