@@ -70,4 +70,4 @@ def _asking(run: Run) -> DropRecord:
     for drop in run.drops:
         if drop.consent is not None and drop.consent.state is ConsentState.ASKED:
             return drop
-    raise ConsentNotAskedError(f"no drop of run {run.id} asks for consent now", hint="waydrop runs show RUN")
+    raise ConsentNotAskedError(f"no drop of run {run.id} asks for consent now", hint=f"waydrop runs show {run.id}")
