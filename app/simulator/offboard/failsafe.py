@@ -13,7 +13,7 @@ from app.simulator.wire import Mode, Severity
 
 ACTIONS = {0: Mode.POSCTL, 1: Mode.ALTCTL, 2: Mode.STABILIZED, 3: Mode.RTL, 4: Mode.LAND, 5: Mode.LOITER}
 """COM_OBL_RC_ACT. With nobody at the sticks the first three hold here."""
-TERMINATE_OR_DISARM = frozenset({6, 7})
+TERMINATE, DISARM = 6, 7
 CHECK_S = 0.1
 """The commander's checks run at 10 Hz: a lost stream, or one that is back, is seen that late. A changed action is
 followed at once [18_offboard_quad, 20_offboard_plane]."""
@@ -63,7 +63,7 @@ class OffboardLossFailsafe:
         available = self._stream.lives and (self._stream.flies_blind or self._status.position_valid)
         if self._lost and available:
             self._lost = False
-            self._commander.change_mode(Mode.OFFBOARD)
+            self._commander.resume(Mode.OFFBOARD)
         elif not self._lost and not available:
             self._lost = True
             self._act()
@@ -73,7 +73,9 @@ class OffboardLossFailsafe:
         self._text(Severity.CRITICAL, "Failsafe activated")
         mode = ACTIONS.get(action, Mode.LOITER)
         self._event("commander_failsafe_enter_generic", Mode.OFFBOARD, HOLD_ACTION if action == 5 else OTHER_ACTION)
-        if action in TERMINATE_OR_DISARM:
+        if action == TERMINATE:
+            self._commander.terminate()
+        elif action == DISARM:
             self._commander.disarm_by_failsafe()
         else:
             self._commander.force_mode(mode)

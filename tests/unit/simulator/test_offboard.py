@@ -182,10 +182,12 @@ def test_the_parameter_says_what_a_lost_stream_does(action: int, mode: Mode) -> 
     assert "Failsafe activated" in sender.cockpit.texts()
 
 
-@pytest.mark.parametrize("action", [6, 7])
-def test_terminate_and_disarm_stop_the_motors(action: int) -> None:
+@pytest.mark.parametrize(("action", "armed"), [(6, True), (7, False)])
+def test_terminate_and_disarm_stop_the_motors(action: int, armed: bool) -> None:
     sender = Sender("quad", COM_OBL_RC_ACT=action).airborne()
-    sender.cockpit.until(lambda: not sender.cockpit.armed, 2.0)
+    sender.cockpit.until(lambda: "Failsafe activated" in sender.cockpit.texts(), 2.0)
+    sender.cockpit.fly(0.1)
+    assert (sender.cockpit.armed, sender.cockpit.vehicle.state.body.throttle) == (armed, 0.0)
     sender.cockpit.until(lambda: sender.cockpit.vehicle.state.body.on_ground, 5.0)
 
 
