@@ -78,6 +78,7 @@ _LAYOUTS: dict[str, tuple[int, str]] = {
     "rtl_completed_loiter": (102, ""),
     "rtl_destination_breaches": (100, ""),
     "rtl_land_at_destination": (102, ""),
+    "rtl_mission_land_climb": (102, "i"),
     "vrtl_return_at": (102, "ii"),
 }
 EVENTS = {name: (event_id(name), levels, layout) for name, (levels, layout) in _LAYOUTS.items()}

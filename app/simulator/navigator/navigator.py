@@ -15,7 +15,6 @@ from app.simulator.navigator.mission_mode import MissionMode
 from app.simulator.navigator.mode import FlightMode
 from app.simulator.navigator.orbit_mode import OrbitMode
 from app.simulator.navigator.return_check import ReturnCheck
-from app.simulator.navigator.return_destination import ReturnDestination
 from app.simulator.navigator.return_mode import ReturnMode
 from app.simulator.navigator.takeoff_mode import TakeoffMode
 from app.simulator.setpoint import SetpointKind
@@ -46,7 +45,7 @@ class Navigator:
         self._mission = mission
         self._takeoff = takeoff
         self._land = LandMode(context)
-        self._return = ReturnMode(context, ReturnDestination(context, store))
+        self._return = ReturnMode(context, store, mission.result, mission.jumps)
         self._change_mode = change_mode
         self._modes: dict[Mode, FlightMode] = {
             Mode.MISSION: mission,
@@ -116,6 +115,7 @@ class Navigator:
         return OrbitStatus(side * setpoint.loiter_radius_m, setpoint.point, setpoint.up_m)
 
     def _enter(self, mode: Mode, armed: bool) -> None:
+        self._return.from_mission = self._mission.active
         self._mission.deactivate()
         self._context.cruise_speed_m_s = math.nan
         self._mission.active = mode is Mode.MISSION and armed
