@@ -17,8 +17,8 @@ TERMINATE, DISARM = 6, 7
 CHECK_S = 0.1
 """The commander's checks run at 10 Hz: a lost stream, or one that is back, is seen that late. A changed action is
 followed at once [18_offboard_quad, 20_offboard_plane]."""
-HOLD_ACTION, OTHER_ACTION = 5, 6
-"""As recorded in the event."""
+EVENT_NUMBERS = {0: 2, 1: 3, 2: 4, 3: 6, 4: 7, 5: 5, 6: 10, 7: 9}
+"""COM_OBL_RC_ACT to failsafe_action_t, the event's second argument; hold and return are recorded."""
 
 
 class OffboardLossFailsafe:
@@ -72,7 +72,7 @@ class OffboardLossFailsafe:
         action = self._action = self._params.integer("COM_OBL_RC_ACT")
         self._text(Severity.CRITICAL, "Failsafe activated")
         mode = ACTIONS.get(action, Mode.LOITER)
-        self._event("commander_failsafe_enter_generic", Mode.OFFBOARD, HOLD_ACTION if action == 5 else OTHER_ACTION)
+        self._event("commander_failsafe_enter_generic", Mode.OFFBOARD, EVENT_NUMBERS.get(action, EVENT_NUMBERS[5]))
         if action == TERMINATE:
             self._commander.terminate()
         elif action == DISARM:
