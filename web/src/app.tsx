@@ -3,6 +3,7 @@ import { panel, view } from "./state/selection";
 import { Feed } from "./ui/feed";
 import { FileDrop } from "./ui/file-drop";
 import { Fleet } from "./ui/fleet";
+import { HandsOnPanel } from "./ui/hands-on-panel";
 import { Header } from "./ui/header";
 import { MapView } from "./ui/map-view";
 import { Notices } from "./ui/notices";
@@ -44,6 +45,8 @@ function Shown() {
       return <PlanPanel />;
     case "run":
       return <RunPanel />;
+    case "hands":
+      return <HandsOnPanel />;
     case "simulator":
       return <SimulatorPanel />;
   }
