@@ -16,13 +16,12 @@ import { HandsStick } from "./hands-stick";
 import { HoldButton } from "./hold-button";
 import { Icon } from "./icons";
 
-/** Everything that moves the vehicle, and the ways out. */
+/** Everything that moves the vehicle. */
 export function HandsControls({ vehicle }: { vehicle: string }) {
   const knobs = knobsOf(asked.value);
   const type: VehicleType | null = handsVehicle.value?.vehicle_type ?? null;
   return (
     <>
-      <WaysOut vehicle={vehicle} />
       <div class="sticks">
         <HandsStick name={type === "rover" ? "" : "Climb and turn"} knob={leftKnob} shown={knobs.left} disabled={type === "rover"} />
         <HandsStick name="Move" knob={rightKnob} shown={knobs.right} disabled={false} />
@@ -44,7 +43,8 @@ export function HandsControls({ vehicle }: { vehicle: string }) {
   );
 }
 
-function WaysOut({ vehicle }: { vehicle: string }) {
+/** To Hold at once, by one press; what flies on is held to confirm. */
+export function WaysOut({ vehicle }: { vehicle: string }) {
   const subject = handsVehicle.value;
   const run = subject === null ? null : currentRun(subject, runs.value);
   const waiting = handsOn.value.phase !== "flying";

@@ -6,14 +6,16 @@ import { live } from "../state/store";
 
 /** Without a lease: who has it, why the last one ended, and the way to take it. */
 export function HandsLease({ vehicle }: { vehicle: string }) {
-  const { ended } = handsOn.value;
+  const { ended, fellSilent } = handsOn.value;
   const holder = offboardNow.value?.lease?.holder ?? null;
   return (
     <>
       {ended !== "" && (
         <div class="hands-note tone-info" role="status">
           <b>Hands off</b>
-          <p>{ended}</p>
+          <p>
+            {ended} {fellSilent && `${vehicle} was told to hold; to fly on, take a new lease.`}
+          </p>
         </div>
       )}
       <p class="hands-holder" data-holder={holder ?? ""}>

@@ -5,7 +5,7 @@ import { held } from "../state/controls";
 import { engaged, handsOn, handsVehicle, offboardNow } from "../state/hands-on";
 import { leave } from "../state/hands-session";
 import { detail } from "../state/offboard-facts";
-import { HandsControls } from "./hands-controls";
+import { HandsControls, WaysOut } from "./hands-controls";
 import { HandsEntry } from "./hands-entry";
 import { HandsLease } from "./hands-lease";
 import { HandsReadout } from "./hands-readout";
@@ -34,9 +34,10 @@ export function HandsOnPanel() {
       {phase === "opening" && <p role="status">Asking for the lease of {vehicle.id}…</p>}
       {phase === "leased" && <HandsEntry vehicle={vehicle.id} />}
       {(phase === "entering" || phase === "leaving") && <HandsSteps />}
-      {(phase === "entering" || phase === "flying") && <HandsControls vehicle={vehicle.id} />}
+      {(phase === "entering" || phase === "flying") && <WaysOut vehicle={vehicle.id} />}
       {phase === "silent" && <HandsOffNote vehicle={vehicle.id} />}
       <HandsReadout />
+      {(phase === "entering" || phase === "flying") && <HandsControls vehicle={vehicle.id} />}
     </div>
   );
 }
@@ -67,11 +68,12 @@ function Head() {
   if (vehicle === null) return null;
   const state = offboardNow.value?.state ?? "idle";
   const on = engaged.value && state === "active";
+  const off = state === "idle" || handsOn.value.phase === "silent";
   return (
     <header class="hands-head">
       <h3>{vehicle.id} by hand</h3>
       <span class={`hands-state ${on ? "on" : ""}`} role="status">
-        {on ? "Hands on" : state === "idle" ? "Hands off" : plain(state)}
+        {on ? "Hands on" : off ? "Hands off" : plain(state)}
       </span>
       <Followed vehicle={vehicle.id} />
     </header>

@@ -41,27 +41,19 @@ function Sent({ sent, cadence }: { sent: SentSetpoint; cadence: Cadence | null }
     <dl class="facts sent" data-by={sent.by}>
       <div class="sent-words">
         <dt>Sent {sent.by === "client" ? "for the client" : "by the dead-man"}</dt>
-        <dd>{setpointWords(sent.setpoint)}</dd>
+        <dd title={`${sent.message}, type mask ${sent.type_mask}`}>{setpointWords(sent.setpoint)}</dd>
       </div>
       <div>
         <dt>Rate held</dt>
         <dd>{cadence?.held_hz == null ? UNKNOWN : `${cadence.held_hz.toFixed(1)} of ${cadence.wanted_hz} Hz`}</dd>
       </div>
       <div>
-        <dt>Interval p99, longest</dt>
-        <dd>
-          {ms(cadence?.p99_ms)}, {ms(cadence?.max_ms)}
-        </dd>
+        <dt>Interval p99</dt>
+        <dd title={`longest of the last ones: ${ms(cadence?.max_ms)}`}>{ms(cadence?.p99_ms)}</dd>
       </div>
       <div>
-        <dt>Message</dt>
-        <dd>
-          <code title={`type mask ${sent.type_mask}`}>{sent.message.replace("SET_POSITION_TARGET_", "")}</code>
-        </dd>
-      </div>
-      <div>
-        <dt>Answer to this page</dt>
-        <dd>{ms(handsOn.value.answer_ms)}</dd>
+        <dt>Answer</dt>
+        <dd title="how long the service takes to answer this page">{ms(handsOn.value.answer_ms)}</dd>
       </div>
     </dl>
   );
