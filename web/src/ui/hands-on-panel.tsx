@@ -19,7 +19,9 @@ export function HandsOnPanel() {
   const root = useRef<HTMLDivElement>(null);
   const { phase } = handsOn.value;
   useLayoutEffect(() => {
-    if (phase === "entering") root.current?.focus(); // the button that began it is gone
+    if (phase !== "entering") return;
+    root.current?.focus(); // the button that began it is gone
+    root.current?.scrollIntoView({ block: "start" });
   }, [phase]);
   useLayoutEffect(() => {
     if (engaged.value && document.activeElement === document.body) root.current?.focus(); // a button went away by itself
