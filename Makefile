@@ -25,7 +25,7 @@ test: test-web test-python  ## all tests, the browser's too
 
 test-python: $(DEV) $(PAGE)
 	scripts/need-chromium.sh
-	$(PY) -m pytest -n 3 --dist loadfile $(PYTEST_ARGS)
+	scripts/test-python.sh $(PYTEST_ARGS)
 
 test-web: $(NODE)
 	cd web && npm run --silent check

@@ -18,6 +18,7 @@ CHROMIUM = Path(os.environ.get("WAYDROP_CHROMIUM", "/usr/bin/chromium"))
 CHROMIUM_ARGS = (
     "--use-angle=swiftshader",  # WebGL 2 in software: MapLibre draws on machines without a graphics card
     "--enable-unsafe-swiftshader",
+    "--disable-gpu-compositing",  # else the whole page is put together by the software GL: most of a core, all the time
     "--no-first-run",
     "--disable-background-networking",  # the only requests a test may see are the page's own
     "--disable-component-update",

@@ -26,7 +26,7 @@ export function vehicleFeatures(vehicles: Readonly<Record<string, Vehicle>>, sel
         id: vehicle.id,
         type: vehicle.vehicle_type ?? "unknown",
         tone: vehicleTone(vehicle, live),
-        heading_deg: heading_deg ?? 0,
+        heading_deg: Math.round(heading_deg ?? 0),
         selected: vehicle.id === selected,
         label: altitude === null || altitude < 1 ? vehicle.id : `${vehicle.id} · ${metres(Math.round(altitude))}`,
       });
