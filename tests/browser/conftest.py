@@ -37,10 +37,10 @@ def chromium_args() -> list[str]:
     return [*CHROMIUM_ARGS, *(["--no-sandbox"] if os.geteuid() == 0 else [])]
 
 
-def simulated_service(data_dir: Path, fleet: SimulatedFleet) -> ServiceProcess:
+def simulated_service(data_dir: Path, fleet: SimulatedFleet, **environment: str) -> ServiceProcess:
     """A service that knows these vehicles and the simulator behind them."""
     control = f"127.0.0.1:{fleet.control_port}"
-    return ServiceProcess(data_dir, fleet.connections, WAYDROP_SIMULATOR_CONTROL=control)
+    return ServiceProcess(data_dir, fleet.connections, WAYDROP_SIMULATOR_CONTROL=control, **environment)
 
 
 @pytest.fixture

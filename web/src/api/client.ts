@@ -2,7 +2,7 @@
 
 import { ProblemError, problemFrom, unreachable } from "./problem";
 import { readToken } from "./token";
-import type { PlanCheck, PlanDocument, PlanHead, Principal, Run, SimulatorView, StoredPlan, Vehicle } from "./types";
+import type { EntryCheck, OffboardDetail, PlanCheck, PlanDocument, PlanHead, Principal, Run, SimulatorView, StoredPlan, Vehicle } from "./types";
 import type { Schema } from "../schema/control";
 import type { RunAction } from "../state/runs";
 
@@ -16,6 +16,10 @@ export const api = {
   principal: (): Promise<Principal> => get("/principal"),
   planSchema: (): Promise<Schema> => get("/schemas/plan"),
   simulator: (): Promise<SimulatorView> => get("/simulator"),
+  offboard: (vehicle: string): Promise<OffboardDetail> => get(`/vehicles/${encodeURIComponent(vehicle)}/offboard`),
+  /** What an entry into offboard control would find now; nothing is commanded. */
+  entryCheck: (vehicle: string, sticksHeld: boolean): Promise<EntryCheck> =>
+    get(`/vehicles/${encodeURIComponent(vehicle)}/offboard/entry-check?sticks_held=${sticksHeld}`),
   /** The proof of delivery as a page (HTML) to file or print. */
   proofSheet: async (run: string): Promise<string> => {
     const answer = await answerTo(`/runs/${encodeURIComponent(run)}/proof-sheet`, { method: "GET" });

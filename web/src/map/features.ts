@@ -121,6 +121,13 @@ export function sketchFeatures(corners: readonly Point[]): FeatureCollection {
   return collection(corners.length > 1 ? [feature({ type: "LineString", coordinates: [...corners] }, {}), ...ends] : ends);
 }
 
+/** Where a vehicle was told to go, and the straight way there. */
+export function destinationFeatures(to: Point | null, from: Point | null): FeatureCollection {
+  if (to === null) return collection([]);
+  const place = feature({ type: "Point", coordinates: to }, {});
+  return collection(from === null ? [place] : [feature({ type: "LineString", coordinates: [from, to] }, {}), place]);
+}
+
 /** Home and rings around it at round distances: the scale of an otherwise empty map. */
 export function ringFeatures(home: Point | null, step_m: number): FeatureCollection {
   if (home === null) return collection([]);
