@@ -18,6 +18,7 @@ from app.api import (
     runs,
     schemas,
     simulator,
+    tasks,
     vehicles,
 )
 from app.api.routing import AnyRoute
@@ -25,6 +26,7 @@ from app.api.routing import AnyRoute
 ROUTES: Final[tuple[AnyRoute, ...]] = (
     *vehicles.ROUTES,
     *offboard.ROUTES,
+    *tasks.ROUTES,
     *plans.ROUTES,
     *plan_exports.ROUTES,
     *plan_checks.ROUTES,
