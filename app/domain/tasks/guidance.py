@@ -96,11 +96,11 @@ def _has_arrived(kind: FlightKind, wish: Wish, fix: Fix, seen: Reference, turn: 
     course = wish.course
     if isinstance(course, CircleCourse):
         return False
-    if isinstance(course, LegsCourse):
-        is_there = seen.left_m <= turn.before_m or math.dist(fix.ground, course.points[-1]) <= ARRIVED_M
-        return seen.leg == len(course.points) - 2 and is_there
+    is_last = not isinstance(course, LegsCourse) or seen.leg == len(course.points) - 2
     if kind is FlightKind.WING:
-        return seen.left_m <= turn.before_m
+        return is_last and seen.left_m <= turn.before_m
+    if isinstance(course, LegsCourse):
+        return is_last and math.dist(fix.ground, course.points[-1]) <= ARRIVED_M
     at_height = kind is FlightKind.ROVER or abs(fix.up_m - wish.up_m) <= ARRIVED_UP_M
     return seen.left_m <= ARRIVED_M and at_height
 
@@ -120,7 +120,7 @@ def _path_point(aim: Reference, up_m: float, speed_m_s: float) -> Setpoint:
 def _velocity(kind: FlightKind, wish: Wish, aim: Reference, fix: Fix, speed_m_s: float) -> Setpoint:
     course, is_rover = wish.course, kind is FlightKind.ROVER
     end = _stands_at(course)
-    if end is not None and aim.left_m <= NEAR_M:
+    if end is not None and math.dist(fix.ground, end) <= NEAR_M:
         return PositionNed(
             type="position_ned",
             north_m=end[0],
@@ -146,12 +146,15 @@ def _over_ground(course: Course, aim: Reference, fix: Fix, speed_m_s: float) -> 
     along = min(speed_m_s, _slow_enough(aim, speed_m_s))
     if isinstance(course, PointCourse):
         return aim.tangent[0] * along + course.velocity[0], aim.tangent[1] * along + course.velocity[1]
-    north, east = (CROSS_GAIN_PER_S * (to - at) for to, at in zip(aim.nearest, fix.ground, strict=True))
-    back = math.hypot(north, east)
-    if back > speed_m_s:
-        north, east, back = north * speed_m_s / back, east * speed_m_s / back, speed_m_s
-    along = min(along, math.sqrt(speed_m_s**2 - back**2))
-    return aim.tangent[0] * along + north, aim.tangent[1] * along + east
+    back = [CROSS_GAIN_PER_S * (to - at) for to, at in zip(aim.nearest, fix.ground, strict=True)]
+    north, east = _bounded((back[0], back[1]), speed_m_s)
+    along = min(along, math.sqrt(max(0.0, speed_m_s**2 - north**2 - east**2)))
+    return _bounded((aim.tangent[0] * along + north, aim.tangent[1] * along + east), speed_m_s)
+
+
+def _bounded(velocity: Ground, speed_m_s: float) -> Ground:
+    speed = math.hypot(*velocity)
+    return velocity if speed <= speed_m_s else (velocity[0] * speed_m_s / speed, velocity[1] * speed_m_s / speed)
 
 
 def _slow_enough(aim: Reference, speed_m_s: float) -> float:
