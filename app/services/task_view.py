@@ -5,6 +5,7 @@ from __future__ import annotations
 from pydantic import BaseModel, ConfigDict
 
 from app.domain.tasks.forms import Task, WhenEmpty
+from app.domain.tasks.origin import EkfOrigin
 from app.services.offboard_view import TaskReport
 
 
@@ -16,6 +17,12 @@ class OriginView(BaseModel):
     latitude_deg: float
     longitude_deg: float
     altitude_m: float
+
+    @classmethod
+    def of(cls, origin: EkfOrigin) -> OriginView:
+        """To a millimetre or so: it is reckoned back from home."""
+        place = round(origin.latitude_deg, 8), round(origin.longitude_deg, 8)
+        return cls(latitude_deg=place[0], longitude_deg=place[1], altitude_m=round(origin.altitude_m, 3))
 
 
 class QueuedTaskView(BaseModel):

@@ -84,7 +84,7 @@ async def test_a_viewer_looks_and_a_pilot_flies(service: Service, link: FakeLink
     assert (await service.call("GET", PATH, headers=viewer))[0] == 200
     status, _, problem = await service.call("POST", PATH, json={"lease": "x", "task": GOTO}, headers=viewer)
     assert (status, problem["code"]) == (403, "role.insufficient")
-    assert (await service.call("GET", "/api/v1/vehicles/v9/tasks"))[0] == 404
+    assert (await service.call("GET", "/api/v1/vehicles/v9/tasks", headers=viewer))[0] == 404
 
 
 async def test_the_same_over_the_websocket_with_reports_on_change_and_every_second(

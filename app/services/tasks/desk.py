@@ -89,7 +89,7 @@ class TaskDesk:
         """The whole queue."""
         flight = self._flight
         origin = flight.origin or EkfOrigin.of(flight.control.link.state())
-        shown = None if origin is None else OriginView(**{n: getattr(origin, n) for n in OriginView.model_fields})
+        shown = None if origin is None else OriginView.of(origin)
         return TasksView(
             report=flight.report() or NEVER_USED,
             origin=shown,
