@@ -50,6 +50,8 @@ _KINDS: Final = (
     ProblemKind("drop.consent_too_late", 409, "The time to consent is over"),
     ProblemKind("drop.consent_answered", 409, "The other answer came first"),
     ProblemKind("setpoint.refused", 422, "The setpoint is not sent"),
+    ProblemKind("tasks.refused", 422, "The task is not queued"),
+    ProblemKind("tasks.full", 409, "The task queue is full"),
     ProblemKind("offboard.lease_held", 409, "Another client has the lease"),
     ProblemKind("offboard.lease_lost", 409, "The lease is not yours, or has ended"),
     ProblemKind("offboard.not_ready", 409, "Offboard control cannot begin now"),

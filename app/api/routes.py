@@ -19,6 +19,7 @@ from app.api import (
     runs,
     schemas,
     simulator,
+    tasks,
     vehicles,
 )
 from app.api.routing import AnyRoute
@@ -26,6 +27,7 @@ from app.api.routing import AnyRoute
 ROUTES: Final[tuple[AnyRoute, ...]] = (
     *vehicles.ROUTES,
     *offboard.ROUTES,
+    *tasks.ROUTES,
     *plans.ROUTES,
     *plan_exports.ROUTES,
     *plan_checks.ROUTES,

@@ -166,3 +166,22 @@ class AuditFailedError(OffboardNotReadyError):
     """The vehicle's own parameters would make a lost stream dangerous; `extra["audit"]` lists them."""
 
     code = "offboard.audit_failed"
+
+
+class TaskRefusedError(InvalidInputError):
+    """The task is not queued: this vehicle cannot fly it, or it leads beyond a limit.
+
+    `refusal` is the stable code of the reason, such as `tasks.no_length` or `limit.fence`.
+    """
+
+    code = "tasks.refused"
+
+    def __init__(self, detail: str, *, refusal: str = "tasks.refused", hint: str = "", **extra: object) -> None:
+        super().__init__(detail, hint=hint, refusal=refusal, **extra)
+        self.refusal = refusal
+
+
+class TasksFullError(ConflictError):
+    """The vehicle's task queue has no place left."""
+
+    code = "tasks.full"

@@ -35,6 +35,11 @@ class EventKind(StrEnum):
     """data: change (taken, handed_over, overridden, offered, released, expired, revoked), holder, reason."""
     OFFBOARD_CHANGED = "offboard.changed"
     """data: state, holder, reason. The setpoints themselves are telemetry."""
+    TASKS_CHANGED = "tasks.changed"
+    """data: change (inserted, reached, time_over, gripper_done, skipped, cleared, paused, resumed, by_hand, blocked,
+    dropped), task_id, task, holder, reason, task_list."""
+    TASKS_GRIPPER = "tasks.gripper"
+    """data: task_id, action, result ("sent", then ACCEPTED or why not)."""
     PLAN_CREATED = "plan.created"
     """data: plan_id, hash, name, vehicle_type, created_at, created_by."""
     RUN_CREATED = "run.created"

@@ -25,6 +25,8 @@ const SAY: Readonly<Record<EventKind, Say>> = {
   "vehicle.command": (e, v) => ({ text: `${v} was told to ${lower(e.data["command"])}${after(" by ", e.data["by"])}${after(": ", lower(e.data["outcome"]))}.`, tone: "info" }),
   "offboard.lease": sayLease,
   "offboard.changed": sayOffboard,
+  "tasks.changed": sayTasks,
+  "tasks.gripper": (e, v) => ({ text: `${v}, task ${str(e.data["task_id"])}, ${lower(e.data["action"])}: ${lower(e.data["result"])}.`, tone: e.data["result"] === "sent" || e.data["result"] === "ACCEPTED" ? "drop" : "danger" }),
   "plan.created": (e) => ({ text: `Plan “${str(e.data["name"])}” was stored.`, tone: "neutral" }),
   "run.created": (e, v) => ({ text: `Run ${short(e.run_id)} was created for ${v}.`, tone: "neutral" }),
   "run.changed": sayRun,
@@ -57,6 +59,16 @@ function sayLease(event: StreamEvent, vehicle: string): Sentence {
 function sayOffboard(event: StreamEvent, vehicle: string): Sentence {
   const state = str(event.data["state"]);
   return { text: `${vehicle}, offboard control: ${state}${after(", ", event.data["reason"])}.`, tone: state === "active" ? "warn" : "neutral" };
+}
+
+const TASK_WORDS: Readonly<Record<string, string>> = { inserted: "is queued", reached: "has come to its end", time_over: "has lasted its time", gripper_done: "has worked the gripper", skipped: "was skipped", paused: "is paused", resumed: "goes on", by_hand: "waits: its pilot flies by hand", blocked: "is stopped", dropped: "and what came after it are dropped" };
+
+function sayTasks(event: StreamEvent, vehicle: string): Sentence {
+  const change = str(event.data["change"]);
+  const id = event.data["task_id"];
+  const tone = change === "blocked" || change === "dropped" ? "warn" : "info";
+  const what = typeof id === "string" ? `task ${id} ${TASK_WORDS[change] ?? "changed"}` : `the task queue ${change === "cleared" ? "was cleared" : "changed"}`;
+  return { text: `${vehicle}: ${what}${after(": ", event.data["reason"])}.`, tone };
 }
 
 function sayChanged(event: StreamEvent, vehicle: string): Sentence {
