@@ -6,6 +6,7 @@ from typing import Final
 
 from app.api import (
     attachments,
+    consents,
     documents,
     events,
     health,
@@ -19,6 +20,7 @@ from app.api import (
     runs,
     schemas,
     simulator,
+    tasks,
     vehicles,
     webhooks,
 )
@@ -27,11 +29,13 @@ from app.api.routing import AnyRoute
 ROUTES: Final[tuple[AnyRoute, ...]] = (
     *vehicles.ROUTES,
     *offboard.ROUTES,
+    *tasks.ROUTES,
     *plans.ROUTES,
     *plan_exports.ROUTES,
     *plan_checks.ROUTES,
     *plan_conversions.ROUTES,
     *runs.ROUTES,
+    *consents.ROUTES,
     *proofs.ROUTES,
     *attachments.ROUTES,
     *events.ROUTES,

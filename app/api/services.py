@@ -19,6 +19,7 @@ from app.services.plans import Plans
 from app.services.proofs import Proofs
 from app.services.runs import Runs
 from app.services.simulation import Simulation
+from app.services.tasks import Tasks
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
 from app.services.webhooks import Webhooks
@@ -41,6 +42,7 @@ class ApiServices:
     runs: Runs
     commands: VehicleCommands
     offboard: Offboard
+    tasks: Tasks
     simulation: Simulation
     webhooks: Webhooks
     answers: AnswerStore
@@ -60,6 +62,7 @@ PROOFS: Final = web.AppKey("proofs", Proofs)
 RUNS: Final = web.AppKey("runs", Runs)
 SIMULATION: Final = web.AppKey("simulation", Simulation)
 WEBHOOKS: Final = web.AppKey("webhooks", Webhooks)
+TASKS: Final = web.AppKey("tasks", Tasks)
 
 
 def install(app: web.Application, services: ApiServices) -> None:
@@ -76,3 +79,4 @@ def install(app: web.Application, services: ApiServices) -> None:
     app[RUNS] = services.runs
     app[SIMULATION] = services.simulation
     app[WEBHOOKS] = services.webhooks
+    app[TASKS] = services.tasks

@@ -94,8 +94,8 @@ class Proof(_Part):
 
 _WHOLE: Final = frozenset(
     {
-        *(EventKind.RUN_COMMAND, EventKind.RUN_ACK, EventKind.RUN_DROP),
-        *(EventKind.RUN_ATTACHMENT, EventKind.SIMULATOR_FAULT),
+        *(EventKind.RUN_COMMAND, EventKind.RUN_ACK, EventKind.RUN_DROP, EventKind.RUN_ATTACHMENT),
+        *(EventKind.DROP_CONSENT_ASKED, EventKind.DROP_CONSENT_CLOSED, EventKind.SIMULATOR_FAULT),
     }
 )
 _STATES: Final = frozenset({EventKind.RUN_CREATED, EventKind.RUN_CHANGED})

@@ -25,6 +25,7 @@ from app.services.plans import Plans
 from app.services.proofs import Proofs
 from app.services.runs import Runs
 from app.services.simulation import Simulation
+from app.services.tasks import Tasks
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
 from app.services.webhooks import Webhooks, WebhookSettings
@@ -99,6 +100,7 @@ async def run_service(
         runs = Runs(fleet, storage.plans, storage.runs, journal, clock)
         stack = AsyncExitStack()
         webhooks = await stack.enter_async_context(_webhooks(storage, journal, clock, hooks, webhook_timeout_s))
+        offboard = Offboard(fleet, runs, clock, PATIENT)
         services = change(
             ApiServices(
                 journal=journal,
@@ -110,7 +112,8 @@ async def run_service(
                 proofs=Proofs(runs, storage.plans, storage.attachments, journal, clock, storage.gateway_id),
                 runs=runs,
                 commands=VehicleCommands(fleet, journal),
-                offboard=Offboard(fleet, runs, clock, PATIENT),
+                offboard=offboard,
+                tasks=Tasks(offboard, fleet, clock),
                 simulation=Simulation(None, fleet, journal),
                 webhooks=webhooks,
                 answers=storage.answers,
