@@ -88,17 +88,15 @@ async def run_service(
     links: int = 2,
 ) -> AsyncIterator[Service]:
     """A service with some vehicles. `change` may put other services in before it starts."""
-    clock = SystemClock()
+    clock, stack = SystemClock(), AsyncExitStack()
     vehicles = tuple(FakeLink(number) for number in range(1, links + 1))
     async with open_storage(await _journal_file(folder)) as storage:
         journal = Journal(storage.events, clock)
-        await journal.start()
         fleet = Fleet(FakeSource(vehicles), journal)
-        await fleet.start()
         telemetry = TelemetryFeed(fleet, period_s=0.02)
-        await telemetry.start()
+        for begun in (journal, fleet, telemetry):
+            await begun.start()
         runs = Runs(fleet, storage.plans, storage.runs, journal, clock)
-        stack = AsyncExitStack()
         webhooks = await stack.enter_async_context(_webhooks(storage, journal, clock, hooks, webhook_timeout_s))
         offboard = Offboard(fleet, runs, clock, PATIENT)
         services = change(
