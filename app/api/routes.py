@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from app.api import (
+    consents,
     documents,
     events,
     health,
@@ -32,6 +33,7 @@ ROUTES: Final[tuple[AnyRoute, ...]] = (
     *plan_checks.ROUTES,
     *plan_conversions.ROUTES,
     *runs.ROUTES,
+    *consents.ROUTES,
     *proofs.ROUTES,
     *events.ROUTES,
     *simulator.ROUTES,

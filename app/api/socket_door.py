@@ -124,6 +124,8 @@ class SocketDoor(Generic[CodeT]):
         """A token that is revoked while its socket is open ends the socket."""
         while True:
             await asyncio.sleep(self._settings.access_again_s)
+            if request.transport is None:
+                return  # the client has gone: nobody is left to be refused
             try:
                 await authenticate_socket(request, self._access)
             except ApiError:

@@ -47,6 +47,24 @@ class WrongStateError(ConflictError):
     code = "run.wrong_state"
 
 
+class ConsentNotAskedError(ConflictError):
+    """The drop asks for no consent now: not yet, not any more, or never."""
+
+    code = "drop.consent_not_asked"
+
+
+class ConsentTooLateError(ConflictError):
+    """The time to answer was over: that counts as a refusal."""
+
+    code = "drop.consent_too_late"
+
+
+class ConsentAnsweredError(ConflictError):
+    """The other answer came first, and counts."""
+
+    code = "drop.consent_answered"
+
+
 class InvalidInputError(WaydropError):
     """The document cannot be used. `findings` are JSON-able with pointer, code, message."""
 

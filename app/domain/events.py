@@ -56,6 +56,11 @@ class EventKind(StrEnum):
     """data: command, result (MAV_RESULT word), result_code, progress."""
     RUN_DROP = "run.drop"
     """data: the drop record."""
+    DROP_CONSENT_ASKED = "drop.consent_asked"
+    """data: plan_item_id, question, deadline_at, checked (offset, altitude, battery ...). The vehicle holds."""
+    DROP_CONSENT_CLOSED = "drop.consent_closed"
+    """data: plan_item_id, question, state (granted, refused, timed_out, withdrawn), by, reason. A grant is stored
+    before a release is sent."""
     SIMULATOR_FAULT = "simulator.fault"
     """data: fault, value, by, problem. Stored before the simulated vehicle gets the fault, with problem null; once more
     with the reason when it did not."""

@@ -204,6 +204,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/vehicles/{vehicle_id}/offboard/entry-check": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * What an entry would find now: the vehicle's state and its parameters; nothing is commanded
+         * @description Role: pilot or higher.
+         */
+        get: operations["check_offboard_entry"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/vehicles/{vehicle_id}/offboard/enter": {
         parameters: {
             query?: never;
@@ -730,6 +750,26 @@ export interface paths {
          * @description Role: pilot or higher.
          */
         post: operations["abort_run"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/runs/{run_id}/drops/{item_id}/consent": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Consent to a drop that asks for it, or refuse; the first answer counts, the same again is no error
+         * @description Role: pilot or higher.
+         */
+        post: operations["answer_consent"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1352,6 +1392,121 @@ export interface components {
             detail: string;
         };
         /**
+         * ConsentChecks
+         * @description What was measured when it was asked: the vehicle stood still at the point, and all checks held.
+         *
+         *     `hold_left_s` is how long the hold surely still lasts; null is "never received".
+         */
+        ConsentChecks: {
+            /**
+             * Offset M
+             * @default null
+             */
+            offset_m: number | null;
+            /**
+             * Ground Speed M S
+             * @default null
+             */
+            ground_speed_m_s: number | null;
+            /**
+             * Relative Altitude M
+             * @default null
+             */
+            relative_altitude_m: number | null;
+            /** @default null */
+            landed: components["schemas"]["LandedState"] | null;
+            /**
+             * Position Age S
+             * @default null
+             */
+            position_age_s: number | null;
+            /**
+             * Battery Percent
+             * @default null
+             */
+            battery_percent: number | null;
+            /**
+             * Gnss Satellites
+             * @default null
+             */
+            gnss_satellites: number | null;
+            /**
+             * Hold Left S
+             * @default null
+             */
+            hold_left_s: number | null;
+        };
+        /**
+         * ConsentRecord
+         * @description The consent to one drop, as evidence. Times are Unix seconds.
+         *
+         *     `question` counts how often it was asked: a vehicle that leaves its hold and comes back is asked for anew, and an
+         *     earlier answer does not count. `reason` is the operator's own words, or why it was withdrawn.
+         */
+        ConsentRecord: {
+            /** @default pending */
+            state: components["schemas"]["ConsentState"];
+            /**
+             * Question
+             * @default 0
+             */
+            question: number;
+            /**
+             * Asked At
+             * @default null
+             */
+            asked_at: number | null;
+            /**
+             * Deadline At
+             * @default null
+             */
+            deadline_at: number | null;
+            /** @default null */
+            checked: components["schemas"]["ConsentChecks"] | null;
+            /**
+             * Answered At
+             * @default null
+             */
+            answered_at: number | null;
+            /**
+             * Answered By
+             * @default null
+             */
+            answered_by: string | null;
+            /**
+             * Reason
+             * @default
+             */
+            reason: string;
+        };
+        /**
+         * ConsentRequest
+         * @description Consent to a drop that asks for it, or refuse it.
+         *
+         *     `question` is the number of the question that is answered (the drop's `consent.question`); null answers the one that
+         *     is asked now. `reason` goes into the proof of delivery.
+         */
+        ConsentRequest: {
+            /** Grant */
+            grant: boolean;
+            /**
+             * Question
+             * @default null
+             */
+            question: number | null;
+            /**
+             * Reason
+             * @default
+             */
+            reason: string;
+        };
+        /**
+         * ConsentState
+         * @description Where the question stands. `withdrawn`: nobody answered, and it does not matter any more.
+         * @enum {string}
+         */
+        ConsentState: "pending" | "asked" | "granted" | "refused" | "timed_out" | "withdrawn";
+        /**
          * Contingency
          * @description What the plan counts on when something fails. `on_link_loss` is compared with the vehicle's NAV_DLL_ACT.
          */
@@ -1431,10 +1586,10 @@ export interface components {
         DropOutcome: "pending" | "released" | "kept" | "unknown";
         /**
          * DropPhase
-         * @description Where a drop is. A supervised drop passes all of them, an embedded one only waiting and done.
+         * @description Where a drop is. An embedded one is only waiting and done; only one that needs consent is asking.
          * @enum {string}
          */
-        DropPhase: "waiting" | "holding" | "releasing" | "done";
+        DropPhase: "waiting" | "holding" | "asking" | "releasing" | "done";
         /**
          * DropRecord
          * @description The evidence of one drop. Times are Unix seconds; offsets are metres from the planned point.
@@ -1445,6 +1600,8 @@ export interface components {
          *     `commanded_at` is when a release was sent, `acknowledged_*` what the vehicle answered (COMMAND_ACK of DO_GRIPPER),
          *     `output_*` what the autopilot put out to the gripper (SERVO_OUTPUT_RAW), `sensed_at` when a sensor saw the parcel
          *     go. They are never merged. PX4's grippers have no sensor: `sensed_at` stays None for them.
+         *
+         *     `consent` is None if the plan asks for none.
          */
         DropRecord: {
             /** Plan Item Id */
@@ -1453,6 +1610,8 @@ export interface components {
             supervised: boolean;
             /** @default waiting */
             phase: components["schemas"]["DropPhase"];
+            /** @default null */
+            consent: components["schemas"]["ConsentRecord"] | null;
             /** @default pending */
             outcome: components["schemas"]["DropOutcome"];
             /** @default none */
@@ -1580,6 +1739,20 @@ export interface components {
             };
         };
         /**
+         * EntryCheckView
+         * @description What an entry would find now. `reason` is empty unless the vehicle's state forbids it; an `audit` may too.
+         */
+        EntryCheckView: {
+            /** Ready */
+            ready: boolean;
+            /** Reason */
+            reason: string;
+            /** Hint */
+            hint: string;
+            /** Audit */
+            audit: components["schemas"]["AuditView"][];
+        };
+        /**
          * EntryRequest
          * @description Enter OFFBOARD mode. `sticks_held`: a pilot holds the sticks, so a loss action that needs them is right.
          */
@@ -1643,7 +1816,7 @@ export interface components {
          * @description What an event says. The data of each kind is documented here; it is what the stream carries.
          * @enum {string}
          */
-        EventKind: "service.started" | "service.stopped" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.command" | "offboard.lease" | "offboard.changed" | "tasks.changed" | "tasks.gripper" | "plan.created" | "run.created" | "run.changed" | "run.upload_progress" | "run.item" | "run.command" | "run.ack" | "run.drop" | "simulator.fault";
+        EventKind: "service.started" | "service.stopped" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.command" | "offboard.lease" | "offboard.changed" | "tasks.changed" | "tasks.gripper" | "plan.created" | "run.created" | "run.changed" | "run.upload_progress" | "run.item" | "run.command" | "run.ack" | "run.drop" | "drop.consent_asked" | "drop.consent_closed" | "simulator.fault";
         /**
          * EventsView
          * @description A page of events in order. `last_seq` is the newest there is; ask again after the last one of the page.
@@ -1909,6 +2082,17 @@ export interface components {
              * @default null
              */
             max_offset_m: number | null;
+            /**
+             * Consent
+             * @default none
+             * @enum {string}
+             */
+            consent: "none" | "operator";
+            /**
+             * Consent Timeout S
+             * @default null
+             */
+            consent_timeout_s: number | null;
             /**
              * Instance
              * @default 1
@@ -4059,6 +4243,17 @@ export interface components {
              */
             max_offset_m: number | null;
             /**
+             * Consent
+             * @default none
+             * @enum {string}
+             */
+            consent: "none" | "operator";
+            /**
+             * Consent Timeout S
+             * @default null
+             */
+            consent_timeout_s: number | null;
+            /**
              * Instance
              * @default 1
              */
@@ -5337,6 +5532,120 @@ export interface operations {
             };
             /** @description `internal`: A defect of the service */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    check_offboard_entry: {
+        parameters: {
+            query?: {
+                sticks_held?: boolean;
+            };
+            header?: never;
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Whether it could begin, and why not */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["EntryCheckView"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `vehicle.quarantined`: The vehicle is quarantined; `offboard.not_ready`: Offboard control cannot begin now */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `vehicle.link`: The link to the vehicle failed */
+            502: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `vehicle.timeout`: The vehicle did not answer */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9043,6 +9352,150 @@ export interface operations {
             };
             /** @description `vehicle.timeout`: The vehicle did not answer */
             504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    answer_consent: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                run_id: string;
+                item_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ConsentRequest"];
+            };
+        };
+        responses: {
+            /** @description The run with the answer stored; the release follows, checked once more */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Run"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `drop.consent_not_asked`: The drop asks for no consent now; `drop.consent_too_late`: The time to consent is over; `drop.consent_answered`: The other answer came first */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.invalid`: The body does not fit this request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };

@@ -53,6 +53,9 @@ describe("sentences", () => {
 
   it("claim no more of a drop than is known", () => {
     expect(say("run.drop", { ...sampleDrop({ outcome: "released", certainty: "acknowledged" }) }).text).toBe("v1 released “drop”, acknowledged by the vehicle.");
+    expect(say("drop.consent_asked", { plan_item_id: "drop" }).text).toBe("v1 holds at “drop” and waits for an operator's consent.");
+    expect(say("drop.consent_closed", { plan_item_id: "drop", state: "granted", by: "anna", reason: "gate is closed" }).text).toBe("“drop”: Consent granted by anna: gate is closed.");
+    expect(say("drop.consent_closed", { plan_item_id: "drop", state: "timed_out", by: null, reason: "" })).toEqual({ text: "“drop”: No consent in time.", tone: "warn" });
     expect(say("run.drop", { ...sampleDrop({ outcome: "unknown", reason: "the link died" }) })).toEqual({
       text: "Whether v1 released “drop” is not known. The link died.",
       tone: "danger",

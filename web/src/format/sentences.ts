@@ -1,9 +1,9 @@
 /** Each event of the stream as a sentence that can be read aloud. Unknown kinds still say what they are. Pure. */
 
-import type { DropRecord, EventKind, Run } from "../api/types";
+import type { ConsentRecord, DropRecord, EventKind, Run } from "../api/types";
 import type { StreamEvent } from "../api/types";
 import { percent } from "./units";
-import { asSentence, certaintyName, plain, runStateName, runStateTone, type Tone } from "./words";
+import { asSentence, certaintyName, consentWords, plain, runStateName, runStateTone, type Tone } from "./words";
 
 export interface Sentence {
   readonly text: string;
@@ -35,6 +35,8 @@ const SAY: Readonly<Record<EventKind, Say>> = {
   "run.command": (e, v) => ({ text: `Sent ${command(e.data["command"])} to ${v}${again(e.data["attempt"])}.`, tone: "drop" }),
   "run.ack": (e, v) => ({ text: `${v} answered ${command(e.data["command"])}: ${lower(e.data["result"])}${e.data["progress"] ? ` (${percent(Number(e.data["progress"]))})` : ""}.`, tone: ackTone(str(e.data["result"])) }),
   "run.drop": sayDrop,
+  "drop.consent_asked": (e, v) => ({ text: `${v} holds at “${str(e.data["plan_item_id"])}” and waits for an operator's consent.`, tone: "warn" }),
+  "drop.consent_closed": sayConsent,
   "simulator.fault": sayFault,
   "page.missing": (e) => ({ text: `Events ${str(e.data["first"])} to ${str(e.data["last"])} are no longer kept by the service.`, tone: "warn" }),
 };
@@ -108,6 +110,12 @@ function sayDrop(event: StreamEvent, vehicle: string): Sentence {
     default:
       return { text: `Drop “${item}”: ${lower(drop.phase)}.`, tone: "drop" };
   }
+}
+
+function sayConsent(event: StreamEvent): Sentence {
+  const { plan_item_id: item, state, by, reason } = event.data;
+  const words = consentWords({ state: str(state) as ConsentRecord["state"], answered_by: str(by) || null, reason: str(reason) });
+  return { text: `“${str(item)}”: ${ended(words)}`, tone: state === "granted" ? "ok" : "warn" };
 }
 
 function sayFault(event: StreamEvent, vehicle: string): Sentence {
