@@ -222,6 +222,9 @@ class TaskFlight:
         try:
             self._tell_gripper(task_id, action, "sent")
             await work_gripper(self.control.link, action)
+        except asyncio.CancelledError:
+            self._tell_gripper(task_id, action, "not known: its task ended before the answer")
+            raise
         except WaydropError as error:
             self._tell_gripper(task_id, action, error.detail)
             self._gripping = None
