@@ -1752,7 +1752,7 @@ export interface components {
          * @description What a webhook may be told. docs/webhooks.md has the table.
          * @enum {string}
          */
-        DeliveryEvent: "delivery.created" | "delivery.ready" | "delivery.departed" | "delivery.arrived" | "delivery.paused" | "delivery.resumed" | "delivery.returning" | "delivery.landed" | "delivery.completed" | "delivery.aborted" | "delivery.failed" | "delivery.lost" | "drop.released" | "drop.kept" | "drop.unknown" | "drop.attachment" | "webhook.test";
+        DeliveryEvent: "delivery.created" | "delivery.ready" | "delivery.departed" | "delivery.arrived" | "delivery.paused" | "delivery.resumed" | "delivery.returning" | "delivery.landed" | "delivery.completed" | "delivery.aborted" | "delivery.failed" | "delivery.lost" | "drop.consent_asked" | "drop.released" | "drop.kept" | "drop.unknown" | "drop.attachment" | "webhook.test";
         /**
          * DropOutcome
          * @description Every drop ends in one of these; `pending` only while the run goes on.
