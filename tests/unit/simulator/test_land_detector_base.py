@@ -86,6 +86,7 @@ def test_the_flight_time_counts_from_the_take_off_to_the_disarming_and_is_stored
 
 def test_a_reboot_in_the_air_loses_the_flight_time_until_then() -> None:
     bench = Bench("quad")
+    bench.feed(DISARMED, 2.0)
     bench.feed(FLYING, 10.0)
     bench.reboot()
     bench.feed(FLYING, 3.0)
