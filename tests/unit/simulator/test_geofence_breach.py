@@ -240,6 +240,15 @@ def test_the_next_breach_acts_again() -> None:
     assert cockpit.texts().count("Failsafe activated") == 2
 
 
+def test_a_hold_over_the_border_is_one_breach_however_often_it_drifts_across() -> None:
+    cockpit = breaching(INCLUSION)
+    body = cockpit.vehicle.state.body
+    for north_m in (BORDER_M - 1.0, BORDER_M + 1.0, BORDER_M - 1.0, BORDER_M + 1.0):
+        body.north_m = north_m
+        cockpit.fly(0.5)
+    assert cockpit.texts().count("Failsafe activated") == 1
+
+
 def test_a_return_goes_on_when_the_vehicle_is_inside_again() -> None:
     cockpit = breaching(INCLUSION, GF_ACTION=3)
     cockpit.until(lambda: cockpit.vehicle.state.body.north_m < 20.0, 60.0)
