@@ -148,6 +148,7 @@ def test_one_cannot_arm_outside_the_fence() -> None:
     cockpit.vehicle.state.body.north_m = BORDER_M + 10.0
     cockpit.fly(1.0)
     assert cockpit.command(Cmd.COMPONENT_ARM_DISARM, 1) == [Result.TEMPORARILY_REJECTED]
+    assert "Failsafe activated" not in cockpit.texts(), "there is nothing to do on the ground"
     cockpit.vehicle.params.set("GF_ACTION", 0)
     cockpit.fly(0.3)
     cockpit.arm()
@@ -185,6 +186,8 @@ def test_3_returns_and_5_lands_after_a_hold_of_com_fail_act_t(action: int, then:
     cockpit.until(lambda: not cockpit.armed, 120.0)
     home_m = cockpit.distance_to(0.0, 0.0)  # in hold it flew on to where it had been sent: the mode was the same
     assert home_m < 1.0 if then is Mode.RTL else BORDER_M < home_m < 100.0
+    cockpit.fly(0.1)
+    assert mode(cockpit) is Mode.LOITER, "disarmed the failsafe is over"
 
 
 def test_without_that_time_it_returns_at_once() -> None:

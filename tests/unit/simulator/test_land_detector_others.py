@@ -166,3 +166,14 @@ def test_an_armed_airship_never_lands() -> None:
     assert not bench.feed(STANDING, 0.1).landed
     assert bench.never("landed", replace(STANDING, mode=Mode.LAND))
     assert not bench.land.ground_contact
+
+
+def test_a_vtol_without_airspeed_any_more_lands_as_a_multicopter() -> None:
+    bench = Bench("vtol").flown()
+    assert bench.seconds_until("landed", True, replace(STANDING, **BLIND)) == pytest.approx(1.0, abs=0.1)
+
+
+def test_after_a_reboot_a_vtol_has_not_flown_and_airspeed_is_wind() -> None:
+    bench = Bench("vtol").flown()
+    bench.reboot()
+    assert all(bench.feed(replace(STANDING, airspeed_m_s=12.0), 0.02).landed for _ in range(50))
