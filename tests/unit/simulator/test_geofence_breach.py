@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from app.simulator.events import EVENTS
 from app.simulator.mission.fence_item import (
     CIRCLE_EXCLUSION,
     CIRCLE_INCLUSION,
@@ -55,6 +56,11 @@ def breached(cockpit: Cockpit) -> bool:
 
 def mode(cockpit: Cockpit) -> Mode:
     return cockpit.vehicle.state.status.mode
+
+
+def events(cockpit: Cockpit) -> list[str]:
+    names = {number: name for name, (number, _, _) in EVENTS.items()}
+    return [names[event.id] for event in cockpit.messages("EVENT")]
 
 
 def breaching(fence: list[Plan], airframe: str = "quad", firmware: str = "px4-main", **params: Value) -> Cockpit:
@@ -109,6 +115,7 @@ def test_the_distance_from_home_is_limited_by_gf_max_hor_dist() -> None:
     cockpit = breaching([], GF_MAX_HOR_DIST=BORDER_M)
     assert cockpit.vehicle.state.body.north_m == pytest.approx(BORDER_M, abs=1.5)
     assert cockpit.texts()[-2] == "Geofence: exceeding maximum distance to Home"
+    assert "check_gf_violation_max_hor_dist" in events(cockpit)
 
 
 def test_the_height_above_home_is_limited_by_gf_max_ver_dist() -> None:
@@ -162,6 +169,7 @@ def test_1_warns_and_flies_on() -> None:
     assert cockpit.texts()[-2:] == [TEXT, "Failsafe activated"]
     cockpit.until(lambda: cockpit.vehicle.state.body.north_m > 115.0, 60.0)
     assert cockpit.texts().count("Failsafe activated") == 1
+    assert "commander_failsafe_enter_generic_warn" in events(cockpit)
     assert cockpit.last("HEARTBEAT").system_status == 4
 
 
@@ -180,9 +188,11 @@ def test_3_returns_and_5_lands_after_a_hold_of_com_fail_act_t(action: int, then:
     cockpit = breaching(INCLUSION, GF_ACTION=action, COM_FAIL_ACT_T=4.0)
     assert mode(cockpit) is Mode.LOITER
     assert "".join(cockpit.texts()[-2:]).endswith("Failsafe activated, entering Hold for 4 seconds")
+    assert events(cockpit)[-1] == "commander_failsafe_enter_generic_hold"
     assert cockpit.until(lambda: mode(cockpit) is not Mode.LOITER, 10.0) == pytest.approx(4.0, abs=0.03)
     assert mode(cockpit) is then
     assert "Failsafe activated" in cockpit.texts()
+    assert "commander_failsafe_enter_generic" in events(cockpit)
     cockpit.until(lambda: not cockpit.armed, 120.0)
     home_m = cockpit.distance_to(0.0, 0.0)  # in hold it flew on to where it had been sent: the mode was the same
     assert home_m < 1.0 if then is Mode.RTL else BORDER_M < home_m < 100.0
@@ -191,7 +201,9 @@ def test_3_returns_and_5_lands_after_a_hold_of_com_fail_act_t(action: int, then:
 
 
 def test_without_that_time_it_returns_at_once() -> None:
-    assert mode(breaching(INCLUSION, GF_ACTION=3, COM_FAIL_ACT_T=0.0)) is Mode.RTL
+    cockpit = breaching(INCLUSION, GF_ACTION=3, COM_FAIL_ACT_T=0.0)
+    assert mode(cockpit) is Mode.RTL
+    assert "entering Hold" not in "".join(cockpit.texts())
 
 
 def test_a_vehicle_that_lands_is_not_made_to_return() -> None:
