@@ -7,7 +7,6 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field
 
 from app.domain.events import Event
-from app.domain.run import Run
 from app.services.plans import PlanHead
 from app.services.views import VehicleView
 
@@ -28,13 +27,6 @@ class ListQuery(RequestModel):
     limit: Limit = 50
 
 
-class RunsQuery(ListQuery):
-    """Which runs. `open`: only those that are not over."""
-
-    vehicle: Identifier | None = None
-    open: bool = False
-
-
 class EventsQuery(RequestModel):
     """Which events: a page of them, in order."""
 
@@ -50,6 +42,20 @@ class RunRequest(RequestModel):
     plan: Identifier
     vehicle: Identifier
     start: bool = False
+
+
+class ConsentRequest(RequestModel):
+    """Consent to a drop that asks for it, or refuse it.
+
+    `question` is the number of the question that is answered (the drop's `consent.question`); null answers the one that
+    is asked now. `reason` goes into the proof of delivery.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    grant: bool
+    question: Annotated[int, Field(ge=1)] | None = None
+    reason: Annotated[str, Field(max_length=500)] = ""
 
 
 class PlanCheckRequest(RequestModel):
@@ -71,12 +77,6 @@ class PlansView(BaseModel):
     """Plans without their documents, newest first."""
 
     plans: list[PlanHead]
-
-
-class RunsView(BaseModel):
-    """Runs, newest first."""
-
-    runs: list[Run]
 
 
 class EventsView(BaseModel):

@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import Final
 
 from app.api import (
+    attachments,
+    consents,
     documents,
     events,
     health,
@@ -18,20 +20,26 @@ from app.api import (
     runs,
     schemas,
     simulator,
+    tasks,
     vehicles,
+    webhooks,
 )
 from app.api.routing import AnyRoute
 
 ROUTES: Final[tuple[AnyRoute, ...]] = (
     *vehicles.ROUTES,
     *offboard.ROUTES,
+    *tasks.ROUTES,
     *plans.ROUTES,
     *plan_exports.ROUTES,
     *plan_checks.ROUTES,
     *plan_conversions.ROUTES,
     *runs.ROUTES,
+    *consents.ROUTES,
     *proofs.ROUTES,
+    *attachments.ROUTES,
     *events.ROUTES,
+    *webhooks.ROUTES,
     *simulator.ROUTES,
     *principal.ROUTES,
     *schemas.ROUTES,

@@ -9,6 +9,7 @@ from collections.abc import Coroutine, Sequence
 import structlog
 
 from app.domain.compiler import compile_plan
+from app.domain.consent import Answer
 from app.domain.errors import ConflictError, NotFoundError, PlanRejectedError, VehicleBusyError, WrongStateError
 from app.domain.events import EventKind
 from app.domain.mission import Mission, mission_hash
@@ -16,10 +17,12 @@ from app.domain.plan import Plan, parse_plan
 from app.domain.ports import PlanStore, RunStore, StoredPlan, VehicleLink
 from app.domain.rules import Severity, check_plan
 from app.domain.run import Run, RunState
+from app.domain.run_filter import ALL_RUNS, RunFilter
 from app.services.clock import Clock
 from app.services.fleet import Fleet, FleetVehicle
 from app.services.journal import Journal
 from app.services.runs.assembly import assemble, drop_records
+from app.services.runs.consents import without_flight
 from app.services.runs.flight import RunFlight
 from app.services.runs.settings import RunSettings
 from app.services.runs.take_up import TakeUp
@@ -51,7 +54,7 @@ class Runs:
 
     async def begin(self) -> None:
         """Take up what an earlier process left open. Raises StorageError."""
-        for run in await self._store.list_runs(limit=1000, open_only=True):
+        for run in await self._store.list_runs(RunFilter(open_only=True), limit=1000):
             self._waiting[run.id] = run
             self._own(run.id, self._take_up(run))
 
@@ -92,9 +95,11 @@ class Runs:
             raise NotFoundError(f"no run {run_id!r}", hint="GET /api/v1/runs lists them")
         return run
 
-    async def list_runs(self, limit: int, vehicle_id: str | None = None) -> Sequence[Run]:
-        """Newest first."""
-        return await self._store.list_runs(limit=limit, vehicle_id=vehicle_id)
+    async def list_runs(self, limit: int, wanted: RunFilter = ALL_RUNS) -> Sequence[Run]:
+        """Newest first. Raises NotFoundError if `wanted.older_than` is no run."""
+        if wanted.older_than is not None:
+            await self.get(wanted.older_than)
+        return await self._store.list_runs(wanted, limit=limit)
 
     def open_runs(self) -> Sequence[Run]:
         """Runs that are not over, as stored."""
@@ -136,6 +141,17 @@ class Runs:
         flight = await self._flight(run_id)
         await flight.abort()
         return flight.run
+
+    async def answer_consent(self, run_id: str, plan_item_id: str, answer: Answer, by: str) -> Run:
+        """An operator's answer to a drop that asks for consent: the first in time counts, the same again is no error.
+
+        Raises:
+            NotFoundError, ConsentNotAskedError, ConsentTooLateError, ConsentAnsweredError, StorageError.
+        """
+        flight = self._flights.get(run_id)
+        if flight is None:
+            return without_flight(await self.get(run_id), plan_item_id, answer)
+        return await flight.consents.answer(plan_item_id, answer, by)
 
     async def _create(
         self, run_id: str, stored: StoredPlan, vehicle: FleetVehicle, link: VehicleLink, *, start: bool, by: str
