@@ -50,7 +50,7 @@ LANDED: Final = {"in_air": "In the air", "on_ground": "Armed", "landing": "Landi
 
 @dataclass(frozen=True, slots=True)
 class Cost:
-    """One stretch of time. `cpu` is the share of it in which the main thread was busy."""
+    """One stretch of time. `cpu` is the main thread's own processor time in it, however busy the machine is."""
 
     name: str
     telemetry_hz: float
@@ -118,20 +118,20 @@ def end_apart(links: Sequence[FakeLink]) -> None:
         link.change(mode=MODES[number % 3], battery_percent=float(number % 97), landed=landed)
 
 
-async def busy_s(cdp: CDPSession) -> float:
-    """How long the main thread has been busy so far."""
+async def thread_s(cdp: CDPSession) -> float:
+    """The main thread's processor time so far."""
     found = (await cdp.send("Performance.getMetrics"))["metrics"]
-    return float(next(one["value"] for one in found if one["name"] == "TaskDuration"))
+    return float(next(one["value"] for one in found if one["name"] == "ThreadTime"))
 
 
 async def measure(name: str, page: Page, cdp: CDPSession, socket: Socket, seconds: float) -> Cost:
     """Look at the page for a while."""
     await page.evaluate("() => { long.length = 0; frames = 0; }")
-    telemetry, busy, began_s = socket.telemetry, await busy_s(cdp), asyncio.get_running_loop().time()
+    telemetry, before_s, began_s = socket.telemetry, await thread_s(cdp), asyncio.get_running_loop().time()
     await asyncio.sleep(seconds)
     took_s = asyncio.get_running_loop().time() - began_s
     long_tasks, frames = await page.evaluate("() => [long, frames]")
-    share = (await busy_s(cdp) - busy) / took_s
+    share = (await thread_s(cdp) - before_s) / took_s
     return Cost(name, (socket.telemetry - telemetry) / took_s, frames / took_s, share, long_tasks)
 
 
