@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from app.api import (
+    consents,
     documents,
     events,
     health,
@@ -18,6 +19,7 @@ from app.api import (
     runs,
     schemas,
     simulator,
+    tasks,
     vehicles,
 )
 from app.api.routing import AnyRoute
@@ -25,11 +27,13 @@ from app.api.routing import AnyRoute
 ROUTES: Final[tuple[AnyRoute, ...]] = (
     *vehicles.ROUTES,
     *offboard.ROUTES,
+    *tasks.ROUTES,
     *plans.ROUTES,
     *plan_exports.ROUTES,
     *plan_checks.ROUTES,
     *plan_conversions.ROUTES,
     *runs.ROUTES,
+    *consents.ROUTES,
     *proofs.ROUTES,
     *events.ROUTES,
     *simulator.ROUTES,

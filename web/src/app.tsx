@@ -1,5 +1,6 @@
 import { live } from "./state/store";
 import { panel, view } from "./state/selection";
+import { ConsentCalls } from "./ui/consent-calls";
 import { Feed } from "./ui/feed";
 import { FileDrop } from "./ui/file-drop";
 import { Fleet } from "./ui/fleet";
@@ -33,6 +34,7 @@ export function App() {
       </main>
       <ViewBar />
       <FileDrop />
+      <ConsentCalls />
       <Notices />
       <TokenDialog />
     </div>

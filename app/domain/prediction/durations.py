@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from app.domain.compiler.drop_items import EMBEDDED_HOLD_S, settle_s
+from app.domain.compiler.drop_items import EMBEDDED_HOLD_S, bound_s, settle_s
+from app.domain.consent import CONSENT_MARGIN_S
 from app.domain.default_facts import parameter
 from app.domain.geo import distance_m
 from app.domain.landing_pattern import LandingPattern, landing_pattern
@@ -147,6 +148,13 @@ def _return_altitude_m(facts: VehicleFacts, away_m: float) -> float:
     return max(min(highest, away_m / math.tan(math.radians(cone_deg))), min(highest, lowest))
 
 
+def _longest_question_s(drop: DropUse) -> float:
+    """An operator may take this long to consent; limits and batteries must bear the longest answer."""
+    if drop.item.consent == "none":
+        return 0.0
+    return min(drop.item.consent_timeout_s or math.inf, max(0.0, bound_s(drop) - CONSENT_MARGIN_S))
+
+
 def _standing_s(facts: VehicleFacts, item: PlanItem, drop: DropUse | None) -> float:
     match item:
         case Delay():
@@ -156,5 +164,5 @@ def _standing_s(facts: VehicleFacts, item: PlanItem, drop: DropUse | None) -> fl
     if drop is None or not drop.stopped:
         return 0.0
     if drop.supervised:
-        return parameter(facts, "PD_GRIPPER_TO") + SUPERVISED_S
+        return parameter(facts, "PD_GRIPPER_TO") + SUPERVISED_S + _longest_question_s(drop)
     return settle_s(drop.item, facts)

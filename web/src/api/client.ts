@@ -34,6 +34,9 @@ export const api = {
     send("/runs", { plan, vehicle, start }, { once: true }),
 
   runAction: (id: string, action: RunAction): Promise<Run> => send(`/runs/${encodeURIComponent(id)}/${action}`, {}, {}),
+  /** `question` is the number of the question that is answered: none that comes after it. */
+  answerConsent: (run: string, drop: string, grant: boolean, question: number): Promise<Run> =>
+    send(`/runs/${encodeURIComponent(run)}/drops/${encodeURIComponent(drop)}/consent`, { grant, question }, {}),
   vehicleAction: (id: string, action: "hold" | "return" | "land"): Promise<unknown> =>
     send(`/vehicles/${encodeURIComponent(id)}/${action}`, {}, {}),
   /** `vehicle` null: all simulated vehicles. */
