@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from app.api import (
+    attachments,
     consents,
     documents,
     events,
@@ -21,6 +22,7 @@ from app.api import (
     simulator,
     tasks,
     vehicles,
+    webhooks,
 )
 from app.api.routing import AnyRoute
 
@@ -35,7 +37,9 @@ ROUTES: Final[tuple[AnyRoute, ...]] = (
     *runs.ROUTES,
     *consents.ROUTES,
     *proofs.ROUTES,
+    *attachments.ROUTES,
     *events.ROUTES,
+    *webhooks.ROUTES,
     *simulator.ROUTES,
     *principal.ROUTES,
     *schemas.ROUTES,
