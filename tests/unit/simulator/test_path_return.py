@@ -133,6 +133,15 @@ def test_back_from_another_mode_it_begins_at_the_nearest_position() -> None:
     assert cockpit.vehicle.store.current_seq == 2
 
 
+def test_on_the_way_back_a_landing_is_a_position_like_any_other() -> None:
+    cockpit = returning(TO_GARDEN, 1, RTL_TYPE=4)
+    cockpit.set_mode(Mode.LOITER)
+    cockpit.vehicle.state.body.north_m, cockpit.vehicle.state.body.east_m = -10.0, 70.0
+    cockpit.set_mode(Mode.RTL)
+    assert cockpit.vehicle.store.current_seq == 6
+    assert cockpit.vehicle.context.setpoint.kind is SetpointKind.POSITION
+
+
 def test_back_it_begins_with_the_item_before_also_a_release() -> None:
     """As PX4 does: the item is executed, whatever it is. A supervised release skips such an item by set-current."""
     plans = [takeoff(12), waypoint(*NORTH, 12, 600, 2), RELEASE, waypoint(*EAST, 12, 0, 2)]
