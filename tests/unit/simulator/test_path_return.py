@@ -199,6 +199,7 @@ def test_to_the_landing_a_plane_climbs_flies_where_it_begins_and_lands_as_the_mi
     assert cockpit.vehicle.store.current_seq == 3
     cockpit.until(lambda: cockpit.vehicle.store.current_seq == 4)
     assert cockpit.vehicle.state.body.up_m > 59.0
+    assert cockpit.vehicle.context.setpoint.kind is SetpointKind.LOITER, "the one item that is not a mere waypoint"
     cockpit.until(lambda: cockpit.vehicle.store.current_seq == 5, 300.0)
     cockpit.until(lambda: not cockpit.armed, 200.0)
     assert cockpit.distance_to(700.0, 300.0) < 60.0
