@@ -125,6 +125,20 @@ def test_without_a_landing_it_flies_back_by_the_items_and_lands_at_home() -> Non
     assert cockpit.distance_to(0.0, 0.0) < 1.0
 
 
+def test_back_without_a_takeoff_item_it_lands_at_home_after_the_first_position() -> None:
+    cockpit = returning([waypoint(*NORTH, 12, 0, 2), waypoint(*EAST, 12, 0, 2), waypoint(*GARDEN, 12, 60, 2)], 2)
+    assert visits(cockpit, EAST, NORTH, (0.0, 0.0)) == [0, 1, 2]
+    assert cockpit.distance_to(0.0, 0.0) < 1.0
+
+
+def test_a_plane_joins_the_mission_at_no_landing() -> None:
+    cockpit = returning([takeoff(30, north_m=150.0), waypoint(400, 0, 40), land(1000.0, 0.0)], 1, "plane")
+    cockpit.set_mode(Mode.LOITER)
+    cockpit.vehicle.state.body.north_m = 980.0
+    cockpit.set_mode(Mode.RTL)
+    assert cockpit.vehicle.store.current_seq == 1
+
+
 def test_back_from_another_mode_it_begins_at_the_nearest_position() -> None:
     cockpit = returning(NO_LANDING, 3)
     cockpit.set_mode(Mode.LOITER)
