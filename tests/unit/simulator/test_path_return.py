@@ -107,6 +107,14 @@ def test_out_of_another_mode_it_begins_at_the_nearest_position() -> None:
     assert cockpit.vehicle.store.current_seq == 5
 
 
+def test_the_nearest_position_is_the_nearest_in_space() -> None:
+    cockpit = returning([takeoff(12), waypoint(*NORTH, 12, 0, 2), waypoint(*NORTH, 60, 0, 2), land(*GARDEN)], 1)
+    cockpit.set_mode(Mode.LOITER)
+    cockpit.vehicle.state.body.north_m, cockpit.vehicle.state.body.up_m = 50.0, 55.0
+    cockpit.set_mode(Mode.RTL)
+    assert cockpit.vehicle.store.current_seq == 2
+
+
 def test_a_jump_is_flown_as_often_as_the_mission_would() -> None:
     loop = [takeoff(12), waypoint(*NORTH, 12, 0, 2), waypoint(*EAST, 12, 0, 2), do(Cmd.DO_JUMP, 1, 1), land(*GARDEN)]
     assert visits(returning(loop, 1), NORTH, EAST, GARDEN) == [0, 1, 0, 1, 2]
