@@ -66,6 +66,7 @@ def test_on_to_the_landing_it_passes_all_positions_without_holding_and_gives_no_
     assert highest_m(cockpit, begin_s) < 14.0, "no climb to RTL_RETURN_ALT"
     assert cockpit.distance_to(*GARDEN) < 1.0
     assert "Mission finished, landed" in cockpit.texts()
+    assert cockpit.last("MISSION_ITEM_REACHED").seq == 6, "the landing, too"
 
 
 def test_it_goes_on_to_the_position_that_it_flew_to_and_shows_it() -> None:
