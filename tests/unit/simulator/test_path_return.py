@@ -66,6 +66,7 @@ def test_on_to_the_landing_it_passes_all_positions_without_holding_and_gives_no_
     assert highest_m(cockpit, begin_s) < 14.0, "no climb to RTL_RETURN_ALT"
     assert cockpit.distance_to(*GARDEN) < 1.0
     assert "Mission finished, landed" in cockpit.texts()
+    assert cockpit.last("MISSION_ITEM_REACHED").seq == 6, "the landing, too"
 
 
 def test_it_goes_on_to_the_position_that_it_flew_to_and_shows_it() -> None:
@@ -107,6 +108,14 @@ def test_out_of_another_mode_it_begins_at_the_nearest_position() -> None:
     assert cockpit.vehicle.store.current_seq == 5
 
 
+def test_the_nearest_position_is_the_nearest_in_space() -> None:
+    cockpit = returning([takeoff(12), waypoint(*NORTH, 12, 0, 2), waypoint(*NORTH, 60, 0, 2), land(*GARDEN)], 1)
+    cockpit.set_mode(Mode.LOITER)
+    cockpit.vehicle.state.body.north_m, cockpit.vehicle.state.body.up_m = 50.0, 55.0
+    cockpit.set_mode(Mode.RTL)
+    assert cockpit.vehicle.store.current_seq == 2
+
+
 def test_a_jump_is_flown_as_often_as_the_mission_would() -> None:
     loop = [takeoff(12), waypoint(*NORTH, 12, 0, 2), waypoint(*EAST, 12, 0, 2), do(Cmd.DO_JUMP, 1, 1), land(*GARDEN)]
     assert visits(returning(loop, 1), NORTH, EAST, GARDEN) == [0, 1, 0, 1, 2]
@@ -125,12 +134,35 @@ def test_without_a_landing_it_flies_back_by_the_items_and_lands_at_home() -> Non
     assert cockpit.distance_to(0.0, 0.0) < 1.0
 
 
+def test_back_without_a_takeoff_item_it_lands_at_home_after_the_first_position() -> None:
+    cockpit = returning([waypoint(*NORTH, 12, 0, 2), waypoint(*EAST, 12, 0, 2), waypoint(*GARDEN, 12, 60, 2)], 2)
+    assert visits(cockpit, EAST, NORTH, (0.0, 0.0)) == [0, 1, 2]
+    assert cockpit.distance_to(0.0, 0.0) < 1.0
+
+
+def test_a_plane_joins_the_mission_at_no_landing() -> None:
+    cockpit = returning([takeoff(30, north_m=150.0), waypoint(400, 0, 40), land(1000.0, 0.0)], 1, "plane")
+    cockpit.set_mode(Mode.LOITER)
+    cockpit.vehicle.state.body.north_m = 980.0
+    cockpit.set_mode(Mode.RTL)
+    assert cockpit.vehicle.store.current_seq == 1
+
+
 def test_back_from_another_mode_it_begins_at_the_nearest_position() -> None:
     cockpit = returning(NO_LANDING, 3)
     cockpit.set_mode(Mode.LOITER)
     cockpit.vehicle.state.body.east_m = 40.0  # twenty metres before the second
     cockpit.set_mode(Mode.RTL)
     assert cockpit.vehicle.store.current_seq == 2
+
+
+def test_on_the_way_back_a_landing_is_a_position_like_any_other() -> None:
+    cockpit = returning(TO_GARDEN, 1, RTL_TYPE=4)
+    cockpit.set_mode(Mode.LOITER)
+    cockpit.vehicle.state.body.north_m, cockpit.vehicle.state.body.east_m = -10.0, 70.0
+    cockpit.set_mode(Mode.RTL)
+    assert cockpit.vehicle.store.current_seq == 6
+    assert cockpit.vehicle.context.setpoint.kind is SetpointKind.POSITION
 
 
 def test_back_it_begins_with_the_item_before_also_a_release() -> None:
@@ -190,6 +222,7 @@ def test_to_the_landing_a_plane_climbs_flies_where_it_begins_and_lands_as_the_mi
     assert cockpit.vehicle.store.current_seq == 3
     cockpit.until(lambda: cockpit.vehicle.store.current_seq == 4)
     assert cockpit.vehicle.state.body.up_m > 59.0
+    assert cockpit.vehicle.context.setpoint.kind is SetpointKind.LOITER, "the one item that is not a mere waypoint"
     cockpit.until(lambda: cockpit.vehicle.store.current_seq == 5, 300.0)
     cockpit.until(lambda: not cockpit.armed, 200.0)
     assert cockpit.distance_to(700.0, 300.0) < 60.0
