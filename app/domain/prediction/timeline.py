@@ -14,7 +14,8 @@ class _Frozen(BaseModel):
 class TimelineEntry(_Frozen):
     """One visit of one plan item. `seqs` are its mission items (none for a supervised drop at a waypoint).
 
-    Position and altitude (above home) are those at the end. `brakes`: the vehicle comes to a stop there.
+    Position and altitude (above home) are those at the end. `brakes`: the vehicle comes to a stop there. `unsure_s`: by
+    so much more than usual the time may be off, either way, because PX4 does something that cannot be predicted.
     """
 
     item_id: str
@@ -30,6 +31,7 @@ class TimelineEntry(_Frozen):
     longitude_deg: float
     relative_altitude_m: float
     brakes: bool
+    unsure_s: float = 0.0
 
 
 class PredictedDrop(_Frozen):
