@@ -22,6 +22,7 @@ from app.domain.journal_chain import JournalHead
 from app.domain.ports import TokenStore
 from app.services.access import Access
 from app.services.clock import SystemClock
+from app.services.comparisons import Comparisons
 from app.services.fleet import Fleet
 from app.services.hang_watch import hang_watch
 from app.services.journal import Journal
@@ -80,6 +81,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
             journal=journal,
             plans=Plans(storage.plans, journal, clock),
             proofs=Proofs(runs, storage.plans, journal, clock, storage.gateway_id),
+            comparisons=Comparisons(runs, journal),
             access=access,
             fleet=fleet,
             telemetry=telemetry,

@@ -29,6 +29,7 @@ from app.domain.ports import StoredPlan, Unsubscribe, VehicleLink
 from app.domain.run import Run
 from app.services.access import Access
 from app.services.clock import SystemClock
+from app.services.comparisons import Comparisons
 from app.services.fleet import Fleet
 from app.services.journal import Journal
 from app.services.offboard import Offboard
@@ -112,6 +113,7 @@ async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
             journal=journal,
             plans=Plans(storage.plans, journal, clock),
             proofs=Proofs(runs, storage.plans, journal, clock, "gw-1"),
+            comparisons=Comparisons(runs, journal),
             access=Access(storage.tokens, clock, None),
             fleet=fleet,
             telemetry=TelemetryFeed(fleet, 3600.0),

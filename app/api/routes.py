@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from app.api import (
+    comparisons,
     documents,
     events,
     health,
@@ -30,6 +31,7 @@ ROUTES: Final[tuple[AnyRoute, ...]] = (
     *plan_checks.ROUTES,
     *plan_conversions.ROUTES,
     *runs.ROUTES,
+    *comparisons.ROUTES,
     *proofs.ROUTES,
     *events.ROUTES,
     *simulator.ROUTES,

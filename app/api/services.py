@@ -11,6 +11,7 @@ from aiohttp import web
 from app.domain.ports import AnswerStore
 from app.services.access import Access
 from app.services.clock import Clock
+from app.services.comparisons import Comparisons
 from app.services.fleet import Fleet
 from app.services.journal import Journal
 from app.services.offboard import Offboard
@@ -32,6 +33,7 @@ class ApiServices:
     journal: Journal
     plans: Plans
     proofs: Proofs
+    comparisons: Comparisons
     access: Access
     fleet: Fleet
     telemetry: TelemetryFeed
@@ -46,6 +48,7 @@ class ApiServices:
 
 ACCESS: Final = web.AppKey("access", Access)
 CLOCK: Final = web.AppKey("clock", Clock)
+COMPARISONS: Final = web.AppKey("comparisons", Comparisons)
 COMMANDS: Final = web.AppKey("commands", VehicleCommands)
 FLEET: Final = web.AppKey("fleet", Fleet)
 JOURNAL: Final = web.AppKey("journal", Journal)
@@ -60,6 +63,7 @@ def install(app: web.Application, services: ApiServices) -> None:
     """Put each service under its own key: a handler that names no key cannot reach the service."""
     app[ACCESS] = services.access
     app[CLOCK] = services.clock
+    app[COMPARISONS] = services.comparisons
     app[COMMANDS] = services.commands
     app[FLEET] = services.fleet
     app[JOURNAL] = services.journal

@@ -35,24 +35,27 @@ class EndedItem:
 
 @dataclass(frozen=True, slots=True)
 class ItemTimes:
-    """`counted` is how many of the flown items have ended. `ahead`: the next one ended already, at a drop's release.
+    """`seqs` are the first and the last mission item of each plan item, `early` those that are reported early.
 
+    `counted` is how many of the flown items have ended. `ahead`: the next one ended already, at a drop's release.
     `began_s`: when the item under way began, None if that was not seen.
     """
 
-    early: Mapping[str, int]
+    seqs: Mapping[str, tuple[int, int]]
+    early: frozenset[str]
     counted: int = 0
     began_s: float | None = None
     ahead: bool = False
 
     @classmethod
     def of(cls, mission: Mission) -> ItemTimes:
-        """Before the start. `early`: the last mission item of each plan item that is reported before it is done."""
-        items = {item.seq: item.command for item in mission.items}
-        found = {
-            item_id: seq for seq, item_id in sorted(mission.plan_item_of.items()) if items.get(seq) in REPORTED_EARLY
-        }
-        return cls(found)
+        """Before the start."""
+        seqs: dict[str, tuple[int, int]] = {}
+        for seq, item_id in sorted(mission.plan_item_of.items()):
+            seqs[item_id] = (seqs.get(item_id, (seq, seq))[0], seq)
+        commands = {item.seq: item.command for item in mission.items}
+        early = frozenset(item_id for item_id, (_, last) in seqs.items() if commands.get(last) in REPORTED_EARLY)
+        return cls(seqs, early)
 
     def started(self, now_s: float | None) -> ItemTimes:
         """The first item begins."""
@@ -77,7 +80,7 @@ class ItemTimes:
         while times.counted < len(progress.flown):
             item_id = progress.flown[times.counted]
             is_newest = times.counted == len(progress.flown) - 1
-            if is_newest and not landed and times._is_under_way(item_id, progress):
+            if is_newest and times._is_under_way(item_id, progress) and not (landed and item_id in times.early):
                 break
             at_s = None if gap else now_s
             if not times.ahead:
@@ -89,6 +92,9 @@ class ItemTimes:
         return times, tuple(ended)
 
     def _is_under_way(self, item_id: str, progress: Progress) -> bool:
-        """Reported as reached, and still being done."""
-        last_seq = self.early.get(item_id)
-        return last_seq is not None and (progress.current is None or progress.current <= last_seq)
+        """Only the first of its mission items are passed, or it is reported as reached and still being done."""
+        first, last = self.seqs.get(item_id, (0, -1))
+        if first <= progress.passed_to < last:
+            return True
+        is_current = progress.current is None or progress.current <= last
+        return item_id in self.early and progress.passed_to >= last and is_current

@@ -16,6 +16,7 @@ from app.api import ApiServices, ApiSettings, build_app
 from app.domain.setpoint.dead_man import DeadMan
 from app.services.access import Access, Role
 from app.services.clock import SystemClock
+from app.services.comparisons import Comparisons
 from app.services.fleet import Fleet
 from app.services.journal import Journal
 from app.services.offboard import Offboard, OffboardSettings
@@ -96,6 +97,7 @@ async def run_service(
                 fleet=fleet,
                 telemetry=telemetry,
                 proofs=Proofs(runs, storage.plans, journal, clock, storage.gateway_id),
+                comparisons=Comparisons(runs, journal),
                 runs=runs,
                 commands=VehicleCommands(fleet, journal),
                 offboard=Offboard(fleet, runs, clock, PATIENT),

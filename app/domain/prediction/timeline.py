@@ -70,3 +70,17 @@ class Timeline(_Frozen):
     duration_s: float
     open_ended: bool = False
     truncated: bool = False
+
+    def first(self, visits: int) -> Timeline:
+        """Its first visits; itself if it has no more."""
+        if len(self.entries) <= visits:
+            return self
+        kept = {(entry.item_id, entry.visit) for entry in self.entries[:visits]}
+        return self.model_copy(
+            update={
+                "entries": self.entries[:visits],
+                "drops": tuple(drop for drop in self.drops if (drop.item_id, drop.visit) in kept),
+                "order": self.order[:visits],
+                "truncated": True,
+            }
+        )
