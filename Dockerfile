@@ -1,4 +1,4 @@
-# Waydrop as a container: the page is built, then a wheel with it, then only what runs.
+# Waydrop as a container: the page and the MAVLink dialect are built, then a wheel with them, then only what runs.
 # The bases are arguments, so that an image of one's own can be used where no registry can be reached.
 ARG NODE_IMAGE=docker.io/library/node:22-bookworm-slim
 ARG PYTHON_IMAGE=docker.io/library/python:3.11-slim-bookworm
@@ -24,7 +24,8 @@ RUN python3 -m venv /build && /build/bin/pip install --quiet --require-hashes -r
 COPY pyproject.toml hatch_build.py README.md CHANGELOG.md LICENSE ./
 COPY app app
 COPY --from=page /src/web/dist web/dist
-RUN /build/bin/pip wheel --quiet --no-deps --no-build-isolation --wheel-dir /wheels . \
+RUN /opt/waydrop/bin/python -m app.simulator.dialect_build \
+ && /build/bin/pip wheel --quiet --no-deps --no-build-isolation --wheel-dir /wheels . \
  && /opt/waydrop/bin/pip install --quiet --no-deps /wheels/*.whl \
  && /opt/waydrop/bin/pip uninstall --quiet --yes pip setuptools \
  && /opt/waydrop/bin/python -m compileall -q /opt/waydrop/lib

@@ -9,6 +9,7 @@ PY := $(VENV)/bin/python
 PIP := $(PY) -m pip --disable-pip-version-check --no-input
 RUNTIME := $(VENV)/.installed
 DEV := $(VENV)/.installed-dev
+DIALECT := app/simulator/dialect/generated/.built
 NODE := web/node_modules/.installed
 PAGE := web/dist/.built
 PAGE_SOURCES := $(shell find web -path web/node_modules -prune -o -path web/dist -prune -o -type f -print 2>/dev/null)
@@ -16,14 +17,14 @@ LOCK_TOOL := uv==0.13.9
 
 .PHONY: all run test test-python test-web lint format types screenshots agreement check lock image clean help
 
-all: $(RUNTIME) $(PAGE)  ## build .venv and the page
+all: $(RUNTIME) $(DIALECT) $(PAGE)  ## build .venv, the simulated vehicles' MAVLink dialect and the page
 
 run: all  ## start Waydrop and four simulated vehicles; Ctrl-C ends both
 	exec $(VENV)/bin/waydrop up
 
 test: test-web test-python  ## all tests, the browser's too
 
-test-python: $(DEV) $(PAGE)
+test-python: $(DEV) $(DIALECT) $(PAGE)
 	scripts/need-chromium.sh
 	scripts/test-python.sh $(PYTEST_ARGS)
 
@@ -63,7 +64,7 @@ image:  ## build the container image; docs/deployment.md tells of IMAGE, BASE an
 	scripts/build-image.sh $(or $(IMAGE),waydrop)
 
 clean:  ## remove all that was built; what flew (var/) stays
-	rm -rf $(VENV) web/node_modules web/dist dist build test-results .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) web/node_modules web/dist $(dir $(DIALECT)) dist build test-results .mypy_cache .ruff_cache .pytest_cache .hypothesis
 	find app tests -name __pycache__ -type d -prune -exec rm -rf {} +
 
 help:  ## this list
@@ -82,6 +83,11 @@ $(RUNTIME): requirements.txt requirements-build.txt pyproject.toml | $(PY)
 $(DEV): requirements-dev.txt $(RUNTIME)
 	@echo "==> development tools, by hash"
 	$(PIP) install --quiet --require-hashes -r requirements-dev.txt
+	@touch $@
+
+$(DIALECT): $(RUNTIME) app/simulator/dialect_build.py $(wildcard app/simulator/dialect/*.xml)
+	@echo "==> the simulated vehicles' MAVLink dialect"
+	$(PY) -m app.simulator.dialect_build
 	@touch $@
 
 $(NODE): web/package.json web/package-lock.json

@@ -31,6 +31,7 @@ from app.services.plans import Plans
 from app.services.proofs import Proofs
 from app.services.runs import Runs
 from app.services.simulation import Simulation
+from app.services.tasks import Tasks
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
 from app.storage import Verification, open_storage, open_tokens, verify_journal
@@ -88,6 +89,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
             runs=runs,
             commands=VehicleCommands(fleet, journal),
             offboard=offboard,
+            tasks=Tasks(offboard, fleet, clock),
             simulation=Simulation(_simulator_control(settings), fleet, journal),
             answers=storage.answers,
             clock=clock,

@@ -37,6 +37,7 @@ from app.services.plans import Plans
 from app.services.proofs import Proofs
 from app.services.runs import Runs
 from app.services.simulation import Simulation
+from app.services.tasks import Tasks
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
 from app.storage import open_storage
@@ -109,6 +110,7 @@ async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
         await journal.start()
         fleet = Fleet(NoVehicles(), journal)
         runs = Runs(fleet, storage.plans, storage.runs, journal, clock)
+        offboard = Offboard(fleet, runs, clock)
         services = ApiServices(
             journal=journal,
             plans=Plans(storage.plans, journal, clock),
@@ -119,7 +121,8 @@ async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
             telemetry=TelemetryFeed(fleet, 3600.0),
             runs=runs,
             commands=VehicleCommands(fleet, journal),
-            offboard=Offboard(fleet, runs, clock),
+            offboard=offboard,
+            tasks=Tasks(offboard, fleet, clock),
             simulation=Simulation(None, fleet, journal),
             answers=storage.answers,
             clock=clock,

@@ -1,11 +1,15 @@
 """What a core has to do for 100 simulated vehicles, against a floor: a bare loop that sends as many datagrams.
 
-Usage: python -m bench.simulator_load [--vehicles 100] [--rates low] [--speed 1] [--seconds 20]
+Usage: python -m bench.simulator_load [--vehicles 100] [--rates low] [--speed 1] [--seconds 20] [--quick]
 
 The simulator is the process that `waydrop sim` starts, bound to one core, which others may use as well: the load of the
 machine is printed. Every vehicle gets a mission over MAVLink and flies it while it is measured. The floor is a process
 on the same core that sends as many datagrams a second, of the size that the vehicles' had on average, to the same
-socket, waking up as often. CPU is user and system time as the kernel counts it; messages are those that arrived here.
+socket, waking up as often; the reference loop is plain Python on the same core. CPU is user and system time as the
+kernel counts it; messages are those that arrived here; vehicle time is what the vehicles say it is.
+
+Exit status (bench/simulator_verdict.py): 0 the promise is kept, 1 it is broken, 2 others had the core. `--quick` takes
+a quarter of the vehicles for a few seconds and judges by the reference loop, which holds on slow and busy machines too.
 """
 
 from __future__ import annotations
@@ -22,9 +26,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from bench.simulator_pilot import Pilot
+from bench.simulator_verdict import Measured, quick_verdict, verdict
 
 TYPES = ("quad", "quad", "plane", "vtol", "rover")
 READY_S = 60.0
+QUICK_VEHICLES, QUICK_S = 25, 4.0
 LOCAL = "127.0.0.1"
 FLOOR = """
 import socket, sys, time
@@ -113,12 +119,12 @@ def floor(port: int, pilot: Pilot, like: Load, seconds: float) -> Load:
     try:
         on_one_core(process.pid)
         pilot.listen(0.5)
-        return measured(process.pid, pilot, seconds)
+        return load_of(process.pid, pilot, seconds)
     finally:
         process.wait(seconds + 30.0)
 
 
-def measured(pid: int, pilot: Pilot, seconds: float) -> Load:
+def load_of(pid: int, pilot: Pilot, seconds: float) -> Load:
     """CPU of a process and what arrives here."""
     before, begin = cpu_s(pid), time.monotonic()
     heard = pilot.listen(seconds)
@@ -126,41 +132,66 @@ def measured(pid: int, pilot: Pilot, seconds: float) -> Load:
     return Load((cpu_s(pid) - before) / took_s, heard.datagrams / took_s, round(heard.bytes / max(heard.datagrams, 1)))
 
 
-def measure(vehicles: int, rates: str, speed: float, seconds: float) -> None:
-    """One fleet, then the floor."""
+def reference_s() -> float:
+    """CPU seconds of one unit of the reference loop, on the same core."""
+    process = subprocess.Popen([sys.executable, "-m", "bench.reference_loop"], stdout=subprocess.PIPE, text=True)
+    on_one_core(process.pid)
+    said, _ = process.communicate(timeout=60.0)
+    return float(said)
+
+
+def measure(vehicles: int, rates: str, speed: float, seconds: float) -> Measured:
+    """One fleet, then the floor and the reference; prints what was found."""
     with Pilot(vehicles) as pilot:
         with simulator(vehicles, rates, speed, pilot.port) as (pid, control):
             flying = pilot.send_off(READY_S)
-            pilot.listen(5.0 / speed)  # all are in the air
+            pilot.listen(min(5.0, 0.4 * seconds) / speed)  # most are in the air
             before = said_pace(control)
-            load = measured(pid, pilot, seconds)
+            load = load_of(pid, pilot, seconds)
             counts = sorted(pilot.heard_per_vehicle.values())
             after = said_pace(control)
-        bare = floor(pilot.port, pilot, load, seconds)
-    achieved = (after.vehicle_s - before.vehicle_s) / (after.wall_s - before.wall_s)
+        bare = floor(pilot.port, pilot, load, 0.4 * seconds)
+    passed_s = after.vehicle_s - before.vehicle_s
+    achieved = passed_s / (after.wall_s - before.wall_s)
+    found = Measured(
+        factor=achieved / speed,
+        cpu_of_core=load.cpu / achieved * speed,
+        messages_per_s=sum(counts) / len(counts) / passed_s,
+        fewest_per_s=counts[0] / passed_s,
+        references=load.cpu / achieved / vehicles / reference_s(),
+    )
     lines = {
         "vehicles": f"{vehicles}, {flying} of them on a mission; load average {os.getloadavg()[0]:.1f}",
         "speed": f"{achieved:.2f}x of {speed:g}x, {after.lost_s - before.lost_s:.2f} s given up in {seconds:g} s",
         "latest step": f"{after.latest_s * 1000:.0f} ms late, in the last 5 s",
-        "messages per vehicle": f"{load.datagrams_per_s / vehicles:.1f} /s "
-        f"({counts[0] / seconds:.1f} to {counts[-1] / seconds:.1f})",
-        "CPU": f"{load.cpu:.1%} of one core, so {load.cpu / achieved * speed:.1%} for the wanted speed",
+        "messages per vehicle": f"{counts[0] / passed_s:.1f} to {counts[-1] / passed_s:.1f} in a second of its time, "
+        f"{load.datagrams_per_s / vehicles:.1f} /s here",
+        "CPU": f"{load.cpu:.1%} of one core, so {found.cpu_of_core:.1%} for the wanted speed",
+        "a vehicle's second": f"{found.references:.2f} of the reference loop",
         "floor, bare sending": f"{bare.cpu:.1%} for {bare.datagrams_per_s:.0f} datagrams/s of {bare.bytes_each} bytes",
         "ratio": f"{load.cpu / bare.cpu:.1f}" if bare.cpu else "the floor is too low to be measured",
     }
     sys.stdout.writelines(f"{name:<22}{value}\n" for name, value in lines.items())
+    return found
 
 
-def main() -> None:
-    """Measure and print."""
+def main() -> int:
+    """Measure, print and judge; the exit status."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--vehicles", type=int, default=100)
     parser.add_argument("--rates", default="low")
     parser.add_argument("--speed", type=float, default=1.0)
     parser.add_argument("--seconds", type=float, default=20.0)
+    parser.add_argument("--quick", action="store_true")
     arguments = parser.parse_args()
-    measure(arguments.vehicles, arguments.rates, arguments.speed, arguments.seconds)
+    vehicles, seconds = arguments.vehicles, arguments.seconds
+    if arguments.quick:
+        vehicles, seconds = QUICK_VEHICLES, QUICK_S
+    found = measure(vehicles, arguments.rates, arguments.speed, seconds)
+    status, reason = quick_verdict(found) if arguments.quick else verdict(found)
+    sys.stdout.write(f"{reason}\n")
+    return status
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

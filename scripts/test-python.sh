@@ -6,13 +6,15 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
+unset PYTHONDONTWRITEBYTECODE # the tests start many processes: each would compile everything anew
+
 ALONE_AT_MOST=3
 pytest=(.venv/bin/python -m pytest -o cache_dir=.pytest_cache/all)
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
 
 status=0
-"${pytest[@]}" --cache-clear -n 3 --dist loadfile "$@" | tee "$log" || status=$?
+"${pytest[@]}" --cache-clear -n 3 --dist loadfile --no-loadscope-reorder "$@" | tee "$log" || status=$?
 [[ $status -eq 1 ]] || exit "$status" # 0: all passed; others: not a test's failure
 
 mapfile -t failed < <(sed -nE 's/^(FAILED|ERROR) ([^ ]+).*/\2/p' "$log" | sort -u)

@@ -51,7 +51,7 @@ def build_app(services: ApiServices, settings: ApiSettings) -> web.Application:
     app[DOCUMENTS] = make_documents(
         openapi_document(ROUTES, version=settings.version), asyncapi_document(version=settings.version)
     )
-    by_hand = ByHandEndpoint(services.offboard, services.access, metrics, settings)
+    by_hand = ByHandEndpoint(services.offboard, services.tasks, services.access, metrics, settings)
     app.on_shutdown.append(lambda _: by_hand.close())
     _add_routes(app, services, settings, {BY_HAND_PATH: by_hand.fly})
     _add_stream(app, services, settings, broadcast, metrics)

@@ -52,6 +52,20 @@ class RunRequest(RequestModel):
     start: bool = False
 
 
+class ConsentRequest(RequestModel):
+    """Consent to a drop that asks for it, or refuse it.
+
+    `question` is the number of the question that is answered (the drop's `consent.question`); null answers the one that
+    is asked now. `reason` goes into the proof of delivery.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    grant: bool
+    question: Annotated[int, Field(ge=1)] | None = None
+    reason: Annotated[str, Field(max_length=500)] = ""
+
+
 class PlanCheckRequest(RequestModel):
     """Check `plan` (see the plan schema) against the vehicle's type, or against the facts of one vehicle."""
 

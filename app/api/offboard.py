@@ -13,6 +13,8 @@ from app.api.offboard_models import (
     AuditView,
     CapabilityView,
     ClampView,
+    EntryCheckQuery,
+    EntryCheckView,
     EntryRequest,
     EntryView,
     HandOverRequest,
@@ -36,7 +38,7 @@ _LEASE: Final = ("not_found", "offboard.lease_lost")
 _LINK: Final = ("vehicle.quarantined", "vehicle.refused", "vehicle.link", "vehicle.timeout", "storage.failed")
 
 
-def _by_hand(call: Call[NoQuery, Any]) -> ByHand:
+def _by_hand(call: Call[Any, Any]) -> ByHand:
     return call.request.app[OFFBOARD].vehicle(call.path_value("vehicle_id"))
 
 
@@ -91,6 +93,13 @@ async def release_offboard_lease(call: Call[NoQuery, LeaseUse]) -> web.Response:
     control = _by_hand(call).control
     control.release(call.body.lease, "released by its holder")
     return json_answer(control.view())
+
+
+async def check_offboard_entry(call: Call[EntryCheckQuery, Empty]) -> web.Response:
+    """GET /vehicles/{vehicle_id}/offboard/entry-check."""
+    call.request.app[FLEET].link(call.path_value("vehicle_id"))  # of a quarantined one nothing could be told for sure
+    outlook = await _by_hand(call).passage.look_ahead(sticks_held=call.query.sticks_held)
+    return json_answer(EntryCheckView.of(outlook))
 
 
 async def enter_offboard(call: Call[NoQuery, EntryRequest]) -> web.Response:
@@ -175,6 +184,18 @@ ROUTES: tuple[AnyRoute, ...] = (
         body=json_body(LeaseUse),
         answers=(_VIEW,),
         errors=_LEASE,
+    ),
+    Route(
+        method="GET",
+        path=f"{_PATH}/entry-check",
+        handler=check_offboard_entry,
+        summary="What an entry would find now: the vehicle's state and its parameters; nothing is commanded",
+        tag="offboard",
+        role=Role.PILOT,
+        query=EntryCheckQuery,
+        body=NO_BODY,
+        answers=(Answer(200, "Whether it could begin, and why not", EntryCheckView),),
+        errors=("not_found", "vehicle.quarantined", "offboard.not_ready", "vehicle.link", "vehicle.timeout"),
     ),
     Route(
         method="POST",

@@ -13,6 +13,7 @@ from app.domain.setpoint.forms import Setpoint
 from app.domain.setpoint.limiter import Clamp
 from app.domain.setpoint.limits import OffboardLimits
 from app.services.offboard import FASTEST_HZ, SLOWEST_HZ
+from app.services.offboard.entry import Outlook
 from app.services.offboard_view import OffboardView
 
 RateHz = Annotated[float, Field(ge=SLOWEST_HZ, le=FASTEST_HZ, description="how often setpoints are sent")]
@@ -102,6 +103,29 @@ class AuditView(BaseModel):
     def of(cls, entry: AuditEntry) -> AuditView:
         """The view of an entry."""
         return cls(parameter=entry.parameter, value=entry.value, blocks=entry.blocks, meaning=entry.meaning)
+
+
+class EntryCheckQuery(BaseModel):
+    """`sticks_held` as in the entry that is meant."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    sticks_held: bool = False
+
+
+class EntryCheckView(BaseModel):
+    """What an entry would find now. `reason` is empty unless the vehicle's state forbids it; an `audit` may too."""
+
+    ready: bool
+    reason: str
+    hint: str
+    audit: list[AuditView]
+
+    @classmethod
+    def of(cls, outlook: Outlook) -> EntryCheckView:
+        """The view of an outlook."""
+        entries = [AuditView.of(entry) for entry in outlook.audit]
+        return cls(ready=outlook.ready, reason=outlook.reason, hint=outlook.hint, audit=entries)
 
 
 class EntryView(BaseModel):

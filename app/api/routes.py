@@ -6,6 +6,7 @@ from typing import Final
 
 from app.api import (
     comparisons,
+    consents,
     documents,
     events,
     health,
@@ -19,6 +20,7 @@ from app.api import (
     runs,
     schemas,
     simulator,
+    tasks,
     vehicles,
 )
 from app.api.routing import AnyRoute
@@ -26,12 +28,14 @@ from app.api.routing import AnyRoute
 ROUTES: Final[tuple[AnyRoute, ...]] = (
     *vehicles.ROUTES,
     *offboard.ROUTES,
+    *tasks.ROUTES,
     *plans.ROUTES,
     *plan_exports.ROUTES,
     *plan_checks.ROUTES,
     *plan_conversions.ROUTES,
     *runs.ROUTES,
     *comparisons.ROUTES,
+    *consents.ROUTES,
     *proofs.ROUTES,
     *events.ROUTES,
     *simulator.ROUTES,

@@ -19,6 +19,7 @@ from app.services.plans import Plans
 from app.services.proofs import Proofs
 from app.services.runs import Runs
 from app.services.simulation import Simulation
+from app.services.tasks import Tasks
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
 
@@ -40,6 +41,7 @@ class ApiServices:
     runs: Runs
     commands: VehicleCommands
     offboard: Offboard
+    tasks: Tasks
     simulation: Simulation
     answers: AnswerStore
     clock: Clock
@@ -57,6 +59,7 @@ PLANS: Final = web.AppKey("plans", Plans)
 PROOFS: Final = web.AppKey("proofs", Proofs)
 RUNS: Final = web.AppKey("runs", Runs)
 SIMULATION: Final = web.AppKey("simulation", Simulation)
+TASKS: Final = web.AppKey("tasks", Tasks)
 
 
 def install(app: web.Application, services: ApiServices) -> None:
@@ -72,3 +75,4 @@ def install(app: web.Application, services: ApiServices) -> None:
     app[PROOFS] = services.proofs
     app[RUNS] = services.runs
     app[SIMULATION] = services.simulation
+    app[TASKS] = services.tasks

@@ -30,6 +30,7 @@ _BY_CODE: Final = {
     "input.invalid": ExitStatus.UNUSABLE,
     "conversion.refused": ExitStatus.UNUSABLE,
     "plan.rejected": ExitStatus.NOT_ACHIEVED,
+    "drop.consent_not_asked": ExitStatus.REFUSED,
     "server.unreachable": ExitStatus.UNREACHABLE,
     "storage.failed": ExitStatus.NOT_ACHIEVED,
 }

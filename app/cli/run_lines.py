@@ -46,6 +46,8 @@ def _told(event: Event) -> Text | None:
             return Text.assemble(f"ack of {data.get('command')}: ", (f"{data.get('result')}{progress}", "bold"))
         case EventKind.RUN_DROP:
             return _drop(data)
+        case EventKind.DROP_CONSENT_ASKED | EventKind.DROP_CONSENT_CLOSED:
+            return _consent(event)
         case EventKind.VEHICLE_STATUS_TEXT:
             return Text(f"vehicle says ({data.get('severity')}): {data.get('text')}", style="dim")
         case EventKind.VEHICLE_LINK_LOST | EventKind.VEHICLE_LINK_RESTORED | EventKind.VEHICLE_REBOOTED:
@@ -76,6 +78,18 @@ def _drop(drop: dict[str, Any]) -> Text:
     if drop.get("reason"):
         line.append(f": {drop['reason']}")
     return line
+
+
+def _consent(event: Event) -> Text:
+    data = event.data
+    if event.kind is EventKind.DROP_CONSENT_ASKED:
+        until = datetime.fromtimestamp(float(data.get("deadline_at") or event.time)).strftime("%H:%M:%S")
+        answer = f"waydrop runs consent {event.run_id} --grant or --refuse"
+        return Text(f"drop {data.get('plan_item_id')} asks for consent until {until}: {answer}", style="bold magenta")
+    by = f" by {data['by']}" if data.get("by") else ""
+    why = f": {data['reason']}" if data.get("reason") else ""
+    state = str(data.get("state")).replace("_", " ")
+    return Text(f"consent to {data.get('plan_item_id')}: {state}{by}{why}", style="bold")
 
 
 def _again(data: dict[str, Any]) -> str:

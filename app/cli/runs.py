@@ -12,6 +12,7 @@ import typer
 from rich.table import Table
 
 from app.cli.comparison_table import show_comparison
+from app.cli.consent import answer_consent, consent_line
 from app.cli.run_view import drops_table
 from app.cli.service_client import ServerOption, ServiceClient, TokenOption, service_client
 from app.cli.terminal import err, out, write_json
@@ -105,6 +106,7 @@ _acting(RunAction.RESUME, "Fly on after a pause.")
 _acting(RunAction.RETURN, "Return to launch; drops not made stay undone.")
 _acting(RunAction.LAND, "Land where the vehicle is.")
 _acting(RunAction.ABORT, "On the ground: end the run at once. In the air: return to launch, which ends it.")
+runs_app.command("consent")(answer_consent)
 
 
 async def _get(server: str, token: str | None, path: str, **query: int) -> Any:
@@ -138,6 +140,9 @@ def _show(run: Run) -> None:
         console.print(f"reason: {run.reason}", markup=False)
     if run.drops:
         console.print(drops_table(run))
+    for drop in run.drops:
+        if (line := consent_line(drop)) is not None:
+            console.print(line, markup=False)
 
 
 def runs_table(rows: list[Run]) -> Table:

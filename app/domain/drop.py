@@ -6,6 +6,7 @@ from enum import StrEnum
 
 from pydantic import BaseModel, ConfigDict
 
+from app.domain.consent import ConsentRecord
 from app.domain.vehicle import GnssFix, LandedState
 
 
@@ -28,10 +29,11 @@ class Certainty(StrEnum):
 
 
 class DropPhase(StrEnum):
-    """Where a drop is. A supervised drop passes all of them, an embedded one only waiting and done."""
+    """Where a drop is. An embedded one is only waiting and done; only one that needs consent is asking."""
 
     WAITING = "waiting"
     HOLDING = "holding"
+    ASKING = "asking"
     RELEASING = "releasing"
     DONE = "done"
 
@@ -45,6 +47,8 @@ class DropRecord(BaseModel):
     `commanded_at` is when a release was sent, `acknowledged_*` what the vehicle answered (COMMAND_ACK of DO_GRIPPER),
     `output_*` what the autopilot put out to the gripper (SERVO_OUTPUT_RAW), `sensed_at` when a sensor saw the parcel
     go. They are never merged. PX4's grippers have no sensor: `sensed_at` stays None for them.
+
+    `consent` is None if the plan asks for none.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -52,6 +56,7 @@ class DropRecord(BaseModel):
     plan_item_id: str
     supervised: bool
     phase: DropPhase = DropPhase.WAITING
+    consent: ConsentRecord | None = None
     outcome: DropOutcome = DropOutcome.PENDING
     certainty: Certainty = Certainty.NONE
     reason: str = ""

@@ -47,6 +47,24 @@ class WrongStateError(ConflictError):
     code = "run.wrong_state"
 
 
+class ConsentNotAskedError(ConflictError):
+    """The drop asks for no consent now: not yet, not any more, or never."""
+
+    code = "drop.consent_not_asked"
+
+
+class ConsentTooLateError(ConflictError):
+    """The time to answer was over: that counts as a refusal."""
+
+    code = "drop.consent_too_late"
+
+
+class ConsentAnsweredError(ConflictError):
+    """The other answer came first, and counts."""
+
+    code = "drop.consent_answered"
+
+
 class InvalidInputError(WaydropError):
     """The document cannot be used. `findings` are JSON-able with pointer, code, message."""
 
@@ -148,3 +166,22 @@ class AuditFailedError(OffboardNotReadyError):
     """The vehicle's own parameters would make a lost stream dangerous; `extra["audit"]` lists them."""
 
     code = "offboard.audit_failed"
+
+
+class TaskRefusedError(InvalidInputError):
+    """The task is not queued: this vehicle cannot fly it, or it leads beyond a limit.
+
+    `refusal` is the stable code of the reason, such as `tasks.no_length` or `limit.fence`.
+    """
+
+    code = "tasks.refused"
+
+    def __init__(self, detail: str, *, refusal: str = "tasks.refused", hint: str = "", **extra: object) -> None:
+        super().__init__(detail, hint=hint, refusal=refusal, **extra)
+        self.refusal = refusal
+
+
+class TasksFullError(ConflictError):
+    """The vehicle's task queue has no place left."""
+
+    code = "tasks.full"

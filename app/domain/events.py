@@ -35,6 +35,11 @@ class EventKind(StrEnum):
     """data: change (taken, handed_over, overridden, offered, released, expired, revoked), holder, reason."""
     OFFBOARD_CHANGED = "offboard.changed"
     """data: state, holder, reason. The setpoints themselves are telemetry."""
+    TASKS_CHANGED = "tasks.changed"
+    """data: change (inserted, reached, time_over, gripper_done, skipped, cleared, paused, resumed, by_hand, blocked,
+    dropped), task_id, task, holder, reason, task_list."""
+    TASKS_GRIPPER = "tasks.gripper"
+    """data: task_id, action, result ("sent", then ACCEPTED or why not)."""
     PLAN_CREATED = "plan.created"
     """data: plan_id, hash, name, vehicle_type, created_at, created_by."""
     RUN_CREATED = "run.created"
@@ -55,6 +60,11 @@ class EventKind(StrEnum):
     """data: command, result (MAV_RESULT word), result_code, progress."""
     RUN_DROP = "run.drop"
     """data: the drop record."""
+    DROP_CONSENT_ASKED = "drop.consent_asked"
+    """data: plan_item_id, question, deadline_at, checked (offset, altitude, battery ...). The vehicle holds."""
+    DROP_CONSENT_CLOSED = "drop.consent_closed"
+    """data: plan_item_id, question, state (granted, refused, timed_out, withdrawn), by, reason. A grant is stored
+    before a release is sent."""
     SIMULATOR_FAULT = "simulator.fault"
     """data: fault, value, by, problem. Stored before the simulated vehicle gets the fault, with problem null; once more
     with the reason when it did not."""

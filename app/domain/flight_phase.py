@@ -14,7 +14,7 @@ STOPPED_M_S = 0.3
 class FlightView:
     """`asked` is what a user asked for in flight: "pause", "resume", "return", "land" or "" for nothing; "contingency"
     says that the plan itself asked to return after a failed drop. `was_armed` is False while a HEARTBEAT that says
-    armed may still be on its way (they come at 1 Hz).
+    armed may still be on its way (they come at 1 Hz). `asks_consent_to` is the drop that waits for an operator.
     """
 
     state: VehicleState
@@ -24,6 +24,7 @@ class FlightView:
     was_airborne: bool
     asked: str
     was_armed: bool = True
+    asks_consent_to: str = ""
 
 
 def phase_of(view: FlightView) -> tuple[RunState, str]:
@@ -38,7 +39,8 @@ def phase_of(view: FlightView) -> tuple[RunState, str]:
     if view.vehicle_type is VehicleType.AIRSHIP and view.mission_done and state.mode is FlightMode.HOLD:
         return RunState.LANDED, "holds at its last item; it says landed only when its crew disarms it"
     if state.mode in (FlightMode.MISSION, FlightMode.TAKEOFF):
-        return (RunState.AT_DROP if view.at_drop else RunState.FLYING), ""
+        asks = f"waits for an operator's consent to {view.asks_consent_to}" if view.asks_consent_to else ""
+        return (RunState.AT_DROP, asks) if view.at_drop else (RunState.FLYING, "")
     if state.mode is FlightMode.RETURN:
         return RunState.RETURNING, _why_returning(view)
     if state.mode is FlightMode.LAND:

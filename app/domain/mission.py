@@ -142,6 +142,7 @@ class CompiledDrop:
     type needs it, the NAV_DELAY after it. `release_seq` is the DO_GRIPPER or DO_WINCH item of an embedded drop
     (None if supervised: Waydrop sends the command itself). `resume_seq` is the item made current when a supervised
     drop is over; it is never a release. `hold_s` bounds the supervised wait: it ends by itself if the link dies.
+    `consent_timeout_s` None: an operator has as long as the hold allows.
     """
 
     plan_item_id: str
@@ -157,3 +158,5 @@ class CompiledDrop:
     hold_s: float
     acceptance_radius_m: float
     landed: bool = False
+    needs_consent: bool = False
+    consent_timeout_s: float | None = None

@@ -84,7 +84,12 @@ class Proof(_Part):
     entries: tuple[Entry, ...]
 
 
-_WHOLE: Final = frozenset({EventKind.RUN_COMMAND, EventKind.RUN_ACK, EventKind.RUN_DROP, EventKind.SIMULATOR_FAULT})
+_WHOLE: Final = frozenset(
+    {
+        *(EventKind.RUN_COMMAND, EventKind.RUN_ACK, EventKind.RUN_DROP, EventKind.SIMULATOR_FAULT),
+        *(EventKind.DROP_CONSENT_ASKED, EventKind.DROP_CONSENT_CLOSED),
+    }
+)
 _STATES: Final = frozenset({EventKind.RUN_CREATED, EventKind.RUN_CHANGED})
 
 

@@ -153,7 +153,8 @@ def _name_drops(plan: Plan, home: GlobalPosition, report: Report) -> None:
     for drop in drops_of(walk(plan, home)):
         pointer = f"/items/{drop.step.index}"
         if drop.supervised:
-            message = "flown by other software, the mission itself drops here: nobody looks before the release"
+            nobody = "nobody looks" if drop.item.consent == "none" else "nobody looks or is asked for consent"
+            message = f"flown by other software, the mission itself drops here: {nobody} before the release"
             report.lose("conversion.supervision", pointer, message, "fly it with Waydrop to have it supervised")
         message = "how this drop is meant (release_motion, mode, bounds) is kept for Waydrop"
         report.keep("conversion.drop_terms", pointer, message)

@@ -32,11 +32,11 @@ class LeaseView(BaseModel):
 
 
 class SentView(BaseModel):
-    """The newest setpoint that was sent. `by`: the client, or the dead-man's zero velocity."""
+    """The newest setpoint that was sent. `by`: the client, the dead-man's zero velocity, or the guidance of a task."""
 
     model_config = ConfigDict(frozen=True)
 
-    by: Literal["client", "dead_man"]
+    by: Literal["client", "dead_man", "task"]
     setpoint: dict[str, Any]
     message: str
     type_mask: int
@@ -56,6 +56,27 @@ class CadenceView(BaseModel):
     max_ms: float | None
 
 
+TaskState = Literal["idle", "waiting", "flying", "standing", "paused", "by_hand", "ending"]
+
+
+class TaskReport(BaseModel):
+    """The status report of the task queue, as Paparazzi's MISSION_STATUS.
+
+    `remaining_s` of the current task, -1 if it has no limit. `task_list`: the types, current first (1 goto, 2 circle,
+    3 segment, 4 path), [0] when empty. `state`: `idle` (nothing to fly), `waiting` for offboard control, `flying`,
+    `standing` (no task is left, it waits for the next), `paused` (it stands, a wing circles), `by_hand` (a setpoint of
+    the client's took over; resume goes on), `ending` (control goes back to the plan).
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    state: TaskState
+    remaining_s: float
+    task_list: list[int]
+    current_id: str | None
+    reason: str
+
+
 class OffboardView(BaseModel):
     """Offboard control of one vehicle. `reason` says why it is so, or why the last lease ended."""
 
@@ -66,3 +87,4 @@ class OffboardView(BaseModel):
     reason: str
     sent: SentView | None
     cadence: CadenceView | None
+    tasks: TaskReport | None

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 
 from app.simulator.clock import VehicleClock
+from app.simulator.mode_checks import ModeChecks
 from app.simulator.navigator.mission_mode import MissionResult
 from app.simulator.offboard.stream import OffboardStream
 from app.simulator.options import MAX_LIVE_SPEED
@@ -15,12 +16,13 @@ from app.simulator.wire import LandedState, Mode, Result, Severity, SystemStatus
 
 HOME_KNOWN_S = 2.3
 HOME_MOVED_M = 1.0
-CHECKS_GOOD_S = 4.6
 FORCE_MAGIC = 21196.0
 BY_COMMAND, BY_LANDING, BY_PREFLIGHT, BY_FAILSAFE = 4, 6, 7, 14
 """ARM_DISARM_REASON, the argument of the events."""
 MODES_TO_COME_DOWN = frozenset({Mode.RTL, Mode.LAND})
 """One cannot arm in them: disarming leaves them for the mode that was wanted before."""
+
+MODE_NAMES = {Mode.LOITER: "Hold", Mode.RTL: "Return", Mode.POSCTL: "Position", Mode.ALTCTL: "Altitude"}
 
 Event = Callable[..., None]
 Text = Callable[[Severity, str], None]
@@ -36,6 +38,7 @@ class Commander:
         clock: VehicleClock,
         mission: MissionResult,
         offboard: OffboardStream,
+        checks: ModeChecks,
         text: Text,
         event: Event,
     ) -> None:
@@ -44,9 +47,13 @@ class Commander:
         self._clock = clock
         self._mission = mission
         self._offboard = offboard
+        self._checks = checks
         self._text = text
         self._event = event
+        self.mode_changes = 0
+        """Counts what users and the ends of modes changed; failsafes do not count."""
         self.intended = self._mode_after_disarming = Mode.LOITER
+        self._terminated = False
         self._flown = False
         """Taken off since arming."""
         self._landed_at_s = 0.0
@@ -60,6 +67,7 @@ class Commander:
         status.home = None
         status.system_status = SystemStatus.UNINIT
         status.mode = self.intended = self._mode_after_disarming = Mode.LOITER
+        self._terminated = False
         self._was_landed = True
 
     # modes --------------------------------------------------------------------------------------------------
@@ -73,7 +81,7 @@ class Commander:
             limit, speed = f"{MAX_LIVE_SPEED:g}x", f"{self._offboard.speed:g}x"
             self._text(Severity.CRITICAL, f"Offboard refused: simulated at {speed}, limit {limit}")
             return Result.TEMPORARILY_REJECTED
-        if self._state.status.armed and not self._can_run(mode):
+        if self._state.status.armed and not self._checks.can_run(mode):
             return self._not_available(mode)
         self.change_mode(mode)
         return Result.ACCEPTED
@@ -85,15 +93,22 @@ class Commander:
 
     def change_mode(self, mode: Mode) -> None:
         """Change without a question: the user's intention, a command already checked, or the end of a mode."""
+        self.mode_changes += 1
         self.intended = mode
         if mode not in MODES_TO_COME_DOWN:
             self._mode_after_disarming = mode
-        self._state.status.mode = mode
-        self._state.status.failsafe = False
+        self.resume(mode)
+
+    def resume(self, mode: Mode) -> None:
+        """A failsafe is over: fly the user's mode again. Termination never is."""
+        status = self._state.status
+        if not self._terminated:
+            status.mode = mode
+            status.failsafe = False
 
     def return_to_launch(self) -> Result:
         """NAV_RETURN_TO_LAUNCH, as a command or as a mission item."""
-        if self._state.status.armed and not self._can_run(Mode.RTL):
+        if self._state.status.armed and not self._checks.can_run(Mode.RTL):
             return self._not_available(Mode.RTL)
         self._text(Severity.INFO, "Returning to launch")
         self._event("commander_rtl")
@@ -102,7 +117,7 @@ class Commander:
 
     def land(self) -> Result:
         """NAV_LAND as a command."""
-        if self._state.status.armed and not self._can_run(Mode.LAND):
+        if self._state.status.armed and not self._checks.can_run(Mode.LAND):
             return self._not_available(Mode.LAND)
         self._text(Severity.INFO, "Landing at current position")
         self._event("commander_landing_current_pos")
@@ -111,8 +126,13 @@ class Commander:
 
     def force_mode(self, mode: Mode) -> None:
         """A failsafe takes the controls; the intention stays."""
-        self._state.status.mode = mode
+        self._state.status.mode = Mode.TERMINATION if self._terminated else mode
         self._state.status.failsafe = True
+
+    def terminate(self) -> None:
+        """A failsafe stops the motors in flight. It stays so until a reboot, armed or not, whatever is commanded."""
+        self._terminated = True
+        self.force_mode(Mode.TERMINATION)
 
     def unsupported_mode(self) -> Result:
         """DO_SET_MODE with a sub mode that does not exist."""
@@ -120,20 +140,10 @@ class Commander:
         self._event("commander_unsupported_auto_mode")
         return Result.TEMPORARILY_REJECTED
 
-    def _can_run(self, mode: Mode) -> bool:
-        if mode is Mode.MISSION:
-            return self._mission.valid and self._state.status.position_valid
-        if mode.main in (Mode.MANUAL.main, Mode.ACRO.main, Mode.STABILIZED.main):
-            return False  # no manual control
-        if mode is Mode.OFFBOARD:
-            return self._offboard.lives and (self._offboard.flies_blind or self._state.status.position_valid)
-        return self._state.status.position_valid
-
     @property
     def flies_blind(self) -> bool:
-        """The mode flown now needs no position: OFFBOARD by attitude (and TERMINATION, which flies nothing)."""
-        mode = self._state.status.mode
-        return mode is Mode.TERMINATION or (mode is Mode.OFFBOARD and self._offboard.flies_blind)
+        """The mode flown now needs no position."""
+        return self._checks.flies_blind
 
     def mission_start(self) -> Result:
         """MISSION_START: mission mode, and arm."""
@@ -153,15 +163,7 @@ class Commander:
     @property
     def checks_good(self) -> bool:
         """All arming checks pass for the intended mode."""
-        if self._clock.now_s < CHECKS_GOOD_S or self._state.status.home is None:
-            return False
-        if self._state.status.gps_lost and self._params.integer("COM_ARM_WO_GPS") == 0:
-            return False
-        if self._params.integer("NAV_DLL_ACT") > 0 and self._state.status.gcs_lost:
-            return False
-        if self._state.status.battery_fraction <= float(self._params["BAT_CRIT_THR"]):
-            return False
-        return self._can_run(self.intended)
+        return not self._terminated and self._checks.may_arm(self.intended)
 
     def arm(self, force: bool) -> Result:
         """COMPONENT_ARM_DISARM 1."""
@@ -201,7 +203,8 @@ class Commander:
         status.failsafe = False
         self._text(Severity.INFO, f"Disarmed by {by}")
         self._event("commander_disarmed_by", reason)
-        status.mode = self.intended = self._mode_after_disarming
+        self.intended = self._mode_after_disarming
+        status.mode = Mode.TERMINATION if self._terminated else self.intended
 
     # every cycle --------------------------------------------------------------------------------------------
 
@@ -214,7 +217,9 @@ class Commander:
         if status.armed:
             self._end_of_mode()
             self._auto_disarm()
-        if status.armed:
+        if status.mode is Mode.TERMINATION:
+            status.system_status = SystemStatus.FLIGHT_TERMINATION
+        elif status.armed:
             status.system_status = SystemStatus.CRITICAL if status.failsafe else SystemStatus.ACTIVE
         else:
             status.system_status = SystemStatus.STANDBY if self.checks_good else SystemStatus.UNINIT
@@ -275,7 +280,7 @@ class Commander:
 
 def _mode_name(mode: Mode) -> str:
     """As PX4's texts name a mode."""
-    return {Mode.LOITER: "Hold", Mode.RTL: "Return"}.get(mode, mode.name.title())
+    return MODE_NAMES.get(mode, mode.name.title())
 
 
 def is_force(param2: float) -> bool:

@@ -25,11 +25,16 @@ def event_id(name: str) -> int:
 
 _LAYOUTS: dict[str, tuple[int, str]] = {
     # name: (log levels, struct format of the arguments)
+    "check_gf_violation_custom_gf": (51, ""),
+    "check_gf_violation_max_alt": (51, ""),
+    "check_gf_violation_max_hor_dist": (51, ""),
     "commander_arm_denied_resolve_failures": (98, ""),
     "commander_armed_by": (102, "B"),
     "commander_disarmed_by": (102, "B"),
     "commander_dl_regained": (102, ""),
     "commander_failsafe_enter_generic": (66, "IB"),
+    "commander_failsafe_enter_generic_hold": (66, "IBH"),
+    "commander_failsafe_enter_generic_warn": (68, "I"),
     "commander_failsafe_enter_hold": (66, "IBHB"),
     "commander_gcs_lost": (100, ""),
     "commander_landing_current_pos": (102, ""),
@@ -46,6 +51,7 @@ _LAYOUTS: dict[str, tuple[int, str]] = {
     "mission_finished": (102, ""),
     "mission_finished_loiter": (102, ""),
     "mission_not_valid_loiter": (147, ""),
+    "navigator_geofence_invalid_against_cur_pos": (66, ""),
     "navigator_geofence_invalid_against_home": (66, ""),
     "navigator_mis_add_land_or_rm_to": (99, ""),
     "navigator_mis_add_to_or_rm_land": (99, ""),
@@ -69,8 +75,10 @@ _LAYOUTS: dict[str, tuple[int, str]] = {
     "navigator_mis_unsupported_landing_approach_wp": (99, ""),
     "navigator_route_cache_too_large": (100, "HH"),
     "navigator_takeoff_default_alt": (102, "f"),
+    "rtl_completed_loiter": (102, ""),
     "rtl_destination_breaches": (100, ""),
     "rtl_land_at_destination": (102, ""),
+    "rtl_mission_land_climb": (102, "i"),
     "vrtl_return_at": (102, "ii"),
 }
 EVENTS = {name: (event_id(name), levels, layout) for name, (levels, layout) in _LAYOUTS.items()}

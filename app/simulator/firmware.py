@@ -28,6 +28,8 @@ class FirmwareProfile:
     """PARAM_ERROR answers what cannot be read or set; before, nothing does."""
     unused_params_must_be_empty: bool
     """Mission items with a value in a parameter their command does not use are refused (since v1.18)."""
+    names_fence_limit: bool
+    """A breached fence's text says which limit was exceeded (since v1.15)."""
     command_timeout_param: str
     guidance_params: tuple[str, ...]
     guidance_factor: float
@@ -58,6 +60,7 @@ PX4_MAIN = FirmwareProfile(
     reports_mission_ids=True,
     reports_param_errors=True,
     unused_params_must_be_empty=True,
+    names_fence_limit=True,
     command_timeout_param="MIS_COMMAND_TOUT",
     guidance_params=NPFG,
     guidance_factor=1.0,
@@ -73,6 +76,7 @@ PX4_1_14 = FirmwareProfile(
     reports_mission_ids=False,
     reports_param_errors=False,
     unused_params_must_be_empty=False,
+    names_fence_limit=False,
     command_timeout_param="MIS_PD_TO",
     guidance_params=NPFG,
     guidance_factor=1.0,
@@ -90,6 +94,7 @@ PX4_1_13 = FirmwareProfile(
     reports_mission_ids=False,
     reports_param_errors=False,
     unused_params_must_be_empty=False,
+    names_fence_limit=False,
     command_timeout_param="MIS_PD_TO",
     guidance_params=L1,
     guidance_factor=1.0 / math.pi,

@@ -13,7 +13,7 @@ from app.simulator.wire import Mode, Severity
 HEARTBEAT_TIMEOUT_S = 2.4
 """Until the link counts as silent; COM_DL_LOSS_T comes on top."""
 ACTIONS = {1: Mode.LOITER, 2: Mode.RTL, 3: Mode.LAND}
-TERMINATE_OR_DISARM = frozenset({5, 6})
+TERMINATE, DISARM = 5, 6
 """The motors stop at once: these actions are neither delayed nor can anybody take over."""
 LEFT_ALONE = frozenset({Mode.RTL, Mode.LAND})
 
@@ -73,9 +73,12 @@ class LinkLossFailsafe:
         self._status.gcs_lost = True
         self._event("commander_gcs_lost")
         action = self._params.integer("NAV_DLL_ACT")
-        if action in TERMINATE_OR_DISARM and self._status.armed and self._status.mode is not Mode.LAND:
+        if action in (TERMINATE, DISARM) and self._status.armed and self._status.mode is not Mode.LAND:
             self._text(Severity.CRITICAL, "Failsafe activated")
-            self._commander.disarm_by_failsafe()
+            if action == TERMINATE:
+                self._commander.terminate()
+            else:
+                self._commander.disarm_by_failsafe()
             return
         acts = action in ACTIONS
         if not acts or not self._status.armed or self._status.landed or self._status.mode in LEFT_ALONE:

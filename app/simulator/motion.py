@@ -1,4 +1,4 @@
-"""Moves the body: by its dynamics while armed, by gravity alone when not."""
+"""Moves the body: by its dynamics while armed, by gravity alone when not, or when the flight was terminated."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from app.simulator.dynamics.model import Dynamics, Wind
 from app.simulator.faults import VehicleFaults
 from app.simulator.setpoint import Setpoint
 from app.simulator.state import VehicleState
+from app.simulator.wire import Mode
 
 FALL_M_S = 8.0
 """Drag does not let it fall faster."""
@@ -32,7 +33,8 @@ class Motion:
 
     def step(self, setpoint: Setpoint) -> None:
         """One step of vehicle time."""
-        if not self._state.status.armed:
+        status = self._state.status
+        if not status.armed or status.mode is Mode.TERMINATION:
             self._fall()
             return
         faults, wind = self._faults, self._wind
@@ -41,7 +43,7 @@ class Motion:
         self._dynamics.step(self._state.body, setpoint, VehicleClock.STEP_S, wind)
 
     def _fall(self) -> None:
-        """Disarmed, in the air too: straight down to the ground."""
+        """Without motors, in the air too: straight down to the ground."""
         body, dt_s = self._state.body, VehicleClock.STEP_S
         body.v_north_m_s = body.v_east_m_s = body.throttle = body.climb_command_m_s = 0.0
         body.v_up_m_s = max(-FALL_M_S, body.v_up_m_s - GRAVITY_M_S2 * dt_s)

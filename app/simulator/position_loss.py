@@ -80,4 +80,4 @@ class PositionLossFailsafe:
         if by_failsafe:
             self._commander.force_mode(mode)
         else:
-            self._commander.change_mode(mode)
+            self._commander.resume(mode)

@@ -104,6 +104,8 @@ class Status:
     """No fix now."""
     position_valid: bool = True
     """The estimator still knows where it is."""
+    fence_breached: bool = False
+    """Outside the fence, and GF_ACTION is set."""
 
     @property
     def landed(self) -> bool:

@@ -24,12 +24,15 @@ from app.simulator.external.winch import Winch
 from app.simulator.faults import VehicleFaults
 from app.simulator.firmware import FirmwareProfile
 from app.simulator.geo import LocalFrame
+from app.simulator.geofence_breach import GeofenceBreach
 from app.simulator.identity import Identity
 from app.simulator.land_detector.factory import land_detector_for
 from app.simulator.link_loss import LinkLossFailsafe
 from app.simulator.mission.reporter import MissionReporter
 from app.simulator.mission.store import MissionStore
 from app.simulator.mission.transfer import MissionTransfer
+from app.simulator.mode_checks import ModeChecks
+from app.simulator.mode_warning import ModeWarning
 from app.simulator.motion import Motion
 from app.simulator.navigator.context import NavContext
 from app.simulator.navigator.deployment import Deployment
@@ -95,9 +98,11 @@ class Vehicle:
         result = MissionResult()
         self._build_payload()
         self._offboard = OffboardStream(self.params, self.clock, spec.speed)
+        checks = ModeChecks(state.status, self.params, self.clock, result, self._offboard)
         self.commander = Commander(
-            state, self.params, self.clock, result, self._offboard, self.radio.text, self._events.emit
+            state, self.params, self.clock, result, self._offboard, checks, self.radio.text, self._events.emit
         )
+        self._mode_warning = ModeWarning(state.status, self.commander, checks, self._events.emit)
         self.context = NavContext(
             state, self.params, spec.system_id, spec.airframe, spec.profile, spec.frame, self.clock,
             self.radio.text, self._events.emit, lambda command: self._internal.issue(command),
@@ -137,6 +142,10 @@ class Vehicle:
         self._offboard_loss = OffboardLossFailsafe(
             state.status, self.params, self.commander, self._offboard, self.radio.text, self._events.emit, self.clock
         )
+        self._geofence_breach = GeofenceBreach(
+            state, self.params, self.clock, self.commander, lambda: self._navigator.fence_in_force, self._hold.hold_at,
+            self.radio.text, self._events.emit, spec.profile.names_fence_limit,
+        )  # fmt: skip
 
     def _build_wire(self, wall: Callable[[], float]) -> None:
         spec, state = self.spec, self.state
@@ -196,6 +205,7 @@ class Vehicle:
         self.radio.boot()
         self._events.reset()
         self.commander.boot()
+        self._mode_warning.boot()
         self._detector.boot()
         if self._payload is not None:
             self._payload.boot()
@@ -203,6 +213,7 @@ class Vehicle:
         self._link_loss.boot()
         self._offboard.boot()
         self._offboard_loss.boot()
+        self._geofence_breach.boot()
         self._position_loss.boot()
         self._internal.boot()
         self._streams.boot()
@@ -247,8 +258,10 @@ class Vehicle:
         self._motion.step(self.context.setpoint)
         self._detector.step(self.context.setpoint)
         self.commander.step()
+        self._mode_warning.step()
         self._link_loss.step()
         self._offboard_loss.step()
+        self._geofence_breach.step()
         self.battery.step()
         self._position_loss.step()
         self._port.step()

@@ -137,6 +137,7 @@ class SystemStatus(IntEnum):
     STANDBY = 3
     ACTIVE = 4
     CRITICAL = 5
+    FLIGHT_TERMINATION = 8
 
 
 class Severity(IntEnum):

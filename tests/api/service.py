@@ -24,6 +24,7 @@ from app.services.plans import Plans
 from app.services.proofs import Proofs
 from app.services.runs import Runs
 from app.services.simulation import Simulation
+from app.services.tasks import Tasks
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
 from app.storage.storage import Storage, open_storage
@@ -89,6 +90,7 @@ async def run_service(
         telemetry = TelemetryFeed(fleet, period_s=0.02)
         await telemetry.start()
         runs = Runs(fleet, storage.plans, storage.runs, journal, clock)
+        offboard = Offboard(fleet, runs, clock, PATIENT)
         services = change(
             ApiServices(
                 journal=journal,
@@ -100,7 +102,8 @@ async def run_service(
                 comparisons=Comparisons(runs, journal),
                 runs=runs,
                 commands=VehicleCommands(fleet, journal),
-                offboard=Offboard(fleet, runs, clock, PATIENT),
+                offboard=offboard,
+                tasks=Tasks(offboard, fleet, clock),
                 simulation=Simulation(None, fleet, journal),
                 answers=storage.answers,
                 clock=clock,

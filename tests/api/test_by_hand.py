@@ -33,8 +33,8 @@ class Pilot:
         return await self.answer()
 
     async def answer(self) -> dict[str, Any]:
-        """The next frame that is no state."""
-        while (frame := await self.frame())["type"] == "state":
+        """The next frame that is told because it was asked for."""
+        while (frame := await self.frame())["type"] in ("state", "tasks"):
             pass
         return frame
 

@@ -70,8 +70,9 @@ async def test_the_asyncapi_document_names_every_frame_and_every_close_code(serv
     status, _, document = await service.call("GET", "/api/v1/asyncapi.json")
     assert (status, document["asyncapi"]) == (200, "3.0.0")
     assert set(document["channels"]["stream"]["messages"]) == {"hello", "snapshot", "event", "telemetry"}
-    told, said = {"state", "granted", "taken", "done", "refused"}, {"take", "renew", "enter", "setpoint", "leave"}
-    assert set(document["channels"]["offboard"]["messages"]) == told | said | {"hand_over", "release"}
+    told = {"state", "tasks", "granted", "taken", "queued", "done", "refused"}
+    said = {"take", "renew", "enter", "setpoint", "task", "queue", "target", "leave", "hand_over", "release"}
+    assert set(document["channels"]["offboard"]["messages"]) == told | said
     for code in (*CloseCode, *ByHandCloseCode):
         assert f"- {int(code)}: " in document["info"]["description"]
     for reference in _references(document):

@@ -11,6 +11,7 @@ from app.api.routes import ROUTES
 HERE = Path(__file__).parent
 FROM_SERVICES = {
     "input.invalid": "raised by services that read documents; its answer is tested with the table",
+    "drop.consent_too_late": "comes 5 s after a question at the soonest; its answer is tested with the table",
     "command.expired": "ends a release within a run",
     "mission.upload_failed": "ends a run, whose request was answered long before",
 }

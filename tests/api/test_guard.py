@@ -27,7 +27,11 @@ FOREIGN_PAGES = [
 
 def path_of(route: AnyRoute) -> str:
     """The route's path with ids that exist or not: the guard comes before."""
-    return route.path.replace("{vehicle_id}", "v1").replace("{plan_id}", "p").replace("{run_id}", "r")
+    ids = {"{vehicle_id}": "v1", "{plan_id}": "p", "{run_id}": "r", "{item_id}": "d"}
+    path = route.path
+    for name, value in ids.items():
+        path = path.replace(name, value)
+    return path
 
 
 @pytest.mark.parametrize("headers", FOREIGN_PAGES, ids=lambda headers: " ".join(headers.values()))

@@ -92,6 +92,29 @@ async def test_what_is_not_ready_is_not_entered(service: Service, link: FakeLink
     assert (await post(service, "enter", {**lease, "sticks_held": True}))[0] == 200
 
 
+async def test_what_would_keep_an_entry_from_beginning_is_told_before_and_commands_nothing(
+    service: Service, link: FakeLink
+) -> None:
+    status, _, check = await service.call("GET", f"{PATH}/entry-check")
+    assert (status, check["ready"], check["reason"]) == (200, True, "")
+    assert {entry["parameter"] for entry in check["audit"]} >= {"COM_OBL_RC_ACT", "COM_OF_LOSS_T", "NAV_DLL_ACT"}
+    link.change(armed=False)
+    link.parameters = {"COM_OBL_RC_ACT": 0}
+    _, _, check = await service.call("GET", f"{PATH}/entry-check")
+    assert (check["ready"], check["reason"]) == (False, "vehicle v1 is not armed")
+    assert [entry["parameter"] for entry in check["audit"] if entry["blocks"]] == ["COM_OBL_RC_ACT"]
+    link.change(armed=True)
+    _, _, check = await service.call("GET", f"{PATH}/entry-check?sticks_held=true")
+    assert check["ready"]
+    link.change(connected=False)
+    _, _, check = await service.call("GET", f"{PATH}/entry-check")
+    assert (check["ready"], check["audit"]) == (False, [])
+    assert (link.setpoints, link.state().mode) == ([], FlightMode.HOLD)
+    token = await service.token(Role.DISPATCHER)
+    status, _, problem = await service.call("GET", f"{PATH}/entry-check", headers=token)
+    assert (status, problem["code"]) == (403, "role.insufficient")
+
+
 @pytest.mark.parametrize(
     ("setpoint", "refusal"),
     [

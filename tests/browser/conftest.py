@@ -18,6 +18,7 @@ CHROMIUM = Path(os.environ.get("WAYDROP_CHROMIUM", "/usr/bin/chromium"))
 CHROMIUM_ARGS = (
     "--use-angle=swiftshader",  # WebGL 2 in software: MapLibre draws on machines without a graphics card
     "--enable-unsafe-swiftshader",
+    "--disable-gpu-compositing",  # else the whole page is put together by the software GL: most of a core, all the time
     "--no-first-run",
     "--disable-background-networking",  # the only requests a test may see are the page's own
     "--disable-component-update",
@@ -36,10 +37,10 @@ def chromium_args() -> list[str]:
     return [*CHROMIUM_ARGS, *(["--no-sandbox"] if os.geteuid() == 0 else [])]
 
 
-def simulated_service(data_dir: Path, fleet: SimulatedFleet) -> ServiceProcess:
+def simulated_service(data_dir: Path, fleet: SimulatedFleet, **environment: str) -> ServiceProcess:
     """A service that knows these vehicles and the simulator behind them."""
     control = f"127.0.0.1:{fleet.control_port}"
-    return ServiceProcess(data_dir, fleet.connections, WAYDROP_SIMULATOR_CONTROL=control)
+    return ServiceProcess(data_dir, fleet.connections, WAYDROP_SIMULATOR_CONTROL=control, **environment)
 
 
 @pytest.fixture

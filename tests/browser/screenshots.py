@@ -21,7 +21,7 @@ SCHEMES: tuple[Scheme, ...] = ("dark", "light")
 SIZES = {"wide": (1440, 900), "middle": (900, 700), "narrow": (360, 800), "wall": (3840, 2160)}
 PATIENCE_MS = 180_000
 """Software WebGL draws a 4K map slowly, the more so on a busy machine."""
-VIEWS = ("Map", "Fleet", "Plan", "Run", "Faults", "Events")
+VIEWS = ("Map", "Fleet", "Plan", "Run", "Hands on", "Faults", "Events")
 
 
 def faulty_plan() -> str:

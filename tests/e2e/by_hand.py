@@ -7,14 +7,16 @@ import json
 import socket
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
+from pathlib import Path
 from typing import Any
 
 import aiohttp
 
-from tests.service import until
+from tests.service import Dispatcher, until
 from tests.simulated import SimulatedFleet
 
 SAY_EVERY_S = 0.05
+PLAN = json.loads((Path(__file__).parents[2] / "plans" / "clinic-run.json").read_text())
 
 
 class Pilot:
@@ -90,6 +92,21 @@ async def pilot(http: aiohttp.ClientSession, url: str) -> AsyncIterator[Pilot]:
             yield found
         finally:
             await found.leave()
+
+
+async def paused_in_the_air(dispatcher: Dispatcher) -> str:
+    """A run that a person has paused on its way."""
+    await dispatcher.until_vehicles(1)
+    run_id = await dispatcher.fly(PLAN, "v1")
+    await until(
+        lambda: dispatcher.get("/vehicles/v1"),
+        lambda v: (v["state"]["relative_altitude_m"] or 0.0) > 10.0,
+        "it must climb",
+        60,
+    )
+    await dispatcher.post(f"/runs/{run_id}/pause")
+    await dispatcher.until_run(run_id, lambda run: run["state"] == "paused", "it must pause", 20)
+    return run_id
 
 
 async def truth(fleet: SimulatedFleet) -> dict[str, Any]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import os
 import signal
 import time
@@ -12,11 +11,10 @@ from typing import Any
 
 import aiohttp
 
-from tests.e2e.by_hand import Pilot, pilot, truth
+from tests.e2e.by_hand import Pilot, paused_in_the_air, pilot, truth
 from tests.service import Dispatcher, ServiceProcess, until
 from tests.simulated import SimulatedFleet
 
-PLAN = json.loads((Path(__file__).parents[2] / "plans" / "clinic-run.json").read_text())
 RETURN = "COM_OBL_RC_ACT=3"
 """The vehicle's own answer to a lost stream is another mode than the Hold that Waydrop commands."""
 
@@ -32,21 +30,6 @@ async def in_mode(fleet: SimulatedFleet, mode: str, promise: str) -> dict[str, A
 def is_north_of(now: dict[str, Any], before: dict[str, Any]) -> bool:
     """By three metres."""
     return bool(now["latitude_deg"] > before["latitude_deg"] + 3.0 / 111_195.0)
-
-
-async def paused_in_the_air(dispatcher: Dispatcher) -> str:
-    """A run that a person has paused on its way."""
-    await dispatcher.until_vehicles(1)
-    run_id = await dispatcher.fly(PLAN, "v1")
-    await until(
-        lambda: dispatcher.get("/vehicles/v1"),
-        lambda v: (v["state"]["relative_altitude_m"] or 0.0) > 10.0,
-        "it must climb",
-        60,
-    )
-    await dispatcher.post(f"/runs/{run_id}/pause")
-    await dispatcher.until_run(run_id, lambda run: run["state"] == "paused", "it must pause", 20)
-    return run_id
 
 
 async def test_a_pilot_comes_and_goes_and_the_run_goes_on(tmp_path: Path, http: aiohttp.ClientSession) -> None:

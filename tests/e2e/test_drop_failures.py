@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +17,10 @@ from tests.unit.domain.plan_pieces import RETURN, gripper, plan_json, takeoff, w
 
 SPEED = 4.0
 FLIGHT_S = 120.0
-LONG_HOLD_S, SHORT_HOLD_S = 40.0, 12.0
-"""Of vehicle time: the long one leaves a busy machine ten seconds to look and to command."""
+LONG_HOLD_S, SHORT_HOLD_S, ASKING_HOLD_S = 40.0, 12.0, 160.0
+"""Of vehicle time: the long one leaves a busy machine ten seconds to look and to command, the longest one also some for
+an answer.
+"""
 
 
 class Branch:
@@ -46,8 +48,14 @@ class Branch:
     async def tell(self, action: str) -> None:
         await self._desk.post(f"/runs/{self.run_id}/{action}")
 
-    async def start(self, hold_s: float) -> None:
-        plan = plan_json("multicopter", takeoff(12), waypoint(30, 0, 12), gripper(hold_s=hold_s), RETURN)
+    async def answer(self, *, grant: bool) -> None:
+        """Until an operator is asked; then the answer."""
+        await self.phase("asking")
+        await self._desk.post(f"/runs/{self.run_id}/drops/item-3/consent", {"grant": grant})
+
+    async def start(self, drop: dict[str, Any], on_failure: str) -> None:
+        items = takeoff(12), waypoint(30, 0, 12), gripper(**drop), RETURN
+        plan = plan_json("multicopter", *items, contingency={"on_drop_failure": on_failure})
         self.run_id = await self._desk.fly(plan, f"v{self._number}")
 
     async def end(self) -> Any:
@@ -65,6 +73,10 @@ class Case:
     outcomes: tuple[tuple[str, str], ...]
     attempts: range
     is_acknowledged: bool | None
+    hold_s: float = LONG_HOLD_S
+    asks: dict[str, Any] = field(default_factory=dict)
+    on_failure: str = "continue"
+    consent: str | None = None
 
 
 async def nothing(_: Branch) -> None:
@@ -119,6 +131,19 @@ async def pilot_takes_over(branch: Branch) -> None:
     await branch.fault("mode", "RTL")
 
 
+async def low_battery(branch: Branch) -> None:
+    await branch.on_the_way()
+    await branch.fault("battery_percent", 6.0)
+
+
+async def operator_consents(branch: Branch) -> None:
+    await branch.answer(grant=True)
+
+
+async def operator_refuses(branch: Branch) -> None:
+    await branch.answer(grant=False)
+
+
 async def operator_returns(branch: Branch) -> None:
     await branch.on_the_way()
     await branch.tell("return")
@@ -127,13 +152,14 @@ async def operator_returns(branch: Branch) -> None:
 RELEASED = ("released", "acknowledged")
 SEEN = ("released", "inferred")
 KEPT = ("kept", "inferred")
+ASKS: dict[str, Any] = {"consent": "operator"}
 CASES = (
     Case("all is well", nothing, nothing, ("completed",), (RELEASED,), range(1, 2), True),
     Case("stuck", stuck, nothing, ("completed",), (RELEASED,), range(1, 2), True),
     Case("slow", slow, nothing, ("completed",), (RELEASED,), range(1, 2), True),
     Case("lost ack", nothing, lost_ack, ("completed",), (SEEN, RELEASED), range(1, 4), None),
     Case("refused upload", refused_upload, nothing, ("failed",), (KEPT,), range(1), False),
-    Case("link cut on the way", nothing, cut_on_the_way, ("completed",), (KEPT,), range(1), False),
+    Case("link cut on the way", nothing, cut_on_the_way, ("completed",), (KEPT,), range(1), False, hold_s=SHORT_HOLD_S),
     Case(
         "link cut while releasing",
         slow,
@@ -147,6 +173,26 @@ CASES = (
     Case("reboot", nothing, reboot, ("aborted", "failed"), (KEPT,), range(1), False),
     Case("a pilot returns", nothing, pilot_takes_over, ("failed",), (KEPT,), range(1), False),
     Case("the operator returns", nothing, operator_returns, ("aborted",), (KEPT,), range(1), False),
+    Case("low battery", nothing, low_battery, ("failed",), (KEPT,), range(1), False),
+    Case(
+        *("an operator consents", nothing, operator_consents, ("completed",), (RELEASED,), range(1, 2), True),
+        hold_s=ASKING_HOLD_S,
+        asks=ASKS,
+        consent="granted",
+    ),
+    Case(
+        *("an operator says no", nothing, operator_refuses, ("aborted",), (KEPT,), range(1), False),
+        hold_s=ASKING_HOLD_S,
+        asks=ASKS,
+        on_failure="return",
+        consent="refused",
+    ),
+    Case(
+        *("no operator answers", nothing, nothing, ("completed",), (KEPT,), range(1), False),
+        hold_s=ASKING_HOLD_S,
+        asks={**ASKS, "consent_timeout_s": 5},
+        consent="timed_out",
+    ),
 )
 
 
@@ -154,7 +200,7 @@ async def fly(case: Case, branch: Branch) -> str:
     """What went otherwise than it must; empty if nothing."""
     try:
         await case.before(branch)
-        await branch.start(SHORT_HOLD_S if case.flight is cut_on_the_way else LONG_HOLD_S)
+        await branch.start({"hold_s": case.hold_s, **case.asks}, case.on_failure)
         await case.flight(branch)
         run = await branch.end()
     except AssertionError as error:
@@ -168,6 +214,7 @@ async def fly(case: Case, branch: Branch) -> str:
         and case.is_acknowledged in (None, drop["acknowledged_at"] is not None)
         and (drop["commanded_at"] is not None) == (drop["attempts"] > 0)
         and drop["reason"] != ""
+        and (drop["consent"] or {}).get("state") == case.consent
     )
     return "" if right else f"{case.name}: it ended as {seen}: {run['reason']}; {drop}"
 
@@ -176,7 +223,7 @@ async def test_every_way_a_drop_can_fail_ends_in_its_outcome_with_evidence(
     tmp_path: Path, http: aiohttp.ClientSession
 ) -> None:
     with (
-        SimulatedFleet(",".join(["quad"] * len(CASES)), speed=SPEED) as fleet,
+        SimulatedFleet(",".join(["quad"] * len(CASES)), speed=SPEED, params="COM_LOW_BAT_ACT=3") as fleet,
         ServiceProcess(tmp_path, fleet.connections) as service,
     ):
         desk = Dispatcher(http, service.url)

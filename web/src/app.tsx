@@ -1,8 +1,10 @@
 import { live } from "./state/store";
 import { panel, view } from "./state/selection";
+import { ConsentCalls } from "./ui/consent-calls";
 import { Feed } from "./ui/feed";
 import { FileDrop } from "./ui/file-drop";
 import { Fleet } from "./ui/fleet";
+import { HandsOnPanel } from "./ui/hands-on-panel";
 import { Header } from "./ui/header";
 import { MapView } from "./ui/map-view";
 import { Notices } from "./ui/notices";
@@ -32,6 +34,7 @@ export function App() {
       </main>
       <ViewBar />
       <FileDrop />
+      <ConsentCalls />
       <Notices />
       <TokenDialog />
     </div>
@@ -44,6 +47,8 @@ function Shown() {
       return <PlanPanel />;
     case "run":
       return <RunPanel />;
+    case "hands":
+      return <HandsOnPanel />;
     case "simulator":
       return <SimulatorPanel />;
   }

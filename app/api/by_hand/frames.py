@@ -9,8 +9,11 @@ from pydantic import BaseModel, Field, RootModel
 
 from app.api.models import Identifier
 from app.api.offboard_models import AuditView, ClampView, Destination, RateHz, StrictRequest
+from app.api.task_models import QueueAction
 from app.domain.setpoint.forms import Setpoint
+from app.domain.tasks.forms import InsertMode, Motion, Task, TaskPoint, WhenEmpty
 from app.services.offboard_view import OffboardView
+from app.services.task_view import TasksView
 
 FrameId = Annotated[int, Field(ge=0, le=2**53, description="comes back with the answer")]
 
@@ -63,6 +66,31 @@ class HandOverFrame(ClientFrame):
     to: Identifier | None
 
 
+class TaskFrame(ClientFrame):
+    """Queue a task; flown when its turn comes and the vehicle is under offboard control."""
+
+    type: Literal["task"]
+    task: Task
+    insert: InsertMode = "append"
+    when_empty: WhenEmpty | None = None
+
+
+class QueueFrame(ClientFrame):
+    """Something with the whole task queue."""
+
+    type: Literal["queue"]
+    do: QueueAction
+
+
+class TargetFrame(ClientFrame):
+    """Where the target of a goto is now, and how it moves."""
+
+    type: Literal["target"]
+    task_id: Identifier
+    point: TaskPoint
+    motion: Motion | None = None
+
+
 class ReleaseFrame(ClientFrame):
     """Give the lease back; a vehicle that is flown by hand is told to hold."""
 
@@ -70,7 +98,16 @@ class ReleaseFrame(ClientFrame):
 
 
 AnyClientFrame = Annotated[
-    TakeFrame | RenewFrame | EnterFrame | SetpointFrame | LeaveFrame | HandOverFrame | ReleaseFrame,
+    TakeFrame
+    | RenewFrame
+    | EnterFrame
+    | SetpointFrame
+    | TaskFrame
+    | QueueFrame
+    | TargetFrame
+    | LeaveFrame
+    | HandOverFrame
+    | ReleaseFrame,
     Field(discriminator="type"),
 ]
 
@@ -103,6 +140,21 @@ class TakenFrame(BaseModel):
     clamped: list[ClampView]
 
 
+class QueuedFrame(BaseModel):
+    """The task is in the queue."""
+
+    type: Literal["queued"] = "queued"
+    id: int | None = None
+    task_id: str
+
+
+class TasksFrame(BaseModel):
+    """The task queue: on every change, and once a second from the first task on."""
+
+    type: Literal["tasks"] = "tasks"
+    queue: TasksView
+
+
 class DoneFrame(BaseModel):
     """What was asked is done. After `enter`: the audited parameters."""
 
@@ -123,12 +175,23 @@ class RefusedFrame(BaseModel):
     extra: dict[str, Any] = {}
 
 
-SERVER_FRAMES: Final[tuple[type[BaseModel], ...]] = (StateFrame, GrantedFrame, TakenFrame, DoneFrame, RefusedFrame)
+SERVER_FRAMES: Final[tuple[type[BaseModel], ...]] = (
+    StateFrame,
+    TasksFrame,
+    GrantedFrame,
+    TakenFrame,
+    QueuedFrame,
+    DoneFrame,
+    RefusedFrame,
+)
 CLIENT_FRAMES: Final[tuple[type[BaseModel], ...]] = (
     TakeFrame,
     RenewFrame,
     EnterFrame,
     SetpointFrame,
+    TaskFrame,
+    QueueFrame,
+    TargetFrame,
     LeaveFrame,
     HandOverFrame,
     ReleaseFrame,

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import math
+import time
 from collections.abc import Awaitable, Callable
+from contextlib import suppress
 from typing import Any, Final
 
 from aiohttp import WSMsgType, web
@@ -20,6 +23,8 @@ from app.api.by_hand.frames import (
     GrantedFrame,
     HandOverFrame,
     LeaveFrame,
+    QueuedFrame,
+    QueueFrame,
     RefusedFrame,
     ReleaseFrame,
     RenewFrame,
@@ -27,22 +32,35 @@ from app.api.by_hand.frames import (
     StateFrame,
     TakeFrame,
     TakenFrame,
+    TargetFrame,
+    TaskFrame,
+    TasksFrame,
 )
 from app.api.offboard_models import AuditView, ClampView
-from app.domain.errors import ConflictError, LeaseLostError, SetpointRefusedError, WaydropError
+from app.api.tasks import ACTIONS
+from app.domain.errors import (
+    ConflictError,
+    LeaseLostError,
+    SetpointRefusedError,
+    TaskRefusedError,
+    WaydropError,
+)
 from app.services.access import Principal, Role
 from app.services.offboard import ByHand
+from app.services.tasks import TaskDesk
 
 STATE_PERIOD_S: Final = 0.1
+TASKS_PERIOD_S: Final = 1.0
 MAX_FINDINGS: Final = 3
 
 
 class ByHandSession:
     """Reads, answers and tells. `ended` has the code once the service wants the socket closed."""
 
-    def __init__(self, socket: web.WebSocketResponse, vehicle: ByHand, principal: Principal) -> None:
+    def __init__(self, socket: web.WebSocketResponse, vehicle: ByHand, desk: TaskDesk, principal: Principal) -> None:
         self._socket = socket
         self._vehicle = vehicle
+        self._desk = desk
         self._control = vehicle.control
         self._principal = principal
         self._lease_id: str | None = None
@@ -50,6 +68,7 @@ class ByHandSession:
         self._passing: asyncio.Task[None] | None = None
         self._news = asyncio.Event()
         self._news.set()
+        self._task_news = asyncio.Event()
         self.ended: asyncio.Future[ByHandCloseCode] = asyncio.get_running_loop().create_future()
 
     def end(self, code: ByHandCloseCode) -> None:
@@ -59,8 +78,8 @@ class ByHandSession:
 
     async def run(self) -> ByHandCloseCode | None:
         """Serve until one side ends it; None if the client has gone."""
-        unsubscribe = self._control.subscribe(self._news.set)
-        tasks = [asyncio.create_task(work) for work in (self._read(), self._tell())]
+        unsubscribe = self._control.subscribe(self._hear)
+        tasks = [asyncio.create_task(work) for work in (self._read(), self._tell(), self._tell_tasks())]
         waits: tuple[asyncio.Future[Any], ...] = (*tasks, self.ended)
         try:
             await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
@@ -79,6 +98,10 @@ class ByHandSession:
             for task in tasks:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
+
+    def _hear(self) -> None:
+        self._news.set()
+        self._task_news.set()
 
     def _let_go(self) -> None:
         """The socket's end is the client's end: Hold at once."""
@@ -127,6 +150,13 @@ class ByHandSession:
             case SetpointFrame():
                 clamps = control.put(lease_id, frame.setpoint)
                 return TakenFrame(id=frame.id, clamped=[ClampView.of(clamp) for clamp in clamps])
+            case TaskFrame():
+                entry = self._desk.insert(lease_id, frame.task, frame.insert, frame.when_empty)
+                return QueuedFrame(id=frame.id, task_id=entry.id)
+            case QueueFrame():
+                ACTIONS[frame.do](self._desk, lease_id)
+            case TargetFrame():
+                self._desk.retarget(lease_id, frame.task_id, frame.point, frame.motion)
             case RenewFrame():
                 control.require(lease_id)
             case HandOverFrame():
@@ -190,6 +220,18 @@ class ByHandSession:
             if view.sent is None:
                 await self._news.wait()
 
+    async def _tell_tasks(self) -> None:
+        """The queue on every change, and once a second; nothing before the first task."""
+        told, due_s = 0, math.inf
+        while True:
+            self._task_news.clear()
+            if self._desk.changes != told or time.monotonic() >= due_s:
+                told, due_s = self._desk.changes, time.monotonic() + TASKS_PERIOD_S
+                await self._send(TasksFrame(queue=self._desk.view()))
+            with suppress(TimeoutError):
+                async with asyncio.timeout(due_s - time.monotonic() if told else None):
+                    await self._task_news.wait()
+
     async def _say_last(self) -> None:
         await self._send(StateFrame(offboard=self._control.view()))
 
@@ -199,7 +241,7 @@ class ByHandSession:
 
 
 def _refused(frame_id: int | None, error: WaydropError) -> RefusedFrame:
-    code = error.refusal if isinstance(error, SetpointRefusedError) else error.code
+    code = error.refusal if isinstance(error, SetpointRefusedError | TaskRefusedError) else error.code
     extra: dict[str, Any] = to_jsonable_python(dict(error.extra), fallback=str)
     return RefusedFrame(id=frame_id, code=code, detail=error.detail, hint=error.hint, extra=extra)
 

@@ -18,6 +18,7 @@ from app.api.socket_door import CloseCodes, SocketDoor
 from app.domain.errors import NotFoundError
 from app.services.access import Access, Role
 from app.services.offboard import Offboard
+from app.services.tasks import Tasks
 
 MAX_SOCKETS: Final = 64
 HEARTBEAT_S: Final = 5.0
@@ -32,8 +33,11 @@ _CODES: Final = CloseCodes(
 class ByHandEndpoint:
     """GET /api/v1/vehicles/{vehicle_id}/offboard as a websocket. The end of its socket ends a lease."""
 
-    def __init__(self, offboard: Offboard, access: Access, metrics: Metrics, settings: ApiSettings) -> None:
+    def __init__(
+        self, offboard: Offboard, tasks: Tasks, access: Access, metrics: Metrics, settings: ApiSettings
+    ) -> None:
         self._offboard = offboard
+        self._tasks = tasks
         self._access = access
         self._door = SocketDoor("offboard socket", _CODES, access, metrics, settings, max_sockets=MAX_SOCKETS)
         self.close = self._door.close
@@ -49,11 +53,12 @@ class ByHandEndpoint:
             note_principal(request, principal)
             require_role(principal, Role.PILOT)
             vehicle = self._offboard.vehicle(request.match_info["vehicle_id"])
+            desk = self._tasks.vehicle(request.match_info["vehicle_id"])
         except ApiError as error:
             return ByHandCloseCode.ROLE if error.code == "role.insufficient" else ByHandCloseCode.UNAUTHORIZED
         except NotFoundError:
             return ByHandCloseCode.NO_VEHICLE
-        session = ByHandSession(socket, vehicle, principal)
+        session = ByHandSession(socket, vehicle, desk, principal)
         try:
             return await self._door.attend(request, session, session.run)
         except ConnectionError:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from app.api.proof_sheet.picture import close_up, overview
+from app.domain.consent import ConsentRecord, ConsentState
 from app.domain.drop import Certainty, DropOutcome, DropRecord
 from app.domain.events import EventKind
 from app.domain.proof import Entry, Proof
@@ -30,6 +31,14 @@ _CERTAINTIES: Final = {
     Certainty.ACKNOWLEDGED: "acknowledged by the vehicle, not confirmed by a sensor",
     Certainty.INFERRED: "inferred from what was observed",
     Certainty.NONE: "none",
+}
+_CONSENTS: Final = {
+    ConsentState.PENDING: "needed, not asked",
+    ConsentState.ASKED: "asked, not answered yet",
+    ConsentState.GRANTED: "granted",
+    ConsentState.REFUSED: "refused",
+    ConsentState.TIMED_OUT: "not given in time, which counts as a refusal",
+    ConsentState.WITHDRAWN: "withdrawn",
 }
 _DROP_STEP: Final = ("plan_item_id", "phase", "attempts", "acknowledged_result", "output_us", "outcome", "certainty")
 """What a drop's event adds to the story; its measurements stand above."""
@@ -95,6 +104,7 @@ def _drop(drop: DropRecord) -> str:
             ("Certainty", _CERTAINTIES[drop.certainty]),
             ("Reason", drop.reason or None),
             ("How", how),
+            ("Consent", _consent(drop.consent)),
             ("Commanded", drop.commanded_at and f"{_time(drop.commanded_at)}, attempts: {drop.attempts}"),
             ("Acknowledged", drop.acknowledged_at and f"{_time(drop.acknowledged_at)}: {drop.acknowledged_result}"),
             ("Gripper's output", drop.output_at and f"{drop.output_us} µs at {_time(drop.output_at)}"),
@@ -171,6 +181,17 @@ def _gnss(drop: DropRecord) -> str | None:
     satellites = "" if drop.gnss_satellites is None else f", {drop.gnss_satellites} satellites"
     hdop = "" if drop.gnss_hdop is None else f", HDOP {drop.gnss_hdop:g}"
     return f"{_words(drop.gnss_fix)} fix{satellites}{hdop}"
+
+
+def _consent(consent: ConsentRecord | None) -> str | None:
+    """Who said what to which question, and in which words."""
+    if consent is None:
+        return None
+    by = f" by {consent.answered_by}" if consent.answered_by else ""
+    at = f" at {_time(consent.answered_at)}" if consent.answered_at is not None else ""
+    asked = f"; asked at {_time(consent.asked_at)}" if consent.asked_at is not None else ""
+    why = f": {consent.reason}" if consent.reason else ""
+    return f"{_CONSENTS[consent.state]}{by}{at}{why}{asked}"
 
 
 def _words(value: str | None) -> str:

@@ -66,9 +66,11 @@ def add_drop(drafts: DraftList, drop: DropUse, facts: VehicleFacts, ground_speed
         params=(*release.params, NAN, NAN, NAN),
         latitude_deg=place.latitude_deg,
         longitude_deg=place.longitude_deg,
-        hold_s=_bound_s(drop, place),
+        hold_s=bound_s(drop),
         acceptance_radius_m=radius_m,
         landed=drop.carried is Carried.GROUND,
+        needs_consent=drop.item.consent == "operator",
+        consent_timeout_s=drop.item.consent_timeout_s,
     )
 
 
@@ -82,6 +84,15 @@ def brakes_at_waypoint(drop: DropUse) -> bool:
         and drop.anchor is not None
         and isinstance(drop.anchor.item, Waypoint)
     )
+
+
+def bound_s(drop: DropUse) -> float:
+    """How long the vehicle waits for this drop, unless it is moved on."""
+    brakes = brakes_at_waypoint(drop)
+    if not drop.supervised:
+        return EMBEDDED_HOLD_S if brakes else 0.0
+    place = drop.anchor.item if drop.anchor is not None and brakes else None
+    return max(drop.item.hold_s, place.hold_s if isinstance(place, Waypoint) else 0.0)
 
 
 def release_draft(item: DropItem) -> Draft:
@@ -122,13 +133,6 @@ def _place(drop: DropUse) -> Waypoint | Loiter | Land:
     if not isinstance(item, (Waypoint, Loiter, Land)):
         raise PlanRejectedError(f"the drop {drop.item.id} follows no waypoint, loiter or landing")
     return item
-
-
-def _bound_s(drop: DropUse, place: Waypoint | Loiter | Land) -> float:
-    if drop.supervised:
-        longer = place.hold_s if brakes_at_waypoint(drop) and isinstance(place, Waypoint) else 0.0
-        return max(drop.item.hold_s, longer)
-    return EMBEDDED_HOLD_S if brakes_at_waypoint(drop) else 0.0
 
 
 def _radius(place: Waypoint | Loiter | Land) -> float | None:

@@ -6,7 +6,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from app.domain.compiler.drop_items import EMBEDDED_HOLD_S, settle_s, stop_radius_m
+from app.domain.compiler.drop_items import EMBEDDED_HOLD_S, bound_s, settle_s, stop_radius_m
+from app.domain.consent import CONSENT_MARGIN_S
 from app.domain.default_facts import parameter
 from app.domain.landing_pattern import landing_pattern
 from app.domain.plan.drops import DropUse
@@ -38,7 +39,7 @@ STOPS = Ahead(None, 0.0, ())
 
 def effort(flight: Flight, before: Motion, step: Step, speed_m_s: float, drop: DropUse | None, ahead: Ahead) -> Effort:
     """`drop` is the item's own, or the one for which a waypoint brakes. The time of a supervised drop begins with the
-    order to release, and that of its waypoint ends with it.
+    order to release, or with the question to the operator, and that of its waypoint ends with it.
     """
     item = step.item
     match item:
@@ -56,7 +57,7 @@ def effort(flight: Flight, before: Motion, step: Step, speed_m_s: float, drop: D
             return vtol.to_wing(flight, before, ahead.following) if item.to == "fixed_wing" else vtol.to_hover(before)
         case Delay():
             return Effort(0.0, item.duration_s, _waited(before, step))
-    return Effort(0.0, _drop_s(flight, step, drop), before if drop is None or not drop.stopped else before.standing())
+    return _drop(flight, before, step, drop)
 
 
 def point_of(flight: Flight, place: Place) -> Point:
@@ -188,10 +189,20 @@ def _waited(before: Motion, step: Step) -> Motion:
     return before.standing() if step.after in (Carried.WHEELS, Carried.ROTARY_WING, Carried.GROUND) else before
 
 
-def _drop_s(flight: Flight, step: Step, drop: DropUse | None) -> float:
+def _drop(flight: Flight, before: Motion, step: Step, drop: DropUse | None) -> Effort:
+    """A drop's own time: none for one in passing."""
     if drop is None or not drop.stopped:
-        return 0.0
+        return Effort(0.0, 0.0, before)
     if not drop.supervised:
-        return settle_s(drop.item, flight.facts)
+        return Effort(0.0, settle_s(drop.item, flight.facts), before.standing())
+    question_s = _longest_question_s(drop)
     rest_s = REST_S if drop.carried is Carried.WHEELS else 0.0
-    return rest_s + parameter(flight.facts, "PD_GRIPPER_TO") + ANSWER_S
+    seconds = rest_s + parameter(flight.facts, "PD_GRIPPER_TO") + ANSWER_S + question_s
+    return Effort(0.0, seconds, before.standing(), unsure_s=question_s)  # the answer may come at once
+
+
+def _longest_question_s(drop: DropUse) -> float:
+    """An operator may take this long to consent; limits and batteries must bear the longest answer."""
+    if drop.item.consent == "none":
+        return 0.0
+    return min(drop.item.consent_timeout_s or math.inf, max(0.0, bound_s(drop) - CONSENT_MARGIN_S))

@@ -9,13 +9,25 @@ from app.domain.geo import LocalProjection
 from app.domain.plan.document import Plan
 from app.domain.plan.drops import drops_of
 from app.domain.plan.walk import reference_home, walk
-from app.domain.rules import braking, commands, fixed_wing, geofence, gripper, limits, takeoff_landing, vehicle, vtol
+from app.domain.rules import (
+    braking,
+    commands,
+    consent,
+    fixed_wing,
+    geofence,
+    gripper,
+    limits,
+    takeoff_landing,
+    vehicle,
+    vtol,
+)
 from app.domain.rules.registry import Rule, RuleContext
 from app.domain.speeds import speeds_along
 from app.domain.vehicle import VehicleFacts
 
 RULES: tuple[Rule, ...] = (
     *gripper.RULES,
+    *consent.RULES,
     *braking.RULES,
     *takeoff_landing.RULES,
     *vtol.RULES,

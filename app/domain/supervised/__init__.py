@@ -1,6 +1,8 @@
 """The supervised drop: a pure state machine that decides when a release is sent, and what became of it."""
 
+from app.domain.supervised.consent_gate import ConsentGate
 from app.domain.supervised.inputs import (
+    ConsentGiven,
     Finish,
     Observation,
     ReleaseAck,
@@ -9,11 +11,15 @@ from app.domain.supervised.inputs import (
     Resume,
     RunEnding,
     SendRelease,
+    Silence,
 )
-from app.domain.supervised.machine import DropMachine, step
+from app.domain.supervised.machine import step
+from app.domain.supervised.state import DropMachine
 from app.domain.supervised.terms import DropTerms
 
 __all__ = [
+    "ConsentGate",
+    "ConsentGiven",
     "DropMachine",
     "DropTerms",
     "Finish",
@@ -24,5 +30,6 @@ __all__ = [
     "Resume",
     "RunEnding",
     "SendRelease",
+    "Silence",
     "step",
 ]

@@ -43,6 +43,11 @@ class Observation:
         return self.gripper_output_us
 
 
+def output_of(seen: Observation | None) -> int | None:
+    """The gripper's output, if it is known and fresh."""
+    return None if seen is None else seen.fresh_output_us
+
+
 @dataclass(frozen=True, slots=True)
 class ReleaseAck:
     """A COMMAND_ACK of our release number `attempt`."""
@@ -69,6 +74,22 @@ class ReleaseWithheld:
 
 
 @dataclass(frozen=True, slots=True)
+class ConsentGiven:
+    """An operator answered question number `question`."""
+
+    now_s: float
+    question: int
+    grant: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Silence:
+    """Nothing is heard of the vehicle, but time goes by: a question does not wait for it."""
+
+    now_s: float
+
+
+@dataclass(frozen=True, slots=True)
 class RunEnding:
     """The run ends now (landed, aborted, lost, rebooted): the drop must end in a known state."""
 
@@ -76,7 +97,7 @@ class RunEnding:
     reason: str
 
 
-DropInput = Observation | ReleaseAck | ReleaseTimedOut | ReleaseWithheld | RunEnding
+DropInput = Observation | ReleaseAck | ReleaseTimedOut | ReleaseWithheld | ConsentGiven | Silence | RunEnding
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,6 +13,7 @@ class DropTerms:
 
     `release_latency_s` is the longest time a sent release may take to act: loop, link and servo together. A release
     is sent only if that much of the hold is left. `resume_s` is the longest time the order to move on may take.
+    `consent_timeout_s`: how long an operator may take to answer; None as long as the hold allows.
     """
 
     hold_seqs: tuple[int, ...]
@@ -21,6 +22,8 @@ class DropTerms:
     acceptance_radius_m: float
     max_offset_m: float
     landed: bool = False
+    needs_consent: bool = False
+    consent_timeout_s: float | None = None
     max_ground_speed_m_s: float = 0.5
     max_attempts: int = 3
     release_latency_s: float = 1.0
@@ -41,6 +44,8 @@ class DropTerms:
             acceptance_radius_m=drop.acceptance_radius_m,
             max_offset_m=max_offset_m,
             landed=drop.landed,
+            needs_consent=drop.needs_consent,
+            consent_timeout_s=drop.consent_timeout_s,
         )
 
 

@@ -19,21 +19,17 @@ from app.domain.setpoint.limiter import Clamp, limit
 from app.domain.vehicle import FlightMode
 from app.services.clock import Clock
 from app.services.fleet import Fleet, FleetVehicle
+from app.services.offboard.guide import Guide
 from app.services.offboard.lease import Lease, LeaseSlot
+from app.services.offboard.modes import taken_away
 from app.services.offboard.pacer import Pacer
 from app.services.offboard.settings import OffboardSettings
-from app.services.offboard.stream import SetpointStream, Slotted
+from app.services.offboard.stream import Author, SetpointStream, Slotted
 from app.services.offboard.surroundings import Surroundings
 from app.services.offboard_view import LeaseView, OffboardState, OffboardView
 
 log = structlog.get_logger(__name__)
 _S = OffboardState
-MAY_BE_IN: Final = {
-    _S.STREAMING: frozenset({FlightMode.HOLD}),
-    _S.SWITCHING: frozenset({FlightMode.HOLD, FlightMode.OFFBOARD}),
-    _S.ACTIVE: frozenset({FlightMode.OFFBOARD}),
-}
-"""The modes of each state; any other was commanded by somebody else or by a failsafe."""
 SENDING: Final = frozenset({_S.STREAMING, _S.SWITCHING, _S.ACTIVE, _S.LEAVING})
 
 
@@ -55,6 +51,7 @@ class OffboardControl:
         self._holding: asyncio.Task[None] | None = None
         self._spoke_s = 0.0
         self._listeners: list[Callable[[], None]] = []
+        self.guide: Guide | None = None
         self._unsubscribe = vehicle.link.subscribe(self._heard)
         vehicle.offboard = self.view_if_used
 
@@ -78,7 +75,7 @@ class OffboardControl:
         self._spoke_s = now_s
         if before is not None and self.state is not _S.IDLE:
             self._tell_lease("handed_over" if before.offered_to == holder else "overridden", holder, before.holder)
-            self._changed()
+            self.changed()
             return lease
         profile = firmware_profile(who.firmware)
         self.surroundings = Surroundings(who.vehicle_type, profile, self.settings.fresh_s)
@@ -100,7 +97,7 @@ class OffboardControl:
         """Let `to` take the lease over. Raises LeaseLostError."""
         lease = self._leases.offer(self.require(lease_id).id, to, self._clock.monotonic())
         self._tell_lease("offered", lease.holder, f"to {to}" if to else "withdrawn")
-        self._changed()
+        self.changed()
         return lease
 
     def put(self, lease_id: str, setpoint: Setpoint) -> tuple[Clamp, ...]:
@@ -110,16 +107,18 @@ class OffboardControl:
             LeaseLostError; SetpointRefusedError: it is not sent, and the one before it goes on to its age.
         """
         self.require(lease_id)
-        if self.surroundings is None:
-            raise LeaseLostError("the lease has ended")
-        state = self.link.state()
-        follower = self.surroundings.follower(state)
-        encode(setpoint, follower)  # refused by the table before any limit is looked at
-        limited = limit(setpoint, self.settings.limits, self.surroundings.whereabouts(state))
-        now_s = self._clock.monotonic()
-        self._stream.put(Slotted(limited.setpoint, encode(limited.setpoint, follower), limited.clamps, now_s))
-        self._spoke_s = now_s
-        return limited.clamps
+        clamps = self._slot(setpoint, "client")
+        if self.guide is not None:
+            self.guide.overruled()
+        return clamps
+
+    def steer(self, setpoint: Setpoint) -> tuple[Clamp, ...]:
+        """A setpoint of the guide, like the client's own, but it renews no lease: the client must do that.
+
+        Raises:
+            LeaseLostError; SetpointRefusedError.
+        """
+        return self._slot(setpoint, "task")
 
     def release(self, lease_id: str, reason: str) -> None:
         """The holder gives the lease up, or its socket closed: Hold if the vehicle is flown. Raises LeaseLostError."""
@@ -150,7 +149,7 @@ class OffboardControl:
             self.state, self.reason = state, reason
             holder = None if self.lease is None else self.lease.holder
             self._fleet.tell(EventKind.OFFBOARD_CHANGED, self.vehicle, state=state.value, holder=holder, reason=reason)
-        self._changed()
+        self.changed()
 
     def forget_setpoint(self) -> None:
         """What was put before does not count any more."""
@@ -193,7 +192,8 @@ class OffboardControl:
             held = LeaseView(holder=lease.holder, expires_in_s=left_s, offered_to=lease.offered_to)
         sent = self._stream.sent_view(now_s) if self.state in SENDING else None
         cadence = self._stream.cadence.view() if self.state in SENDING else None
-        return OffboardView(state=self.state, lease=held, reason=self.reason, sent=sent, cadence=cadence)
+        tasks = None if self.guide is None else self.guide.report()
+        return OffboardView(state=self.state, lease=held, reason=self.reason, sent=sent, cadence=cadence, tasks=tasks)
 
     def view_if_used(self) -> OffboardView | None:
         """For telemetry: nothing while nobody has ever had a lease."""
@@ -211,12 +211,26 @@ class OffboardControl:
 
     def _tick(self, now_s: float) -> None:
         self._end_expired(now_s)
+        if self.guide is not None:
+            self.guide.tick(now_s)
         if self.state not in SENDING or self.surroundings is None:
             return
         try:
             self._send(now_s, self.surroundings)
         except WaydropError as error:
             self.give_up("revoked", f"cannot send: {error.detail}")
+
+    def _slot(self, setpoint: Setpoint, by: Author) -> tuple[Clamp, ...]:
+        if self.surroundings is None:
+            raise LeaseLostError("the lease has ended")
+        state = self.link.state()
+        follower = self.surroundings.follower(state)
+        encode(setpoint, follower)  # refused by the table before any limit is looked at
+        limited = limit(setpoint, self.settings.limits, self.surroundings.whereabouts(state))
+        now_s = self._clock.monotonic()
+        self._stream.put(Slotted(limited.setpoint, encode(limited.setpoint, follower), limited.clamps, now_s, by))
+        self._spoke_s = now_s
+        return limited.clamps
 
     def _end_expired(self, now_s: float) -> None:
         if self._leases.has_expired(now_s):
@@ -251,15 +265,8 @@ class OffboardControl:
 
     def _look_at_mode(self) -> None:
         """Somebody else's mode is never fought for: the stream ends at once, or it would pull the vehicle back."""
-        state, expected = self.link.state(), MAY_BE_IN.get(self.state)
-        if expected is None:
-            return
-        if state.mode not in expected:
-            mode = "an unknown" if state.mode is None else state.mode.value
-            cause = "a failsafe acts" if state.in_failsafe else "commanded by somebody else"
-            self.end("revoked", f"the vehicle is in {mode} mode: {cause}")
-        elif state.armed is False:
-            self.end("revoked", "the vehicle disarmed")
+        if reason := taken_away(self.state, self.link.state()):
+            self.end("revoked", reason)
 
     def _stood_still(self) -> None:
         if self._pacer is not None and self.state is not _S.IDLE:
@@ -281,6 +288,7 @@ class OffboardControl:
     def _tell_lease(self, change: str, holder: str, reason: str) -> None:
         self._fleet.tell(EventKind.OFFBOARD_LEASE, self.vehicle, change=change, holder=holder, reason=reason)
 
-    def _changed(self) -> None:
+    def changed(self) -> None:
+        """Tell the listeners to look again."""
         for listener in tuple(self._listeners):
             listener()

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from dataclasses import asdict
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 
 from app.domain.errors import AuditFailedError, OffboardNotReadyError
 from app.domain.fence_area import FenceArea
@@ -18,6 +19,34 @@ from app.domain.setpoint.onboard_fence import onboard_fence
 from app.domain.vehicle import VehicleState
 
 IN_TRANSITION = "transition"
+
+
+@dataclass(frozen=True, slots=True)
+class Outlook:
+    """What would keep offboard control from beginning now. `reason` is empty unless the vehicle's state forbids it."""
+
+    reason: str
+    hint: str
+    audit: Sequence[AuditEntry]
+
+    @property
+    def ready(self) -> bool:
+        """Whether it could begin."""
+        return not self.reason and not any(entry.blocks for entry in self.audit)
+
+
+async def look_ahead(
+    vehicle_id: str, link: VehicleLink, kind: FlightKind, run: Run | None, *, sticks_held: bool
+) -> Outlook:
+    """The same checks as an entry makes, and nothing commanded. No parameter is read over a lost link.
+
+    Raises:
+        LinkError: the parameters cannot be read.
+    """
+    state = link.state()
+    reason, hint = _why_not(vehicle_id, state, kind, run)
+    entries = audit(await link.read_parameters(AUDITED), sticks_held=sticks_held) if state.connected else ()
+    return Outlook(reason, hint, entries)
 
 
 def refuse_unready(vehicle_id: str, state: VehicleState, kind: FlightKind, run: Run | None) -> None:

@@ -10,9 +10,17 @@ from typing import Literal
 from app.domain.errors import ConflictError, LeaseLostError, OffboardNotReadyError, WaydropError
 from app.domain.run import Run
 from app.domain.setpoint.audit import AuditEntry
+from app.domain.setpoint.capability import flight_kind
 from app.domain.vehicle import FlightMode
 from app.services.offboard.control import OffboardControl
-from app.services.offboard.entry import read_fence, refuse_unready, refuse_unsafe_parameters, until_calm
+from app.services.offboard.entry import (
+    Outlook,
+    look_ahead,
+    read_fence,
+    refuse_unready,
+    refuse_unsafe_parameters,
+    until_calm,
+)
 from app.services.offboard_view import OffboardState
 from app.services.runs import Runs
 
@@ -28,6 +36,15 @@ class Passage:
         self._runs = runs
         self._task: asyncio.Task[Sequence[AuditEntry]] | None = None
         control.subscribe(self._watch)
+
+    async def look_ahead(self, *, sticks_held: bool) -> Outlook:
+        """What `enter` would find now. Needs no lease. Raises OffboardNotReadyError (type unknown), LinkError."""
+        vehicle, link = self._control.vehicle, self._control.link
+        vehicle_type = link.identity.vehicle_type
+        if vehicle_type is None:
+            raise OffboardNotReadyError(f"the type of vehicle {vehicle.id} is not known yet", hint="wait a moment")
+        kind = flight_kind(vehicle_type, link.state().vtol_state)
+        return await look_ahead(vehicle.id, link, kind, await self._run(), sticks_held=sticks_held)
 
     async def enter(self, lease_id: str, *, sticks_held: bool) -> Sequence[AuditEntry]:
         """Hold, one second of stream, then the mode: a stream alone could pull a vehicle out of a failsafe.

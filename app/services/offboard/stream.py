@@ -14,7 +14,7 @@ from app.domain.setpoint.message import SetpointMessage
 from app.services.offboard.cadence import Cadence
 from app.services.offboard_view import SentView
 
-Author = Literal["client", "dead_man"]
+Author = Literal["client", "dead_man", "task"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +25,7 @@ class Slotted:
     message: SetpointMessage
     clamps: tuple[Clamp, ...]
     at_s: float
+    by: Author = "client"
 
 
 class SetpointStream:
@@ -34,7 +35,7 @@ class SetpointStream:
         self._send = send
         self._max_age_s = max_age_s
         self._slot: Slotted | None = None
-        self._newest: tuple[Author, Slotted] | None = None
+        self._newest: Slotted | None = None
         self._newest_s = 0.0
         self._left = asyncio.Event()
         self.cadence = Cadence(rate_hz)
@@ -55,12 +56,12 @@ class SetpointStream:
         """Send the slot's setpoint unless it is too old or missing. Raises LinkError."""
         if self._slot is None or now_s - self._slot.at_s > self._max_age_s:
             return False
-        self._out("client", self._slot, now_s)
+        self._out(self._slot, now_s)
         return True
 
     def send_zero(self, follower: Follower, now_s: float) -> None:
         """Send a velocity of zero. Raises LinkError, SetpointRefusedError where the vehicle does not follow it."""
-        self._out("dead_man", Slotted(ZERO_VELOCITY, encode(ZERO_VELOCITY, follower), (), now_s), now_s)
+        self._out(Slotted(ZERO_VELOCITY, encode(ZERO_VELOCITY, follower), (), now_s, "dead_man"), now_s)
 
     async def until_sent(self, count: int) -> None:
         """Return when `count` more messages have left."""
@@ -73,9 +74,9 @@ class SetpointStream:
         """The newest message that left."""
         if self._newest is None:
             return None
-        by, slotted = self._newest
+        slotted = self._newest
         return SentView(
-            by=by,
+            by=slotted.by,
             setpoint=slotted.setpoint.model_dump(mode="json"),
             message=slotted.message.name,
             type_mask=int(slotted.message.type_mask),
@@ -83,8 +84,8 @@ class SetpointStream:
             clamped=[clamp.code for clamp in slotted.clamps],
         )
 
-    def _out(self, by: Author, slotted: Slotted, now_s: float) -> None:
+    def _out(self, slotted: Slotted, now_s: float) -> None:
         self._send(slotted.message)
         self.cadence.sent(now_s)
-        self._newest, self._newest_s = (by, slotted), now_s
+        self._newest, self._newest_s = slotted, now_s
         self._left.set()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
+from app.domain.consent import ConsentRecord
 from app.domain.drop import DropRecord
 from app.domain.gripper_turns import GripperTurns
 from app.domain.mission import Mission
@@ -13,6 +14,7 @@ from app.domain.ports import VehicleLink
 from app.domain.run import IN_FLIGHT, Run, RunState
 from app.services.clock import Clock
 from app.services.journal import Journal
+from app.services.runs.consents import Consents
 from app.services.runs.embedded_release import EmbeddedRelease
 from app.services.runs.flight import RunFlight
 from app.services.runs.orders import Release
@@ -42,6 +44,7 @@ def drop_records(mission: Mission) -> tuple[DropRecord, ...]:
             DropRecord(
                 plan_item_id=drop.plan_item_id,
                 supervised=drop.supervised,
+                consent=ConsentRecord() if drop.needs_consent else None,
                 planned_latitude_deg=drop.latitude_deg,
                 planned_longitude_deg=drop.longitude_deg,
             )
@@ -59,7 +62,9 @@ def assemble(
     watch = FlightWatch(link, mission, plan.vehicle_type, releases, recorder, settings, clock)
     preparation = Preparation(link, mission, recorder, settings, clock, closes_gripper=_starts_loaded(plan))
     sender = OrderSender(link, recorder, watch, settings)
-    return Assembled(RunFlight(link, recorder, preparation, watch, sender, settings), recorder, watch)
+    consents = Consents([r for r in releases if isinstance(r, SupervisedRelease)], watch, recorder)
+    flight = RunFlight(link, recorder, preparation, watch, sender, consents, settings)
+    return Assembled(flight, recorder, watch)
 
 
 def _starts_loaded(plan: Plan) -> bool:

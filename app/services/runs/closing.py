@@ -7,6 +7,7 @@ from app.domain.run import Run, RunState
 from app.domain.supervised.terms import GRIPPER_OPEN_US
 from app.services.clock import Clock
 from app.services.journal import Journal
+from app.services.runs.consent_evidence import withdrawn
 from app.services.runs.recorder import RunRecorder
 
 BEFORE_TAKE_OFF = frozenset({RunState.CREATED, RunState.UPLOADING, RunState.UPLOADED})
@@ -35,6 +36,7 @@ def _closed(drop: DropRecord, reason: str, *, took_off: bool) -> DropRecord:
             reason = f"no final ack, but the gripper's output went to release; {reason}"
     elif not took_off or (drop.supervised and drop.attempts == 0):
         outcome, certainty = DropOutcome.KEPT, Certainty.INFERRED
-    return drop.model_copy(
-        update={"phase": DropPhase.DONE, "outcome": outcome, "certainty": certainty, "reason": reason}
-    )
+    changes: dict[str, object] = {"phase": DropPhase.DONE, "outcome": outcome, "certainty": certainty, "reason": reason}
+    if drop.consent is not None and drop.attempts == 0:
+        changes["consent"] = withdrawn(drop.consent, reason)
+    return drop.model_copy(update=changes)

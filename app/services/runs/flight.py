@@ -13,6 +13,7 @@ from app.domain.errors import StorageError, WaydropError, WrongStateError
 from app.domain.events import EventKind
 from app.domain.ports import LinkFact, VehicleLink
 from app.domain.run import IN_FLIGHT, Run, RunState
+from app.services.runs.consents import Consents
 from app.services.runs.prepare import Preparation
 from app.services.runs.recorder import RunRecorder
 from app.services.runs.sending import OrderSender
@@ -34,6 +35,7 @@ class RunFlight:
         preparation: Preparation,
         watch: FlightWatch,
         sender: OrderSender,
+        consents: Consents,
         settings: RunSettings,
     ) -> None:
         self._link = link
@@ -41,6 +43,7 @@ class RunFlight:
         self._preparation = preparation
         self._watch = watch
         self._sender = sender
+        self.consents = consents
         self._settings = settings
         self._facts: asyncio.Queue[LinkFact] = asyncio.Queue(WAITING_FACTS)
         self._start_asked = asyncio.Event()

@@ -56,9 +56,9 @@ class ItemClock:
 
 
 def _was_ordered_now(release: Release, progress: Progress) -> bool:
-    """The vehicle waits at this drop, and its release was ordered."""
+    """The vehicle waits at this drop, and its release was ordered, or an operator is asked for it."""
     waits = progress.current in release.compiled.hold_seqs
-    return release.compiled.supervised and waits and release.record.phase is DropPhase.RELEASING
+    return release.compiled.supervised and waits and release.record.phase in (DropPhase.ASKING, DropPhase.RELEASING)
 
 
 def _has_landed(state: VehicleState) -> bool:

@@ -7,6 +7,7 @@ from typing import Any, Final
 
 import structlog
 
+from app.domain.consent import consent_events
 from app.domain.drop import DropRecord
 from app.domain.events import EventKind, NewEvent
 from app.domain.run import Run, RunState
@@ -60,9 +61,12 @@ class RunRecorder:
 
     def drop(self, record: DropRecord) -> None:
         """The new record of one drop, if it differs."""
-        if self.run.drop(record.plan_item_id) == record:
+        before = self.run.drop(record.plan_item_id)
+        if before == record:
             return
         self.run = self.run.with_drop(record, now=self._clock.now())
+        for kind, data in consent_events(record.plan_item_id, before.consent, record.consent):
+            self.note(kind, **data)
         self.note(EventKind.RUN_DROP, **record.model_dump(mode="json"))
 
     async def flush(self) -> Run:

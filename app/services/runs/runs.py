@@ -10,6 +10,7 @@ from typing import Final
 import structlog
 
 from app.domain.compiler import compile_plan
+from app.domain.consent import Answer
 from app.domain.errors import ConflictError, NotFoundError, PlanRejectedError, VehicleBusyError, WrongStateError
 from app.domain.events import EventKind
 from app.domain.mission import Mission, mission_hash
@@ -22,6 +23,7 @@ from app.services.clock import Clock
 from app.services.fleet import Fleet, FleetVehicle
 from app.services.journal import Journal
 from app.services.runs.assembly import assemble, drop_records
+from app.services.runs.consents import without_flight
 from app.services.runs.flight import RunFlight
 from app.services.runs.settings import RunSettings
 from app.services.runs.take_up import TakeUp
@@ -140,6 +142,17 @@ class Runs:
         flight = await self._flight(run_id)
         await flight.abort()
         return flight.run
+
+    async def answer_consent(self, run_id: str, plan_item_id: str, answer: Answer, by: str) -> Run:
+        """An operator's answer to a drop that asks for consent: the first in time counts, the same again is no error.
+
+        Raises:
+            NotFoundError, ConsentNotAskedError, ConsentTooLateError, ConsentAnsweredError, StorageError.
+        """
+        flight = self._flights.get(run_id)
+        if flight is None:
+            return without_flight(await self.get(run_id), plan_item_id, answer)
+        return await flight.consents.answer(plan_item_id, answer, by)
 
     async def _create(
         self, run_id: str, stored: StoredPlan, vehicle: FleetVehicle, link: VehicleLink, *, start: bool, by: str

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 
 from app.domain.commands import CommandAck
+from app.domain.consent import Answer, ConsentState
 from app.domain.drop import DropPhase, DropRecord
 from app.domain.mission import CompiledDrop, MavCmd
 from app.domain.progress import Progress
 from app.domain.supervised import (
+    ConsentGiven,
     DropMachine,
     DropTerms,
     Finish,
@@ -19,10 +21,12 @@ from app.domain.supervised import (
     Resume,
     RunEnding,
     SendRelease,
+    Silence,
     step,
 )
 from app.domain.supervised.inputs import DropInput
 from app.domain.supervised.terms import GRIPPER_OPEN_US
+from app.services.runs.consent_evidence import LEFT_HOLD, RESTARTED, answered, asked, closed, withdrawn
 from app.services.runs.evidence import Look, commanded, finished, offset_m
 from app.services.runs.orders import Order, ReleaseOrder, ResumeOrder, failure_order
 
@@ -47,7 +51,10 @@ class SupervisedRelease:
         self._on_failure = on_failure
         terms = DropTerms.of(compiled, max_offset_m)
         opened = record.output_us == GRIPPER_OPEN_US
-        self.machine = DropMachine.taken_up(terms, record.attempts, opened=opened)
+        questions = 0 if record.consent is None else record.consent.question
+        self.machine = DropMachine.taken_up(terms, record.attempts, opened=opened, questions=questions)
+        if record.consent is not None and record.attempts == 0 and record.phase is not DropPhase.DONE:
+            self.record = record.model_copy(update={"consent": withdrawn(record.consent, RESTARTED)})
         self._waited_at_s = waited_at_s if record.phase is DropPhase.WAITING else None
 
     @property
@@ -58,7 +65,12 @@ class SupervisedRelease:
     @property
     def is_active(self) -> bool:
         """See Release."""
-        return not self.is_over and self.machine.phase in (DropPhase.HOLDING, DropPhase.RELEASING)
+        return not self.is_over and self.machine.phase in (DropPhase.HOLDING, DropPhase.ASKING, DropPhase.RELEASING)
+
+    @property
+    def is_asking(self) -> bool:
+        """Whether an operator's consent is asked for now."""
+        return self.machine.consent.state is ConsentState.ASKED
 
     @property
     def awaits_answer(self) -> bool:
@@ -114,10 +126,27 @@ class SupervisedRelease:
             self.record = self.record.model_copy(update={"attempts": 0, "commanded_at": None})
         return self._hear(ReleaseWithheld(seen.now_s, attempt), seen)
 
+    def silent(self, seen: Look) -> None:
+        """The vehicle is not heard: a question does not wait for it."""
+        self._hear(Silence(seen.now_s), seen)
+
+    def answer(self, answer: Answer, by: str, seen: Look) -> bool:
+        """An operator's answer; whether it came in time. What follows is sent at the next look."""
+        if self.record.consent is None:
+            return False
+        question = self.machine.consent.question if answer.question is None else answer.question
+        self.machine, _ = step(self.machine, ConsentGiven(seen.now_s, question, answer.grant))
+        if self.machine.consent.state is not answer.state:
+            return False
+        self.record = self.record.model_copy(update={"consent": answered(self.record.consent, answer, by, seen)})
+        return True
+
     def end(self, reason: str, now_s: float) -> None:
         """See Release."""
         self.machine, effects = step(self.machine, RunEnding(now_s, reason))
         self._take(effects)
+        if self.record.consent is not None and self.record.consent.state is ConsentState.ASKED:
+            self.record = self.record.model_copy(update={"consent": withdrawn(self.record.consent, reason)})
 
     def _hear(self, heard: DropInput, seen: Look) -> tuple[Order, ...]:
         if self.machine.is_over:
@@ -131,6 +160,7 @@ class SupervisedRelease:
                 self.record = commanded(self.record, effect.attempt, seen, self.compiled)
         self._note_output(seen)
         self._take(effects)
+        self._note_consent(seen)
         if failure := failure_order(self.record, self._on_failure, seen.state):
             return (failure,)  # instead of moving on
         sends = [ReleaseOrder(self, e.attempt) for e in effects if isinstance(e, SendRelease)]
@@ -149,6 +179,18 @@ class SupervisedRelease:
         if seen.time_s - age_s >= commanded_at:
             changes = {"output_us": output, "output_at": seen.time_s - age_s}
             self.record = self.record.model_copy(update=changes)
+
+    def _note_consent(self, seen: Look) -> None:
+        """Asked, timed out, withdrawn; a grant that a release was sent with stays, whatever happens after it."""
+        consent, gate = self.record.consent, self.machine.consent
+        if consent is None:
+            return
+        if gate.state is ConsentState.ASKED and gate.question != consent.question:
+            left_s = self.machine.hold.left_s(self.observe(seen), self.machine.terms)
+            consent = asked(gate, seen, self.compiled, left_s)
+        elif consent.state is ConsentState.ASKED or self.record.commanded_at is None:
+            consent = closed(consent, gate.state, self.record.reason or LEFT_HOLD)
+        self.record = self.record.model_copy(update={"consent": consent})
 
     def _take(self, effects: tuple[object, ...]) -> None:
         for effect in effects:

@@ -43,6 +43,7 @@ class FlightWatch:
         self._link = link
         self._vehicle_type = vehicle_type
         self._releases = releases
+        self._supervised = tuple(release for release in releases if isinstance(release, SupervisedRelease))
         self._recorder = recorder
         self._settings = settings
         self._clock = clock
@@ -100,6 +101,7 @@ class FlightWatch:
             self._rate = self._rate.seen(seen.now_s - seen.state.position_age_s, seen.state.boot_time_s)
         if not seen.state.connected:
             self._was_away = self._was_airborne  # it may have flown on to its end, unseen
+            self._pass_time(seen)
             self._look_at_silence(seen)
             return ()
         self._connected_at_s = seen.now_s
@@ -145,6 +147,13 @@ class FlightWatch:
             self.record(release)
         return tuple(orders)
 
+    def _pass_time(self, seen: Look) -> None:
+        """What does not wait for the link."""
+        for release in self._supervised:
+            if not release.is_over:
+                release.silent(seen)
+                self.record(release)
+
     def record(self, release: Release) -> None:
         """Take a drop's new record in; a supervised drop that is over counts as flown."""
         was_over = self._recorder.run.drop(release.record.plan_item_id).phase == "done"
@@ -163,6 +172,7 @@ class FlightWatch:
             was_airborne=self._was_airborne,
             asked=self._recorder.run.asked,
             was_armed=self._was_armed,
+            asks_consent_to=next((r.record.plan_item_id for r in self._supervised if r.is_asking), ""),
         )
         phase, reason = phase_of(view)
         if phase is not RunState.LANDED:
@@ -184,7 +194,7 @@ class FlightWatch:
         """The heartbeat that says disarmed may overtake the report that the last item was reached."""
         if not self._mission_done and self._recorder.run.asked in UNASKED and landed_s < LAST_REPORTS_S:
             return True
-        open_answers = any(isinstance(r, SupervisedRelease) and r.awaits_answer for r in self._releases)
+        open_answers = any(release.awaits_answer for release in self._supervised)
         return open_answers and landed_s < UNFINISHED_DROPS_S
 
     def _look_at_silence(self, seen: Look) -> None:

@@ -1,7 +1,7 @@
 """The MAVLink 2 dialect of the simulated vehicles, as a pymavlink module.
 
-`mavlink` is generated from waydrop.xml on first import, hence untyped: its message classes are built only in the
-files that send (streams, command acks, mission protocol), with keyword-free positional fields in XML order.
+`mavlink` is made from waydrop.xml by app/simulator/dialect_build.py, hence untyped: its message classes are built only
+in the files that send (streams, command acks, mission protocol), with keyword-free positional fields in XML order.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import os
 from types import ModuleType
 from typing import Any
 
-from app.simulator.dialect.build import module_path
+from app.simulator.dialect_build import module_path
 
 
 def _load() -> ModuleType:

@@ -8,7 +8,7 @@ from enum import Enum, auto
 
 from app.simulator.wire import Mode
 
-PLAINLY_MANUAL = frozenset({Mode.MANUAL, Mode.ACRO, Mode.STABILIZED})
+WITHOUT_CLIMB_CONTROL = frozenset({Mode.MANUAL, Mode.ACRO, Mode.STABILIZED, Mode.TERMINATION})
 
 
 class TakeoffState(Enum):
@@ -55,5 +55,5 @@ class LandSample:
 
     @property
     def climb_rate_controlled(self) -> bool:
-        """flag_control_climb_rate_enabled: in all modes but the plainly manual ones."""
-        return self.mode not in PLAINLY_MANUAL
+        """flag_control_climb_rate_enabled: in all modes but the plainly manual ones and a terminated flight."""
+        return self.mode not in WITHOUT_CLIMB_CONTROL

@@ -34,6 +34,10 @@ class HoldMode:
         """DO_REPOSITION, or DO_ORBIT of a plane."""
         self._wanted = wanted
 
+    def hold_at(self, point: tuple[float, float], up_m: float) -> None:
+        """A fence was breached there."""
+        self._wanted = Reposition(point, up_m)
+
     def activate(self) -> None:
         context = self._context
         body = context.state.body

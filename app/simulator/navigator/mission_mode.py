@@ -46,7 +46,7 @@ class MissionMode:
         self._store = store
         self._deployment = deployment
         self._arrival = Arrival(context)
-        self._jumps = JumpCounter()
+        self.jumps = JumpCounter()
         self._preparation = Preparation(context, self._arrival, self._report_reached)
         self._item_started_s = 0.0
         self._from_here = True
@@ -64,7 +64,7 @@ class MissionMode:
         self.result.finished = False
         self.result.started = self.active
         self.result.pauses = 0
-        self._jumps.reset()
+        self.jumps.reset()
         self._pending_seq = None
         if self.active and self.result.valid:
             self._restart()
@@ -94,7 +94,7 @@ class MissionMode:
         last = self._store.current_seq + 1 >= len(self._store.mission)
         if self.result.finished and self._activated and last and context.state.status.landed:
             self._go_to(0)
-            self._jumps.reset()
+            self.jumps.reset()
         self._activated = True
         self.result.finished = False
         self.result.started = True
@@ -154,7 +154,7 @@ class MissionMode:
         self.result.seq_reached = self._store.current_seq
 
     def _advance(self) -> None:
-        following = self._jumps.after(self._store.mission.items, self._store.current_seq)
+        following = self.jumps.after(self._store.mission.items, self._store.current_seq)
         if following is None:
             self._finish()
             return
@@ -178,7 +178,7 @@ class MissionMode:
     def _begin(self) -> None:
         """Start the current item."""
         context = self._context
-        resolved = self._jumps.resolve(self._store.mission.items, self._store.current_seq)
+        resolved = self.jumps.resolve(self._store.mission.items, self._store.current_seq)
         if resolved is None:
             self._finish()
             return

@@ -15,7 +15,6 @@ from app.simulator.navigator.mission_mode import MissionMode
 from app.simulator.navigator.mode import FlightMode
 from app.simulator.navigator.orbit_mode import OrbitMode
 from app.simulator.navigator.return_check import ReturnCheck
-from app.simulator.navigator.return_destination import ReturnDestination
 from app.simulator.navigator.return_mode import ReturnMode
 from app.simulator.navigator.takeoff_mode import TakeoffMode
 from app.simulator.setpoint import SetpointKind
@@ -46,7 +45,7 @@ class Navigator:
         self._mission = mission
         self._takeoff = takeoff
         self._land = LandMode(context)
-        self._return = ReturnMode(context, ReturnDestination(context, store))
+        self._return = ReturnMode(context, store, mission.result, mission.jumps)
         self._change_mode = change_mode
         self._modes: dict[Mode, FlightMode] = {
             Mode.MISSION: mission,
@@ -64,7 +63,8 @@ class Navigator:
         self._mission_serial = -1
         self._fence_serial = -1
         self._fence_due_s: float | None = None
-        self._fence = Geofence((), context.frame)
+        self._fence = self.fence_in_force = Geofence((), context.frame)
+        """As stored; and as it limits flying, which it does not when it was invalid as it came."""
         self._return_check = ReturnCheck(context)
 
     def boot(self) -> None:
@@ -115,6 +115,7 @@ class Navigator:
         return OrbitStatus(side * setpoint.loiter_radius_m, setpoint.point, setpoint.up_m)
 
     def _enter(self, mode: Mode, armed: bool) -> None:
+        self._return.from_mission = self._mission.active
         self._mission.deactivate()
         self._context.cruise_speed_m_s = math.nan
         self._mission.active = mode is Mode.MISSION and armed
@@ -150,10 +151,19 @@ class Navigator:
             self._take_mission()
 
     def _check_fence(self) -> None:
-        home = self._context.home
-        if not self._fence.empty and not self._fence.allows((home.north_m, home.east_m)):
-            self._context.text(Severity.CRITICAL, "Geofence invalid, doesn't contain Home position")
-            self._context.event("navigator_geofence_invalid_against_home")
+        """A fence has to have home inside, and a flying vehicle where it would act (checkHomeRequirements...)."""
+        context, body = self._context, self._context.state.body
+        self.fence_in_force = self._fence
+        acts = context.params.integer("GF_ACTION") > 0 and not context.state.status.landed
+        if not self._fence.allows((context.home.north_m, context.home.east_m)):
+            self._refuse_fence("Geofence invalid, doesn't contain Home position", "against_home")
+        elif acts and not self._fence.allows((body.north_m, body.east_m)):
+            self._refuse_fence("Geofence invalid, doesn't contain current vehicle position", "against_cur_pos")
+
+    def _refuse_fence(self, text: str, event: str) -> None:
+        self.fence_in_force = Geofence((), self._context.frame)
+        self._context.text(Severity.CRITICAL, text)
+        self._context.event(f"navigator_geofence_invalid_{event}")
 
     def _take_mission(self) -> None:
         self._mission.result.valid = self._check_mission()

@@ -13,12 +13,12 @@ from app.simulator.wire import Mode, Severity
 
 ACTIONS = {0: Mode.POSCTL, 1: Mode.ALTCTL, 2: Mode.STABILIZED, 3: Mode.RTL, 4: Mode.LAND, 5: Mode.LOITER}
 """COM_OBL_RC_ACT. With nobody at the sticks the first three hold here."""
-TERMINATE_OR_DISARM = frozenset({6, 7})
+TERMINATE, DISARM = 6, 7
 CHECK_S = 0.1
 """The commander's checks run at 10 Hz: a lost stream, or one that is back, is seen that late. A changed action is
 followed at once [18_offboard_quad, 20_offboard_plane]."""
-HOLD_ACTION, OTHER_ACTION = 5, 6
-"""As recorded in the event."""
+EVENT_NUMBERS = {0: 2, 1: 3, 2: 4, 3: 6, 4: 7, 5: 5, 6: 10, 7: 9}
+"""COM_OBL_RC_ACT to failsafe_action_t, the event's second argument; hold and return are recorded."""
 
 
 class OffboardLossFailsafe:
@@ -63,7 +63,7 @@ class OffboardLossFailsafe:
         available = self._stream.lives and (self._stream.flies_blind or self._status.position_valid)
         if self._lost and available:
             self._lost = False
-            self._commander.change_mode(Mode.OFFBOARD)
+            self._commander.resume(Mode.OFFBOARD)
         elif not self._lost and not available:
             self._lost = True
             self._act()
@@ -72,8 +72,10 @@ class OffboardLossFailsafe:
         action = self._action = self._params.integer("COM_OBL_RC_ACT")
         self._text(Severity.CRITICAL, "Failsafe activated")
         mode = ACTIONS.get(action, Mode.LOITER)
-        self._event("commander_failsafe_enter_generic", Mode.OFFBOARD, HOLD_ACTION if action == 5 else OTHER_ACTION)
-        if action in TERMINATE_OR_DISARM:
+        self._event("commander_failsafe_enter_generic", Mode.OFFBOARD, EVENT_NUMBERS.get(action, EVENT_NUMBERS[5]))
+        if action == TERMINATE:
+            self._commander.terminate()
+        elif action == DISARM:
             self._commander.disarm_by_failsafe()
         else:
             self._commander.force_mode(mode)

@@ -20,3 +20,17 @@ def test_a_simulated_fault_is_told_with_its_value_and_why_it_was_not_set(problem
     told = run_line(event(1, EventKind.SIMULATOR_FAULT, fault="wind", value=[3.0, 0.0], by="desk", problem=problem))
     assert told is not None
     assert told.plain.endswith(f" {line}")
+
+
+def test_a_question_says_how_to_answer_it_and_its_end_who_did() -> None:
+    asked = run_line(event(1, EventKind.DROP_CONSENT_ASKED, plan_item_id="drop", question=1, deadline_at=1010.0))
+    assert asked is not None
+    assert "drop asks for consent until" in asked.plain
+    assert "waydrop runs consent r1 --grant" in asked.plain
+    closed = {"plan_item_id": "drop", "question": 1, "state": "timed_out", "by": None, "reason": ""}
+    told = run_line(event(2, EventKind.DROP_CONSENT_CLOSED, **closed))
+    assert told is not None
+    assert told.plain.endswith("consent to drop: timed out")
+    granted = run_line(event(3, EventKind.DROP_CONSENT_CLOSED, **closed | {"state": "refused", "by": "anna"}))
+    assert granted is not None
+    assert granted.plain.endswith("consent to drop: refused by anna")

@@ -27,6 +27,8 @@ _DROP: dict[str, st.SearchStrategy[Any]] = {
     "hold_s": st.floats(0.5, 600),
     "max_offset_m": st.none() | st.floats(0.5, 100),
     "instance": st.integers(1, 16),
+    "consent": st.sampled_from(["none", "none", "operator"]),
+    "consent_timeout_s": st.none() | st.floats(5, 600),
 }
 
 

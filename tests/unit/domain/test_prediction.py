@@ -64,6 +64,14 @@ def test_a_recorded_multicopter_delivery_is_predicted_within_15_percent() -> Non
     assert return_s == pytest.approx(55.1, rel=0.15)
 
 
+def test_a_drop_that_asks_is_predicted_with_the_slowest_answer() -> None:
+    def drop_s(**asks: object) -> float:
+        return _timeline(multicopter(waypoint(), gripper(hold_s=40, **asks))).entries[2].duration_s
+
+    assert drop_s(consent="operator", consent_timeout_s=20) == pytest.approx(drop_s() + 20.0)
+    assert drop_s(consent="operator") == pytest.approx(drop_s() + 35.0), "as long as the hold allows"
+
+
 def test_a_jump_is_unrolled() -> None:
     jump = {"type": "jump", "target": "a", "repeats": 2, "id": "again"}
     timeline = _timeline(multicopter(waypoint(id="a"), waypoint(50, id="b"), jump, waypoint(20, id="c")))

@@ -54,13 +54,23 @@ def test_an_empty_battery_does_not_arm() -> None:
     assert arming(cockpit, ARM) == [Result.TEMPORARILY_REJECTED]
 
 
-@pytest.mark.parametrize("mode", [Mode.MANUAL, Mode.ACRO, Mode.STABILIZED])
-def test_modes_that_need_sticks_are_not_armed_nor_entered_without_them(mode: Mode) -> None:
+@pytest.mark.parametrize(
+    ("mode", "name"),
+    [
+        (Mode.MANUAL, "Manual"),
+        (Mode.ACRO, "Acro"),
+        (Mode.STABILIZED, "Stabilized"),
+        (Mode.ALTCTL, "Altitude"),
+        (Mode.POSCTL, "Position"),
+    ],
+)
+def test_modes_that_need_sticks_are_not_armed_nor_entered_without_them(mode: Mode, name: str) -> None:
     cockpit = Cockpit()
     assert cockpit.set_mode(mode) == [Result.ACCEPTED], "disarmed every mode is taken"
     assert arming(cockpit, ARM) == [Result.TEMPORARILY_REJECTED]
     flying = airborne()
     assert flying.set_mode(mode) == [Result.TEMPORARILY_REJECTED]
+    assert "".join(flying.texts()).endswith(f"Switching to {name} is currently not available")
 
 
 def test_a_mode_request_without_the_custom_flag_is_refused() -> None:
@@ -158,7 +168,7 @@ def reposition(cockpit: Cockpit, speed: float, flags: int, north_m: float | None
 def test_reposition_changes_the_mode_only_when_its_flag_says_so() -> None:
     """Scenario 22: without the flag it moves a vehicle that holds, and no other."""
     cockpit = airborne()
-    cockpit.set_mode(Mode.POSCTL)
+    cockpit.vehicle.commander.change_mode(Mode.POSCTL)  # by somebody with sticks
     reposition(cockpit, -1, 0, 20.0, 10.0)
     assert cockpit.vehicle.state.status.mode is Mode.POSCTL
     reposition(cockpit, -1, 1, 20.0, 10.0)

@@ -1,8 +1,8 @@
-"""The dialect is built by itself, and its messages have the bytes of MAVLink's own."""
+"""The dialect is a build product named by what it was made of, and its messages have the bytes of MAVLink's own."""
 
 from __future__ import annotations
 
-import os
+import shutil
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 from pymavlink.dialects.v20 import common
 
-from app.simulator.dialect import build, mavlink
+from app.simulator import dialect_build
+from app.simulator.dialect import mavlink
 
 EXTENDED_OR_NEW = {"MISSION_CURRENT", "MISSION_ACK", "MISSION_COUNT", "EVENT", "CURRENT_EVENT_SEQUENCE"} | {
     "PROTOCOL_VERSION",
@@ -50,34 +51,103 @@ def test_what_pymavlink_lacks_is_added_behind_what_it_has() -> None:
     )
 
 
-def test_many_processes_at_once_build_one_good_module(tmp_path: Path) -> None:
-    target = tmp_path / "dialect.py"
-    with ThreadPoolExecutor(4) as pool:
-        list(pool.map(lambda _: _build_in_a_process(target), range(4)))
-    compile(target.read_text(), str(target), "exec")
-    assert list(tmp_path.iterdir()) == [target]
+def test_a_module_is_named_by_its_xml_and_by_the_version_of_pymavlink(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    xml = copy_of_xml(tmp_path)
+    name = dialect_build.module_name(tmp_path)
+    assert name == dialect_build.module_name(), "the folder has no say"
+    content = xml.read_text()
+    xml.write_text(content.replace('name="HEARTBEAT"', 'name="HEARTBEET"'))
+    changed = dialect_build.module_name(tmp_path)
+    xml.write_text(content)
+    (tmp_path / "included.xml").write_text("<mavlink/>")
+    with_another_file = dialect_build.module_name(tmp_path)
+    monkeypatch.setattr(dialect_build, "version", lambda package: f"{package} 9.9")
+    with_another_pymavlink = dialect_build.module_name(tmp_path)
+    assert len({name, changed, with_another_file, with_another_pymavlink}) == 4
 
 
-def _build_in_a_process(target: Path) -> None:
-    code = f"from pathlib import Path; from app.simulator.dialect import build; build._generate(Path({str(target)!r}))"
-    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+def test_two_builds_have_the_same_bytes(tmp_path: Path) -> None:
+    one, two = (dialect_build.generate(tmp_path / folder / f"{folder}.py") for folder in ("one", "two"))
+    assert one.read_bytes() == two.read_bytes()
 
 
-def test_a_module_older_than_the_xml_is_built_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    xml = tmp_path / "waydrop.xml"
-    xml.write_bytes(build.XML.read_bytes())
-    monkeypatch.setattr(build, "XML", xml)
-    first = build.module_path()
-    assert first.parent == tmp_path / "generated"
-    os.utime(first, (1, 1))
-    assert build.module_path() == first
-    assert first.stat().st_mtime > 1
+def test_a_build_leaves_only_the_module_of_this_xml(tmp_path: Path) -> None:
+    xml = copy_of_xml(tmp_path)
+    before = dialect_build.build(tmp_path)
+    assert before == dialect_build.build(tmp_path)
+    xml.write_text(xml.read_text().replace('name="HEARTBEAT"', 'name="HEARTBEET"'))
+    after = dialect_build.build(tmp_path)
+    assert list(after.parent.iterdir()) == [after]
+    assert "HEARTBEET" in after.read_text()
 
 
-def test_a_package_that_cannot_be_written_uses_the_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    xml = tmp_path / "waydrop.xml"
-    xml.write_bytes(build.XML.read_bytes())
-    (tmp_path / "generated").write_text("a file where the folder should be")
-    monkeypatch.setattr(build, "XML", xml)
+def test_what_was_not_built_is_made_in_the_users_cache_and_never_in_the_package(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    copy_of_xml(tmp_path / "package")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    assert build.module_path().is_relative_to(tmp_path / "cache")
+    first = dialect_build.module_path(tmp_path / "package")
+    assert first.is_relative_to(tmp_path / "cache")
+    assert [path.name for path in (tmp_path / "package").iterdir()] == [dialect_build.MAIN_XML]
+    made_at = first.stat().st_mtime_ns
+    assert dialect_build.module_path(tmp_path / "package") == first
+    assert first.stat().st_mtime_ns == made_at
+
+
+def test_many_processes_at_once_make_one_good_module(tmp_path: Path) -> None:
+    package = copy_of_package(tmp_path)
+    env = environment(package, tmp_path / "cache")
+    with ThreadPoolExecutor(4) as pool:
+        ended = list(pool.map(lambda _: python(env, "-c", "import app.simulator.dialect"), range(4)))
+    assert [process.returncode for process in ended] == [0] * 4, ended
+    folder = tmp_path / "cache" / "waydrop" / "dialect"
+    assert [path.name for path in folder.iterdir() if path.name != "__pycache__"] == [dialect_build.module_name()]
+
+
+def test_once_built_a_process_needs_no_folder_that_it_can_write_to(tmp_path: Path) -> None:
+    package = copy_of_package(tmp_path)
+    read_only = tmp_path / "home"
+    read_only.write_text("a file: root could write to any folder")
+    env = environment(package, read_only)
+    failed = python(env, "-c", "import app.simulator.dialect")
+    assert failed.returncode == 1
+    assert "NotADirectoryError" in failed.stderr
+    built = python(env, "-m", "app.simulator.dialect_build")
+    assert built.stdout.strip() == str(package / "app/simulator/dialect/generated" / dialect_build.module_name())
+    before = sorted(package.rglob("*"))
+    started = python(
+        env, "-c", "from app.simulator.fleet import build_vehicle; from app.simulator.dialect import mavlink"
+    )
+    assert (started.returncode, started.stderr) == (0, "")
+    assert sorted(package.rglob("*")) == before
+
+
+def copy_of_xml(folder: Path) -> Path:
+    folder.mkdir(exist_ok=True)
+    return Path(shutil.copy(dialect_build.XML_FOLDER / dialect_build.MAIN_XML, folder))
+
+
+def copy_of_package(folder: Path) -> Path:
+    """The simulator alone, not yet built; the folder to start Python in."""
+    source = dialect_build.XML_FOLDER.parent
+    ignored = shutil.ignore_patterns("__pycache__", dialect_build.BUILT)
+    shutil.copytree(source, folder / "package/app/simulator", ignore=ignored)
+    (folder / "package/app/__init__.py").touch()
+    return folder / "package"
+
+
+def environment(package: Path, cache: Path) -> dict[str, str]:
+    return {
+        "PYTHONPATH": str(package),
+        "XDG_CACHE_HOME": str(cache),
+        "HOME": str(cache),
+        "PYTHONDONTWRITEBYTECODE": "1",
+    }
+
+
+def python(env: dict[str, str], *arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, *arguments], cwd=env["PYTHONPATH"], env=env, capture_output=True, text=True, timeout=60.0
+    )

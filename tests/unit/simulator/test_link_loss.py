@@ -46,11 +46,18 @@ def test_then_it_does_what_nav_dll_act_says(action: int, then: Mode) -> None:
     assert mode(cockpit) is then
 
 
-@pytest.mark.parametrize("action", [5, 6])
-def test_terminate_and_disarm_stop_the_motors_without_a_hold_before(action: int) -> None:
-    cockpit = silent(NAV_DLL_ACT=action)
+def test_disarm_stops_the_motors_without_a_hold_before() -> None:
+    cockpit = silent(NAV_DLL_ACT=6)
     assert cockpit.until(lambda: not cockpit.armed, 20.0) == pytest.approx(LOST_S, abs=0.1)
     assert mode(cockpit) is Mode.MISSION, "there was no hold"
+
+
+def test_terminate_stops_the_motors_without_a_hold_before_and_stays_armed() -> None:
+    cockpit = silent(NAV_DLL_ACT=5)
+    cockpit.until(lambda: mode(cockpit) is not Mode.MISSION, 20.0)
+    cockpit.fly(0.1)
+    assert (mode(cockpit), cockpit.armed) == (Mode.TERMINATION, True)
+    assert cockpit.vehicle.state.body.throttle == 0.0
 
 
 def test_a_hold_that_the_link_ended_lasts_until_somebody_changes_the_mode() -> None:

@@ -7,6 +7,7 @@ import math
 import pytest
 
 from app.simulator.dialect import mavlink
+from app.simulator.events import EVENTS
 from app.simulator.wire import Cmd, Mode, Result
 from tests.unit.simulator.cockpit import Cockpit
 from tests.unit.simulator.offboard_sender import POSITION, ZERO, Sender, attitude, local, world
@@ -180,12 +181,17 @@ def test_the_parameter_says_what_a_lost_stream_does(action: int, mode: Mode) -> 
     sender.cockpit.fly(1.1)
     assert sender.cockpit.last("HEARTBEAT").system_status == 5
     assert "Failsafe activated" in sender.cockpit.texts()
+    said = [e for e in sender.cockpit.messages("EVENT") if e.id == EVENTS["commander_failsafe_enter_generic"][0]]
+    failsafe_action = {0: 2, 1: 3, 2: 4, 3: 6, 4: 7, 5: 5}[action]
+    assert [event.arguments[4] for event in said] == [failsafe_action]
 
 
-@pytest.mark.parametrize("action", [6, 7])
-def test_terminate_and_disarm_stop_the_motors(action: int) -> None:
+@pytest.mark.parametrize(("action", "armed"), [(6, True), (7, False)])
+def test_terminate_and_disarm_stop_the_motors(action: int, armed: bool) -> None:
     sender = Sender("quad", COM_OBL_RC_ACT=action).airborne()
-    sender.cockpit.until(lambda: not sender.cockpit.armed, 2.0)
+    sender.cockpit.until(lambda: "Failsafe activated" in sender.cockpit.texts(), 2.0)
+    sender.cockpit.fly(0.1)
+    assert (sender.cockpit.armed, sender.cockpit.vehicle.state.body.throttle) == (armed, 0.0)
     sender.cockpit.until(lambda: sender.cockpit.vehicle.state.body.on_ground, 5.0)
 
 

@@ -4,23 +4,23 @@ from __future__ import annotations
 
 import pytest
 
-from app.simulator.navigator.return_destination import ReturnDestination
-from app.simulator.navigator.return_mode import ReturnMode
+from app.simulator.navigator.direct_return import DirectReturn
+from app.simulator.params import Value
 from app.simulator.setpoint import SetpointKind
 from app.simulator.state import Home, LandDetected
-from app.simulator.wire import VtolState
-from tests.unit.simulator.cockpit import Cockpit
+from app.simulator.wire import Cmd, VtolState
+from tests.unit.simulator.cockpit import Cockpit, takeoff, waypoint
 
 
-def returning(airframe: str, north_m: float, up_m: float, **params: float) -> tuple[Cockpit, ReturnMode]:
+def returning(airframe: str, north_m: float, up_m: float, **params: float) -> tuple[Cockpit, DirectReturn]:
     cockpit = Cockpit(airframe, params=params, ready=False)
     vehicle = cockpit.vehicle
     vehicle.state.status.home = Home(0.0, 0.0, 0.0)
     vehicle.state.status.land = LandDetected(landed=False)
     vehicle.state.body.north_m, vehicle.state.body.up_m = north_m, up_m
-    mode = ReturnMode(vehicle.context, ReturnDestination(vehicle.context, vehicle.store))
-    mode.activate()
-    return cockpit, mode
+    way = DirectReturn(vehicle.context)
+    way.start((0.0, 0.0))
+    return cockpit, way
 
 
 @pytest.mark.parametrize(
@@ -43,27 +43,74 @@ def test_a_return_climbs_to_its_altitude_less_near_home(
     assert cockpit.vehicle.context.setpoint.up_m == pytest.approx(return_m)
 
 
-def arrived(airframe: str) -> Cockpit:
-    cockpit, mode = returning(airframe, 0.0, 60.0)
-    for _ in range(3):
-        mode.step()
+def test_a_wing_climbs_to_its_altitude_near_home_too() -> None:
+    cockpit, _ = returning("plane", 4.0, 3.0, RTL_RETURN_ALT=50.0)
+    assert cockpit.vehicle.context.setpoint.up_m == 50.0
+
+
+# the end, by RTL_LAND_DELAY ---------------------------------------------------------------------------------
+
+
+def flown_home(airframe: str, **params: Value) -> Cockpit:
+    """Returns from 200 m away; in the air on its way."""
+    high = {"RTL_RETURN_ALT": 45.0, "RTL_DESCEND_ALT": 25.0, "MIS_TKO_LAND_REQ": 0, **params}
+    cockpit = Cockpit(airframe, params=high)
+    command = Cmd.NAV_VTOL_TAKEOFF if airframe == "vtol" else Cmd.NAV_TAKEOFF
+    cockpit.start([takeoff(40, north_m=60.0, command=command), waypoint(200, 0, 40), waypoint(600, 0, 40)])
+    cockpit.until(lambda: cockpit.vehicle.state.body.north_m > 150.0)
+    cockpit.command(Cmd.NAV_RETURN_TO_LAUNCH)
     return cockpit
 
 
-def test_a_multicopter_lands() -> None:
-    assert arrived("quad").vehicle.context.setpoint.kind is SetpointKind.LAND
+def height_m(cockpit: Cockpit) -> float:
+    return cockpit.vehicle.state.body.up_m
 
 
-def test_a_plane_circles_at_rtl_descend_alt() -> None:
-    setpoint = arrived("plane").vehicle.context.setpoint
-    assert (setpoint.kind, setpoint.up_m) == (SetpointKind.LOITER, 30.0)
+def kind(cockpit: Cockpit) -> SetpointKind:
+    return cockpit.vehicle.context.setpoint.kind
 
 
-def test_a_vtol_on_its_wing_changes_back_before_it_lands() -> None:
-    cockpit, mode = returning("vtol", 0.0, 60.0)
-    cockpit.vehicle.state.status.vtol_state = VtolState.FW
-    for _ in range(3):
-        mode.step()
-    announced = [(message.command, message.param1) for message in cockpit.messages("COMMAND_LONG")]
-    assert announced == [(3000, VtolState.MC)]
-    assert cockpit.vehicle.context.setpoint.kind is SetpointKind.LAND
+def test_a_multicopter_lands_at_once() -> None:
+    cockpit = flown_home("quad")
+    cockpit.until(lambda: kind(cockpit) is SetpointKind.LAND)
+    assert height_m(cockpit) == pytest.approx(45.0, abs=1.0)
+    cockpit.until(lambda: not cockpit.armed)
+    assert cockpit.distance_to(0.0, 0.0) < 1.0
+
+
+@pytest.mark.parametrize("airframe", ["quad", "plane"])
+def test_with_a_delay_it_waits_at_rtl_descend_alt_and_then_lands(airframe: str) -> None:
+    cockpit = flown_home(airframe, RTL_LAND_DELAY=20.0, RTL_LOITER_RAD=50.0)
+    cockpit.until(lambda: cockpit.vehicle.context.setpoint.up_m == 25.0)
+    down_s = cockpit.until(lambda: height_m(cockpit) < 30.5, 60.0)
+    assert down_s > 1.0
+    assert cockpit.until(lambda: kind(cockpit) is SetpointKind.LAND, 60.0) >= 20.0
+    assert "RTL: completed, loitering" not in cockpit.texts()
+    cockpit.until(lambda: cockpit.vehicle.state.status.landed, 200.0)
+    assert cockpit.distance_to(0.0, 0.0) < 60.0
+
+
+@pytest.mark.parametrize("airframe", ["quad", "plane"])
+def test_with_a_negative_delay_it_stays_there(airframe: str) -> None:
+    cockpit = flown_home(airframe, RTL_LAND_DELAY=-1.0, RTL_LOITER_RAD=50.0)
+    cockpit.until(lambda: "RTL: completed, loitering" in cockpit.texts())
+    cockpit.fly(60.0)
+    assert kind(cockpit) is SetpointKind.LOITER
+    assert height_m(cockpit) == pytest.approx(25.0, abs=1.0)
+    orbit_m = 50.0 if airframe == "plane" else 0.0
+    assert cockpit.distance_to(0.0, 0.0) == pytest.approx(orbit_m, abs=6.0)
+
+
+def test_a_plane_is_told_not_to_land_by_its_airframe() -> None:
+    assert Cockpit("plane", ready=False).vehicle.params["RTL_LAND_DELAY"] == -1.0
+
+
+def test_a_vtol_on_its_wing_comes_down_in_circles_and_changes_back_before_it_lands() -> None:
+    cockpit = flown_home("vtol", RTL_LOITER_RAD=50.0)
+    assert cockpit.vehicle.state.status.vtol_state == VtolState.FW
+    cockpit.until(lambda: cockpit.vehicle.state.status.vtol_state == VtolState.MC)
+    assert height_m(cockpit) == pytest.approx(25.0, abs=11.0), "within NAV_FW_ALT_RAD"
+    assert cockpit.distance_to(0.0, 0.0) < 30.0
+    assert (3000, 3.0) in [(message.command, message.param1) for message in cockpit.messages("COMMAND_LONG")]
+    cockpit.until(lambda: not cockpit.armed)
+    assert cockpit.distance_to(0.0, 0.0) < 1.0

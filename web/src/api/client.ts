@@ -2,7 +2,7 @@
 
 import { ProblemError, problemFrom, unreachable } from "./problem";
 import { readToken } from "./token";
-import type { Comparison, PlanCheck, PlanDocument, PlanHead, Principal, Run, SimulatorView, StoredPlan, Vehicle } from "./types";
+import type { Comparison, EntryCheck, OffboardDetail, PlanCheck, PlanDocument, PlanHead, Principal, Run, SimulatorView, StoredPlan, Vehicle } from "./types";
 import type { Schema } from "../schema/control";
 import type { RunAction } from "../state/runs";
 
@@ -17,6 +17,10 @@ export const api = {
   principal: (): Promise<Principal> => get("/principal"),
   planSchema: (): Promise<Schema> => get("/schemas/plan"),
   simulator: (): Promise<SimulatorView> => get("/simulator"),
+  offboard: (vehicle: string): Promise<OffboardDetail> => get(`/vehicles/${encodeURIComponent(vehicle)}/offboard`),
+  /** What an entry into offboard control would find now; nothing is commanded. */
+  entryCheck: (vehicle: string, sticksHeld: boolean): Promise<EntryCheck> =>
+    get(`/vehicles/${encodeURIComponent(vehicle)}/offboard/entry-check?sticks_held=${sticksHeld}`),
   /** The proof of delivery as a page (HTML) to file or print. */
   proofSheet: async (run: string): Promise<string> => {
     const answer = await answerTo(`/runs/${encodeURIComponent(run)}/proof-sheet`, { method: "GET" });
@@ -31,6 +35,9 @@ export const api = {
     send("/runs", { plan, vehicle, start }, { once: true }),
 
   runAction: (id: string, action: RunAction): Promise<Run> => send(`/runs/${encodeURIComponent(id)}/${action}`, {}, {}),
+  /** `question` is the number of the question that is answered: none that comes after it. */
+  answerConsent: (run: string, drop: string, grant: boolean, question: number): Promise<Run> =>
+    send(`/runs/${encodeURIComponent(run)}/drops/${encodeURIComponent(drop)}/consent`, { grant, question }, {}),
   vehicleAction: (id: string, action: "hold" | "return" | "land"): Promise<unknown> =>
     send(`/vehicles/${encodeURIComponent(id)}/${action}`, {}, {}),
   /** `vehicle` null: all simulated vehicles. */

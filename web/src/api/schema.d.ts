@@ -204,6 +204,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/vehicles/{vehicle_id}/offboard/entry-check": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * What an entry would find now: the vehicle's state and its parameters; nothing is commanded
+         * @description Role: pilot or higher.
+         */
+        get: operations["check_offboard_entry"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/vehicles/{vehicle_id}/offboard/enter": {
         parameters: {
             query?: never;
@@ -258,6 +278,130 @@ export interface paths {
          * @description Role: pilot or higher.
          */
         post: operations["put_setpoint"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{vehicle_id}/tasks": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * The task queue, current task first
+         * @description Role: viewer or higher.
+         */
+        get: operations["get_tasks"];
+        put?: never;
+        /**
+         * Queue a task: append, prepend, replace_current, replace_all
+         * @description Role: pilot or higher.
+         */
+        post: operations["queue_task"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{vehicle_id}/tasks/{task_id}/target": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Where the target of a goto is now, and how it moves
+         * @description Role: pilot or higher.
+         */
+        post: operations["move_target"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{vehicle_id}/tasks/next": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * On to the next task
+         * @description Role: pilot or higher.
+         */
+        post: operations["next_task"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{vehicle_id}/tasks/clear": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Drop all tasks
+         * @description Role: pilot or higher.
+         */
+        post: operations["clear_tasks"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{vehicle_id}/tasks/pause": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Stand; a wing circles
+         * @description Role: pilot or higher.
+         */
+        post: operations["pause_tasks"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{vehicle_id}/tasks/resume": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Go on with the current task
+         * @description Role: pilot or higher.
+         */
+        post: operations["resume_tasks"];
         delete?: never;
         options?: never;
         head?: never;
@@ -626,6 +770,26 @@ export interface paths {
         get: operations["get_comparison"];
         put?: never;
         post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/runs/{run_id}/drops/{item_id}/consent": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Consent to a drop that asks for it, or refuse; the first answer counts, the same again is no error
+         * @description Role: pilot or higher.
+         */
+        post: operations["answer_consent"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1199,6 +1363,45 @@ export interface components {
             speed_type: ("airspeed" | "groundspeed") | null;
         };
         /**
+         * Circle
+         * @description Fly round a place: a positive radius clockwise, a negative one counter-clockwise. Ends by its duration only.
+         */
+        Circle: {
+            /**
+             * Relative Altitude M
+             * @default null
+             */
+            relative_altitude_m: number | null;
+            /**
+             * Absolute Altitude M
+             * @default null
+             */
+            absolute_altitude_m: number | null;
+            /**
+             * Speed M S
+             * @default null
+             */
+            speed_m_s: number | null;
+            /**
+             * Duration S
+             * @description the task ends after so long; 0 or less: no limit
+             * @default -1
+             */
+            duration_s: number;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "circle";
+            /** Center */
+            center: components["schemas"]["LocalPoint"] | components["schemas"]["GlobalPoint"];
+            /**
+             * Radius M
+             * @description positive clockwise, negative counter-clockwise
+             */
+            radius_m: number;
+        };
+        /**
          * ClampView
          * @description One thing that was changed of a setpoint.
          */
@@ -1226,6 +1429,121 @@ export interface components {
             /** Reason */
             reason: string;
         };
+        /**
+         * ConsentChecks
+         * @description What was measured when it was asked: the vehicle stood still at the point, and all checks held.
+         *
+         *     `hold_left_s` is how long the hold surely still lasts; null is "never received".
+         */
+        ConsentChecks: {
+            /**
+             * Offset M
+             * @default null
+             */
+            offset_m: number | null;
+            /**
+             * Ground Speed M S
+             * @default null
+             */
+            ground_speed_m_s: number | null;
+            /**
+             * Relative Altitude M
+             * @default null
+             */
+            relative_altitude_m: number | null;
+            /** @default null */
+            landed: components["schemas"]["LandedState"] | null;
+            /**
+             * Position Age S
+             * @default null
+             */
+            position_age_s: number | null;
+            /**
+             * Battery Percent
+             * @default null
+             */
+            battery_percent: number | null;
+            /**
+             * Gnss Satellites
+             * @default null
+             */
+            gnss_satellites: number | null;
+            /**
+             * Hold Left S
+             * @default null
+             */
+            hold_left_s: number | null;
+        };
+        /**
+         * ConsentRecord
+         * @description The consent to one drop, as evidence. Times are Unix seconds.
+         *
+         *     `question` counts how often it was asked: a vehicle that leaves its hold and comes back is asked for anew, and an
+         *     earlier answer does not count. `reason` is the operator's own words, or why it was withdrawn.
+         */
+        ConsentRecord: {
+            /** @default pending */
+            state: components["schemas"]["ConsentState"];
+            /**
+             * Question
+             * @default 0
+             */
+            question: number;
+            /**
+             * Asked At
+             * @default null
+             */
+            asked_at: number | null;
+            /**
+             * Deadline At
+             * @default null
+             */
+            deadline_at: number | null;
+            /** @default null */
+            checked: components["schemas"]["ConsentChecks"] | null;
+            /**
+             * Answered At
+             * @default null
+             */
+            answered_at: number | null;
+            /**
+             * Answered By
+             * @default null
+             */
+            answered_by: string | null;
+            /**
+             * Reason
+             * @default
+             */
+            reason: string;
+        };
+        /**
+         * ConsentRequest
+         * @description Consent to a drop that asks for it, or refuse it.
+         *
+         *     `question` is the number of the question that is answered (the drop's `consent.question`); null answers the one that
+         *     is asked now. `reason` goes into the proof of delivery.
+         */
+        ConsentRequest: {
+            /** Grant */
+            grant: boolean;
+            /**
+             * Question
+             * @default null
+             */
+            question: number | null;
+            /**
+             * Reason
+             * @default
+             */
+            reason: string;
+        };
+        /**
+         * ConsentState
+         * @description Where the question stands. `withdrawn`: nobody answered, and it does not matter any more.
+         * @enum {string}
+         */
+        ConsentState: "pending" | "asked" | "granted" | "refused" | "timed_out" | "withdrawn";
         /**
          * Contingency
          * @description What the plan counts on when something fails. `on_link_loss` is compared with the vehicle's NAV_DLL_ACT.
@@ -1336,10 +1654,10 @@ export interface components {
         DropOutcome: "pending" | "released" | "kept" | "unknown";
         /**
          * DropPhase
-         * @description Where a drop is. A supervised drop passes all of them, an embedded one only waiting and done.
+         * @description Where a drop is. An embedded one is only waiting and done; only one that needs consent is asking.
          * @enum {string}
          */
-        DropPhase: "waiting" | "holding" | "releasing" | "done";
+        DropPhase: "waiting" | "holding" | "asking" | "releasing" | "done";
         /**
          * DropRecord
          * @description The evidence of one drop. Times are Unix seconds; offsets are metres from the planned point.
@@ -1350,6 +1668,8 @@ export interface components {
          *     `commanded_at` is when a release was sent, `acknowledged_*` what the vehicle answered (COMMAND_ACK of DO_GRIPPER),
          *     `output_*` what the autopilot put out to the gripper (SERVO_OUTPUT_RAW), `sensed_at` when a sensor saw the parcel
          *     go. They are never merged. PX4's grippers have no sensor: `sensed_at` stays None for them.
+         *
+         *     `consent` is None if the plan asks for none.
          */
         DropRecord: {
             /** Plan Item Id */
@@ -1358,6 +1678,8 @@ export interface components {
             supervised: boolean;
             /** @default waiting */
             phase: components["schemas"]["DropPhase"];
+            /** @default null */
+            consent: components["schemas"]["ConsentRecord"] | null;
             /** @default pending */
             outcome: components["schemas"]["DropOutcome"];
             /** @default none */
@@ -1485,6 +1807,20 @@ export interface components {
             };
         };
         /**
+         * EntryCheckView
+         * @description What an entry would find now. `reason` is empty unless the vehicle's state forbids it; an `audit` may too.
+         */
+        EntryCheckView: {
+            /** Ready */
+            ready: boolean;
+            /** Reason */
+            reason: string;
+            /** Hint */
+            hint: string;
+            /** Audit */
+            audit: components["schemas"]["AuditView"][];
+        };
+        /**
          * EntryRequest
          * @description Enter OFFBOARD mode. `sticks_held`: a pilot holds the sticks, so a loss action that needs them is right.
          */
@@ -1548,7 +1884,7 @@ export interface components {
          * @description What an event says. The data of each kind is documented here; it is what the stream carries.
          * @enum {string}
          */
-        EventKind: "service.started" | "service.stopped" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.command" | "offboard.lease" | "offboard.changed" | "plan.created" | "run.created" | "run.changed" | "run.predicted" | "run.upload_progress" | "run.item" | "run.item_ended" | "run.command" | "run.ack" | "run.drop" | "simulator.fault";
+        EventKind: "service.started" | "service.stopped" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.command" | "offboard.lease" | "offboard.changed" | "tasks.changed" | "tasks.gripper" | "plan.created" | "run.created" | "run.changed" | "run.predicted" | "run.upload_progress" | "run.item" | "run.item_ended" | "run.command" | "run.ack" | "run.drop" | "drop.consent_asked" | "drop.consent_closed" | "simulator.fault";
         /**
          * EventsView
          * @description A page of events in order. `last_seq` is the newest there is; ask again after the last one of the page.
@@ -1708,11 +2044,81 @@ export interface components {
             circles: components["schemas"]["FenceCircle"][];
         };
         /**
+         * GlobalPoint
+         * @description A place on the map.
+         */
+        GlobalPoint: {
+            /**
+             * Latitude Deg
+             * @description WGS84 latitude
+             */
+            latitude_deg: number;
+            /**
+             * Longitude Deg
+             * @description WGS84 longitude
+             */
+            longitude_deg: number;
+        };
+        /**
          * GnssFix
          * @description GPS_FIX_TYPE, from the weakest to the strongest.
          * @enum {string}
          */
         GnssFix: "no_gps" | "no_fix" | "2d" | "3d" | "dgps" | "rtk_float" | "rtk_fixed" | "static" | "ppp";
+        /**
+         * Goto
+         * @description Go to a place; ends there. `stay`: waits there until its duration is over, or for ever.
+         *
+         *     `gripper`: once it stands there, work the gripper; ends with the vehicle's final answer. `motion`: the place moves;
+         *     it is followed until the duration is over, and told anew by `target`.
+         */
+        Goto: {
+            /**
+             * Relative Altitude M
+             * @default null
+             */
+            relative_altitude_m: number | null;
+            /**
+             * Absolute Altitude M
+             * @default null
+             */
+            absolute_altitude_m: number | null;
+            /**
+             * Speed M S
+             * @default null
+             */
+            speed_m_s: number | null;
+            /**
+             * Duration S
+             * @description the task ends after so long; 0 or less: no limit
+             * @default -1
+             */
+            duration_s: number;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "goto";
+            /** Point */
+            point: components["schemas"]["LocalPoint"] | components["schemas"]["GlobalPoint"];
+            /**
+             * Stay
+             * @default false
+             */
+            stay: boolean;
+            /**
+             * Yaw Deg
+             * @default null
+             */
+            yaw_deg: number | null;
+            /**
+             * Gripper
+             * @default null
+             */
+            gripper: ("release" | "grab") | null;
+            /** @default null */
+            motion: components["schemas"]["Motion"] | null;
+        };
         /**
          * Gripper
          * @description Release or grab a parcel at the position item before (DO_GRIPPER).
@@ -1744,6 +2150,17 @@ export interface components {
              * @default null
              */
             max_offset_m: number | null;
+            /**
+             * Consent
+             * @default none
+             * @enum {string}
+             */
+            consent: "none" | "operator";
+            /**
+             * Consent Timeout S
+             * @default null
+             */
+            consent_timeout_s: number | null;
             /**
              * Instance
              * @default 1
@@ -2000,6 +2417,16 @@ export interface components {
             max_duration_s: number | null;
         };
         /**
+         * LocalPoint
+         * @description Metres east and north of the EKF origin, which every answer names. Home is another place, and moves.
+         */
+        LocalPoint: {
+            /** East M */
+            east_m: number;
+            /** North M */
+            north_m: number;
+        };
+        /**
          * Loiter
          * @description Circle (fixed wing) or hover (rotary wing) at a place. The sign of `radius_m` is the direction, + clockwise.
          *
@@ -2117,6 +2544,16 @@ export interface components {
             value: "MANUAL" | "ALTCTL" | "POSCTL" | "ORBIT" | "ACRO" | "OFFBOARD" | "STABILIZED" | "TERMINATION" | "TAKEOFF" | "LOITER" | "MISSION" | "RTL" | "LAND";
         };
         /**
+         * Motion
+         * @description How a target moves over the ground, such as a ship.
+         */
+        Motion: {
+            /** North M S */
+            north_m_s: number;
+            /** East M S */
+            east_m_s: number;
+        };
+        /**
          * OffboardDetail
          * @description Offboard control of one vehicle: how it is, what the vehicle follows, what bounds it.
          */
@@ -2190,6 +2627,7 @@ export interface components {
             reason: string;
             sent: components["schemas"]["SentView"] | null;
             cadence: components["schemas"]["CadenceView"] | null;
+            tasks: components["schemas"]["TaskReport"] | null;
         };
         /**
          * Order
@@ -2208,6 +2646,52 @@ export interface components {
              * @default null
              */
             notes: string | null;
+        };
+        /**
+         * OriginView
+         * @description The EKF origin, from which local east and north count: degrees, metres AMSL. It is not home, which moves.
+         */
+        OriginView: {
+            /** Latitude Deg */
+            latitude_deg: number;
+            /** Longitude Deg */
+            longitude_deg: number;
+            /** Altitude M */
+            altitude_m: number;
+        };
+        /**
+         * Path
+         * @description Fly along the lines between one and five places; ends at the last.
+         */
+        Path: {
+            /**
+             * Relative Altitude M
+             * @default null
+             */
+            relative_altitude_m: number | null;
+            /**
+             * Absolute Altitude M
+             * @default null
+             */
+            absolute_altitude_m: number | null;
+            /**
+             * Speed M S
+             * @default null
+             */
+            speed_m_s: number | null;
+            /**
+             * Duration S
+             * @description the task ends after so long; 0 or less: no limit
+             * @default -1
+             */
+            duration_s: number;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "path";
+            /** Points */
+            points: (components["schemas"]["LocalPoint"] | components["schemas"]["GlobalPoint"])[];
         };
         /**
          * Plan
@@ -2784,6 +3268,27 @@ export interface components {
             entries: components["schemas"]["Entry"][];
         };
         /**
+         * QueuedTaskView
+         * @description One task. `remaining_s` is -1 without a limit. Of the current one also how far it is, null before it is flown.
+         *
+         *     `cross_m`: metres beside its course, to the right positive. `left_m`: to its end, null where it has none. `leg`: of
+         *     a path, counted from 0.
+         */
+        QueuedTaskView: {
+            /** Id */
+            id: string;
+            /** Task */
+            task: components["schemas"]["Goto"] | components["schemas"]["Circle"] | components["schemas"]["Segment"] | components["schemas"]["Path"];
+            /** Remaining S */
+            remaining_s: number;
+            /** Leg */
+            leg: number;
+            /** Cross M */
+            cross_m: number | null;
+            /** Left M */
+            left_m: number | null;
+        };
+        /**
          * RallyPoint
          * @description A place the vehicle may return to instead of home.
          */
@@ -3036,15 +3541,51 @@ export interface components {
             value: "upload" | "clear" | "open_transfer";
         };
         /**
+         * Segment
+         * @description Fly along the line between two places; ends at its end.
+         */
+        Segment: {
+            /**
+             * Relative Altitude M
+             * @default null
+             */
+            relative_altitude_m: number | null;
+            /**
+             * Absolute Altitude M
+             * @default null
+             */
+            absolute_altitude_m: number | null;
+            /**
+             * Speed M S
+             * @default null
+             */
+            speed_m_s: number | null;
+            /**
+             * Duration S
+             * @description the task ends after so long; 0 or less: no limit
+             * @default -1
+             */
+            duration_s: number;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "segment";
+            /** Start */
+            start: components["schemas"]["LocalPoint"] | components["schemas"]["GlobalPoint"];
+            /** End */
+            end: components["schemas"]["LocalPoint"] | components["schemas"]["GlobalPoint"];
+        };
+        /**
          * SentView
-         * @description The newest setpoint that was sent. `by`: the client, or the dead-man's zero velocity.
+         * @description The newest setpoint that was sent. `by`: the client, the dead-man's zero velocity, or the guidance of a task.
          */
         SentView: {
             /**
              * By
              * @enum {string}
              */
-            by: "client" | "dead_man";
+            by: "client" | "dead_man" | "task";
             /** Setpoint */
             setpoint: {
                 [key: string]: unknown;
@@ -3307,6 +3848,95 @@ export interface components {
          * @enum {string}
          */
         TargetFormat: "qgc" | "geojson" | "kml";
+        /**
+         * TargetRequest
+         * @description Where the target of a goto is now. With `motion` it is followed, and its last word holds for 5 s.
+         */
+        TargetRequest: {
+            /**
+             * Lease
+             * @description the id that taking the lease gave
+             */
+            lease: string;
+            /** Point */
+            point: components["schemas"]["LocalPoint"] | components["schemas"]["GlobalPoint"];
+            /** @default null */
+            motion: components["schemas"]["Motion"] | null;
+        };
+        /**
+         * TaskQueued
+         * @description The task's id, and the queue with it.
+         */
+        TaskQueued: {
+            /** Task Id */
+            task_id: string;
+            queue: components["schemas"]["TasksView"];
+        };
+        /**
+         * TaskReport
+         * @description The status report of the task queue, as Paparazzi's MISSION_STATUS.
+         *
+         *     `remaining_s` of the current task, -1 if it has no limit. `task_list`: the types, current first (1 goto, 2 circle,
+         *     3 segment, 4 path), [0] when empty. `state`: `idle` (nothing to fly), `waiting` for offboard control, `flying`,
+         *     `standing` (no task is left, it waits for the next), `paused` (it stands, a wing circles), `by_hand` (a setpoint of
+         *     the client's took over; resume goes on), `ending` (control goes back to the plan).
+         */
+        TaskReport: {
+            /**
+             * State
+             * @enum {string}
+             */
+            state: "idle" | "waiting" | "flying" | "standing" | "paused" | "by_hand" | "ending";
+            /** Remaining S */
+            remaining_s: number;
+            /** Task List */
+            task_list: number[];
+            /** Current Id */
+            current_id: string | null;
+            /** Reason */
+            reason: string;
+        };
+        /**
+         * TaskRequest
+         * @description Queue a task. `when_empty`, once no task is left: `plan` gives control back, `wait` stands. The last counts.
+         */
+        TaskRequest: {
+            /**
+             * Lease
+             * @description the id that taking the lease gave
+             */
+            lease: string;
+            /** Task */
+            task: components["schemas"]["Goto"] | components["schemas"]["Circle"] | components["schemas"]["Segment"] | components["schemas"]["Path"];
+            /**
+             * Insert
+             * @default append
+             * @enum {string}
+             */
+            insert: "append" | "prepend" | "replace_current" | "replace_all";
+            /**
+             * When Empty
+             * @default null
+             */
+            when_empty: ("plan" | "wait") | null;
+        };
+        /**
+         * TasksView
+         * @description The queue of one vehicle, current task first. `origin` null: the vehicle has not told it yet.
+         */
+        TasksView: {
+            report: components["schemas"]["TaskReport"];
+            origin: components["schemas"]["OriginView"] | null;
+            /**
+             * When Empty
+             * @enum {string}
+             */
+            when_empty: "plan" | "wait";
+            /** Capacity */
+            capacity: number;
+            /** Tasks */
+            tasks: components["schemas"]["QueuedTaskView"][];
+        };
         /**
          * ThrustTorque
          * @description Thrust and torque, normalised. Refused for every vehicle.
@@ -3711,6 +4341,17 @@ export interface components {
              * @default null
              */
             max_offset_m: number | null;
+            /**
+             * Consent
+             * @default none
+             * @enum {string}
+             */
+            consent: "none" | "operator";
+            /**
+             * Consent Timeout S
+             * @default null
+             */
+            consent_timeout_s: number | null;
             /**
              * Instance
              * @default 1
@@ -4999,6 +5640,120 @@ export interface operations {
             };
         };
     };
+    check_offboard_entry: {
+        parameters: {
+            query?: {
+                sticks_held?: boolean;
+            };
+            header?: never;
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Whether it could begin, and why not */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["EntryCheckView"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `vehicle.quarantined`: The vehicle is quarantined; `offboard.not_ready`: Offboard control cannot begin now */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `vehicle.link`: The link to the vehicle failed */
+            502: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `vehicle.timeout`: The vehicle did not answer */
+            504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     enter_offboard: {
         parameters: {
             query?: never;
@@ -5436,6 +6191,892 @@ export interface operations {
                 };
             };
             /** @description `setpoint.refused`: The setpoint is not sent; `request.invalid`: The body does not fit this request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_tasks: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The queue as it is now */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TasksView"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    queue_task: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Repeat the request with the same key and body: it is done once */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["TaskRequest"];
+            };
+        };
+        responses: {
+            /** @description The task is queued */
+            201: {
+                headers: {
+                    /** @description Where the new or changed resource is */
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TaskQueued"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON; `idempotency.key_invalid`: The Idempotency-Key cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `offboard.lease_lost`: The lease is not yours, or has ended; `conflict`: Not now; `tasks.full`: The task queue is full */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `tasks.refused`: The task is not queued; `request.invalid`: The body does not fit this request; `idempotency.key_reused`: The Idempotency-Key was used for another request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    move_target: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+                task_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["TargetRequest"];
+            };
+        };
+        responses: {
+            /** @description The queue as it is now */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TasksView"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `offboard.lease_lost`: The lease is not yours, or has ended; `conflict`: Not now */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `tasks.refused`: The task is not queued; `request.invalid`: The body does not fit this request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    next_task: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["LeaseUse"];
+            };
+        };
+        responses: {
+            /** @description The queue as it is now */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TasksView"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `offboard.lease_lost`: The lease is not yours, or has ended; `conflict`: Not now */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.invalid`: The body does not fit this request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    clear_tasks: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["LeaseUse"];
+            };
+        };
+        responses: {
+            /** @description The queue as it is now */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TasksView"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `offboard.lease_lost`: The lease is not yours, or has ended; `conflict`: Not now */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.invalid`: The body does not fit this request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    pause_tasks: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["LeaseUse"];
+            };
+        };
+        responses: {
+            /** @description The queue as it is now */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TasksView"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `offboard.lease_lost`: The lease is not yours, or has ended; `conflict`: Not now */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.invalid`: The body does not fit this request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    resume_tasks: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["LeaseUse"];
+            };
+        };
+        responses: {
+            /** @description The queue as it is now */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TasksView"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `offboard.lease_lost`: The lease is not yours, or has ended; `conflict`: Not now */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.invalid`: The body does not fit this request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -7877,6 +9518,150 @@ export interface operations {
             };
             /** @description `host.not_allowed`: This service does not answer under this Host name */
             421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    answer_consent: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                run_id: string;
+                item_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ConsentRequest"];
+            };
+        };
+        responses: {
+            /** @description The run with the answer stored; the release follows, checked once more */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Run"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `drop.consent_not_asked`: The drop asks for no consent now; `drop.consent_too_late`: The time to consent is over; `drop.consent_answered`: The other answer came first */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.invalid`: The body does not fit this request */
+            422: {
                 headers: {
                     [name: string]: unknown;
                 };

@@ -10,6 +10,7 @@ export type Vehicle = Schemas["VehicleView"];
 export type RunState = Schemas["RunState"];
 export type Run = Schemas["Run"];
 export type DropRecord = Schemas["DropRecord"];
+export type ConsentRecord = Schemas["ConsentRecord"];
 export type Finding = Schemas["Finding"];
 export type Timeline = Schemas["Timeline"];
 export type Comparison = Schemas["Comparison"];
@@ -30,3 +31,16 @@ export type StreamEvent = Omit<Schemas["Event"], "kind"> & { kind: EventKind };
 
 /** A plan document as somebody wrote it, perhaps half: plan/document.ts reads what is there. */
 export type PlanDocument = Readonly<Record<string, unknown>>;
+
+export type Offboard = Schemas["OffboardView"];
+export type OffboardState = Schemas["OffboardState"];
+export type OffboardDetail = Schemas["OffboardDetail"];
+export type OffboardLimits = Schemas["OffboardLimits"];
+export type Capability = Schemas["CapabilityView"];
+export type EntryCheck = Schemas["EntryCheckView"];
+export type AuditEntry = Schemas["AuditView"];
+export type Clamp = Schemas["ClampView"];
+export type SentSetpoint = Schemas["SentView"];
+export type Cadence = Schemas["CadenceView"];
+export type VelocityBody = Schemas["VelocityBody"];
+export type PositionGlobal = Schemas["PositionGlobal"];

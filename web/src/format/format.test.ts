@@ -53,6 +53,9 @@ describe("sentences", () => {
 
   it("claim no more of a drop than is known", () => {
     expect(say("run.drop", { ...sampleDrop({ outcome: "released", certainty: "acknowledged" }) }).text).toBe("v1 released “drop”, acknowledged by the vehicle.");
+    expect(say("drop.consent_asked", { plan_item_id: "drop" }).text).toBe("v1 holds at “drop” and waits for an operator's consent.");
+    expect(say("drop.consent_closed", { plan_item_id: "drop", state: "granted", by: "anna", reason: "gate is closed" }).text).toBe("“drop”: Consent granted by anna: gate is closed.");
+    expect(say("drop.consent_closed", { plan_item_id: "drop", state: "timed_out", by: null, reason: "" })).toEqual({ text: "“drop”: No consent in time.", tone: "warn" });
     expect(say("run.drop", { ...sampleDrop({ outcome: "unknown", reason: "the link died" }) })).toEqual({
       text: "Whether v1 released “drop” is not known. The link died.",
       tone: "danger",
@@ -71,8 +74,15 @@ describe("sentences", () => {
     expect(say("offboard.changed", { state: "active", holder: "ann", reason: "" })).toEqual({ text: "v1, offboard control: active.", tone: "warn" });
   });
 
+  it("tell what becomes of tasks, and what the gripper answered", () => {
+    expect(say("tasks.changed", { change: "reached", task_id: "t3", reason: "" })).toEqual({ text: "v1: task t3 has come to its end.", tone: "info" });
+    expect(say("tasks.changed", { change: "dropped", task_id: "t3", reason: "not renewed for 10 s" })).toEqual({ text: "v1: task t3 and what came after it are dropped: not renewed for 10 s.", tone: "warn" });
+    expect(say("tasks.changed", { change: "cleared", task_id: null, reason: "" })).toEqual({ text: "v1: the task queue was cleared.", tone: "info" });
+    expect(say("tasks.gripper", { task_id: "t3", action: "release", result: "FAILED" }).tone).toBe("danger");
+  });
+
   it("are made for every kind, even with no data and for kinds to come", () => {
-    const kinds = ["service.started", "vehicle.seen", "vehicle.status_text", "vehicle.command", "plan.created", "run.item", "run.changed", "run.drop", "simulator.fault", "offboard.lease", "offboard.changed", "later.kind"];
+    const kinds = ["service.started", "vehicle.seen", "vehicle.status_text", "vehicle.command", "plan.created", "run.item", "run.changed", "run.drop", "simulator.fault", "offboard.lease", "offboard.changed", "tasks.changed", "tasks.gripper", "later.kind"];
     for (const kind of kinds) expect(say(kind as EventKind, {}, { run_id: null, vehicle_id: null }).text).toMatch(/\w.*[.”]$/);
   });
 });

@@ -1,9 +1,9 @@
 /** Each event of the stream as a sentence that can be read aloud. Unknown kinds still say what they are. Pure. */
 
-import type { DropRecord, EventKind, Run } from "../api/types";
+import type { ConsentRecord, DropRecord, EventKind, Run } from "../api/types";
 import type { StreamEvent } from "../api/types";
 import { percent, seconds } from "./units";
-import { asSentence, certaintyName, plain, runStateName, runStateTone, type Tone } from "./words";
+import { asSentence, certaintyName, consentWords, plain, runStateName, runStateTone, type Tone } from "./words";
 
 export interface Sentence {
   readonly text: string;
@@ -25,6 +25,8 @@ const SAY: Readonly<Record<EventKind, Say>> = {
   "vehicle.command": (e, v) => ({ text: `${v} was told to ${lower(e.data["command"])}${after(" by ", e.data["by"])}${after(": ", lower(e.data["outcome"]))}.`, tone: "info" }),
   "offboard.lease": sayLease,
   "offboard.changed": sayOffboard,
+  "tasks.changed": sayTasks,
+  "tasks.gripper": (e, v) => ({ text: `${v}, task ${str(e.data["task_id"])}, ${lower(e.data["action"])}: ${lower(e.data["result"])}.`, tone: e.data["result"] === "sent" || e.data["result"] === "ACCEPTED" ? "drop" : "danger" }),
   "plan.created": (e) => ({ text: `Plan “${str(e.data["name"])}” was stored.`, tone: "neutral" }),
   "run.created": (e, v) => ({ text: `Run ${short(e.run_id)} was created for ${v}.`, tone: "neutral" }),
   "run.changed": sayRun,
@@ -35,6 +37,8 @@ const SAY: Readonly<Record<EventKind, Say>> = {
   "run.command": (e, v) => ({ text: `Sent ${command(e.data["command"])} to ${v}${again(e.data["attempt"])}.`, tone: "drop" }),
   "run.ack": (e, v) => ({ text: `${v} answered ${command(e.data["command"])}: ${lower(e.data["result"])}${e.data["progress"] ? ` (${percent(Number(e.data["progress"]))})` : ""}.`, tone: ackTone(str(e.data["result"])) }),
   "run.drop": sayDrop,
+  "drop.consent_asked": (e, v) => ({ text: `${v} holds at “${str(e.data["plan_item_id"])}” and waits for an operator's consent.`, tone: "warn" }),
+  "drop.consent_closed": sayConsent,
   "simulator.fault": sayFault,
   "page.missing": (e) => ({ text: `Events ${str(e.data["first"])} to ${str(e.data["last"])} are no longer kept by the service.`, tone: "warn" }),
 };
@@ -57,6 +61,16 @@ function sayLease(event: StreamEvent, vehicle: string): Sentence {
 function sayOffboard(event: StreamEvent, vehicle: string): Sentence {
   const state = str(event.data["state"]);
   return { text: `${vehicle}, offboard control: ${state}${after(", ", event.data["reason"])}.`, tone: state === "active" ? "warn" : "neutral" };
+}
+
+const TASK_WORDS: Readonly<Record<string, string>> = { inserted: "is queued", reached: "has come to its end", time_over: "has lasted its time", gripper_done: "has worked the gripper", skipped: "was skipped", paused: "is paused", resumed: "goes on", by_hand: "waits: its pilot flies by hand", blocked: "is stopped", dropped: "and what came after it are dropped" };
+
+function sayTasks(event: StreamEvent, vehicle: string): Sentence {
+  const change = str(event.data["change"]);
+  const id = event.data["task_id"];
+  const tone = change === "blocked" || change === "dropped" ? "warn" : "info";
+  const what = typeof id === "string" ? `task ${id} ${TASK_WORDS[change] ?? "changed"}` : `the task queue ${change === "cleared" ? "was cleared" : "changed"}`;
+  return { text: `${vehicle}: ${what}${after(": ", event.data["reason"])}.`, tone };
 }
 
 function sayChanged(event: StreamEvent, vehicle: string): Sentence {
@@ -98,6 +112,12 @@ function sayDrop(event: StreamEvent, vehicle: string): Sentence {
     default:
       return { text: `Drop “${item}”: ${lower(drop.phase)}.`, tone: "drop" };
   }
+}
+
+function sayConsent(event: StreamEvent): Sentence {
+  const { plan_item_id: item, state, by, reason } = event.data;
+  const words = consentWords({ state: str(state) as ConsentRecord["state"], answered_by: str(by) || null, reason: str(reason) });
+  return { text: `“${str(item)}”: ${ended(words)}`, tone: state === "granted" ? "ok" : "warn" };
 }
 
 function sayFault(event: StreamEvent, vehicle: string): Sentence {

@@ -1,6 +1,6 @@
 /** The API's words in plain English. Unknown ones are shown as they are, never hidden. Pure. */
 
-import type { DropRecord, RunState, VehicleType } from "../api/types";
+import type { ConsentRecord, DropRecord, RunState, VehicleType } from "../api/types";
 
 export type Tone = "neutral" | "info" | "ok" | "warn" | "danger" | "drop";
 
@@ -64,6 +64,20 @@ const CERTAINTIES: Readonly<Record<DropRecord["certainty"], string>> = {
 
 export function certaintyName(certainty: DropRecord["certainty"]): string {
   return CERTAINTIES[certainty] ?? plain(certainty);
+}
+
+const CONSENTS: Readonly<Record<ConsentRecord["state"], string>> = {
+  pending: "Needs an operator's consent",
+  asked: "Asks for consent",
+  granted: "Consent granted",
+  refused: "Consent refused",
+  timed_out: "No consent in time",
+  withdrawn: "Question withdrawn",
+};
+
+/** "Consent granted by anna: gate is closed". */
+export function consentWords({ state, answered_by: by, reason }: Pick<ConsentRecord, "state" | "answered_by" | "reason">): string {
+  return (CONSENTS[state] ?? plain(state)) + (by === null ? "" : ` by ${by}`) + (reason === "" ? "" : `: ${reason}`);
 }
 
 const LANDED: Readonly<Record<string, string>> = {

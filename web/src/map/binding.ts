@@ -6,12 +6,15 @@ import type { Run, Timeline } from "../api/types";
 import { draftTimeline } from "../state/draft";
 import { draftNumber, draftView } from "../state/draft-text";
 import { applyTool, dragTo, finishSketch, handles, letGo, sketch, takeHandle, tool } from "../state/editor";
+import { goTo, goToArmed } from "../state/controls";
+import { handsVehicle } from "../state/hands-on";
+import { goThere } from "../state/hands-session";
 import { plansById } from "../state/plans";
 import { itemId, panel, selectedRun, selectedVehicle, selectVehicle, vehicleId } from "../state/selection";
 import { live, tracks, vehicles } from "../state/store";
 import { theme } from "../state/theme";
 import { boundsAround, following, homeOf, planPoints, ringStep, vehiclePoint, viewed } from "./camera";
-import { dropFeatures, fenceFeatures, handleFeatures, itemProgress, pathFeatures, placeFeatures, ringFeatures, sketchFeatures, trackFeatures, vehicleFeatures, collection } from "./features";
+import { destinationFeatures, dropFeatures, fenceFeatures, handleFeatures, itemProgress, pathFeatures, placeFeatures, ringFeatures, sketchFeatures, trackFeatures, vehicleFeatures, collection } from "./features";
 import { metresBetween } from "./geometry";
 import { graticule, type View } from "./graticule";
 import { gridLabels, type Label } from "./grid-labels";
@@ -52,10 +55,10 @@ export function bindScene(container: HTMLElement, onLabels: (labels: readonly La
       viewed.value = view;
       grid.show(scene, view);
     },
-    onVehicle: (id) => tool.peek() === null && selectVehicle(id),
+    onVehicle: (id) => tool.peek() === null && !goToArmed.peek() && selectVehicle(id),
     onPlace: (id) => tool.peek() === null && (itemId.value = id),
     onGrab: () => (following.value = false),
-    onMap: applyTool,
+    onMap: (at) => goThere(at) || applyTool(at),
     onDoubleClick: finishSketch,
     onGrip: takeHandle,
     onDrag: dragTo,
@@ -68,7 +71,8 @@ export function bindScene(container: HTMLElement, onLabels: (labels: readonly La
     effect(() => drawPlan(scene)),
     effect(() => scene.setData("handles", handleFeatures(handles.value))),
     effect(() => scene.setData("sketch", sketchFeatures(sketch.value))),
-    effect(() => scene.setDrawing(tool.value !== null)),
+    effect(() => scene.setDrawing(tool.value !== null || goToArmed.value)),
+    effect(() => scene.setData("destination", destinationFeatures(goTo.value?.at ?? null, goTo.value === null ? null : vehiclePoint(handsVehicle.value)))),
     effect(() => {
       void homeKey.value;
       grid.home(scene);

@@ -26,7 +26,7 @@ export function vehicleFeatures(vehicles: Readonly<Record<string, Vehicle>>, sel
         id: vehicle.id,
         type: vehicle.vehicle_type ?? "unknown",
         tone: vehicleTone(vehicle, live),
-        heading_deg: heading_deg ?? 0,
+        heading_deg: Math.round(heading_deg ?? 0),
         selected: vehicle.id === selected,
         label: altitude === null || altitude < 1 ? vehicle.id : `${vehicle.id} · ${metres(Math.round(altitude))}`,
       });
@@ -119,6 +119,13 @@ export function handleFeatures(handles: readonly Handle[]): FeatureCollection {
 export function sketchFeatures(corners: readonly Point[]): FeatureCollection {
   const ends = corners.map((at) => feature({ type: "Point", coordinates: at }, {}));
   return collection(corners.length > 1 ? [feature({ type: "LineString", coordinates: [...corners] }, {}), ...ends] : ends);
+}
+
+/** Where a vehicle was told to go, and the straight way there. */
+export function destinationFeatures(to: Point | null, from: Point | null): FeatureCollection {
+  if (to === null) return collection([]);
+  const place = feature({ type: "Point", coordinates: to }, {});
+  return collection(from === null ? [place] : [feature({ type: "LineString", coordinates: [from, to] }, {}), place]);
 }
 
 /** Home and rings around it at round distances: the scale of an otherwise empty map. */

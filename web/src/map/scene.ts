@@ -29,6 +29,7 @@ export interface SceneEvents {
 export class Scene {
   readonly #map: GlMap;
   readonly #data: MapData = { ...NO_DATA };
+  readonly #texts = new Map<SourceId, string>();
   readonly #dirty = new Set<SourceId>();
   #look: Look;
   #frame = 0;
@@ -55,7 +56,11 @@ export class Scene {
     this.#listen();
   }
 
+  /** Nothing is drawn for data that is as before: telemetry brings the same again and again while vehicles stand. */
   setData(source: SourceId, data: FeatureCollection): void {
+    const text = JSON.stringify(data);
+    if (text === this.#texts.get(source)) return;
+    this.#texts.set(source, text);
     this.#data[source] = data;
     this.#dirty.add(source);
     this.#frame ||= requestAnimationFrame(() => this.#flush());

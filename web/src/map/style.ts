@@ -4,7 +4,7 @@ import type { ExpressionSpecification, LayerSpecification, LineLayerSpecificatio
 import type { FeatureCollection } from "geojson";
 import type { Palette } from "./palette";
 
-export const SOURCES = ["gridMinor", "gridMajor", "rings", "fences", "tracks", "path", "release", "handles", "places", "drops", "sketch", "vehicles"] as const;
+export const SOURCES = ["gridMinor", "gridMajor", "rings", "fences", "tracks", "path", "release", "handles", "places", "drops", "sketch", "destination", "vehicles"] as const;
 export type SourceId = (typeof SOURCES)[number];
 export type MapData = Record<SourceId, FeatureCollection>;
 
@@ -29,6 +29,7 @@ export function buildStyle(look: Look, data: MapData): StyleSpecification {
       { id: "background", type: "background", paint: { "background-color": look.palette.background } },
       ...backgroundLayers(look),
       ...planLayers(look),
+      ...destinationLayers(look),
       ...vehicleLayers(look),
       ...sketchLayers(look),
     ],
@@ -162,6 +163,16 @@ function sketchLayers({ palette: p, scale }: Look): LayerSpecification[] {
   return [
     { id: "sketchLine", type: "line", source: "sketch", filter: ["==", ["geometry-type"], "LineString"], layout: { ...ROUND }, paint: { "line-color": p.warn, "line-width": 2 * scale } },
     { id: "sketchPoint", type: "circle", source: "sketch", filter: ["==", ["geometry-type"], "Point"], paint: { "circle-radius": 5 * scale, "circle-color": p.warn } },
+  ];
+}
+
+/** Where a vehicle that is flown by hand was told to go. */
+function destinationLayers({ palette: p, scale }: Look): LayerSpecification[] {
+  const colour = p.warn;
+  return [
+    { id: "destinationLine", type: "line", source: "destination", filter: ["==", ["geometry-type"], "LineString"], layout: { ...ROUND }, paint: { "line-color": colour, "line-width": 2 * scale, "line-dasharray": [1, 2.5] } },
+    { id: "destinationRing", type: "circle", source: "destination", filter: ["==", ["geometry-type"], "Point"], paint: { "circle-radius": 9 * scale, "circle-opacity": 0, "circle-stroke-color": colour, "circle-stroke-width": 2.5 * scale } },
+    { id: "destinationPoint", type: "circle", source: "destination", filter: ["==", ["geometry-type"], "Point"], paint: { "circle-radius": 2.5 * scale, "circle-color": colour } },
   ];
 }
 

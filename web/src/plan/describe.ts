@@ -42,6 +42,7 @@ export function itemSummary(item: PlanItemView): string {
     num(f["length_m"], metres),
     f["release_motion"] === "stopped" ? "while stopped" : f["release_motion"] === "moving" ? "while moving" : null,
     words(f["mode"]) || null,
+    f["consent"] === "operator" ? "with an operator's consent" : null,
     item.type === "jump" ? `to ${words(f["target"])}` : null,
     num(f["repeats"], (n) => (n === 1 ? "once" : `${n} times`)),
   ];

@@ -4,11 +4,11 @@ import { computed, effect, signal } from "@preact/signals";
 import { currentRun, newestRuns } from "./runs";
 import { runs, vehicles } from "./store";
 
-export const PANELS = ["plan", "run", "simulator"] as const;
+export const PANELS = ["plan", "run", "hands", "simulator"] as const;
 export type Panel = (typeof PANELS)[number];
 
 /** On a narrow page one view is shown at a time. */
-export const VIEWS = ["map", "fleet", "plan", "run", "simulator", "feed"] as const;
+export const VIEWS = ["map", "fleet", "plan", "run", "hands", "simulator", "feed"] as const;
 export type View = (typeof VIEWS)[number];
 
 const start = new URLSearchParams(location.hash.slice(1));

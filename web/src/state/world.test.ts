@@ -94,6 +94,12 @@ describe("telemetry", () => {
     expect([world.vehicles["v1"]?.state.battery_percent, world.measuredAt]).toEqual([12, 5]);
   });
 
+  it("keeps the page's idea of the service's clock right, which the greeting began", () => {
+    const greeted = take(EMPTY_WORLD, { type: "hello", gateway: "gw1", seq: 0, server_time: 1_000 });
+    expect(greeted.serviceAhead_s).toBeCloseTo(999.995);
+    expect(take(greeted, { type: "telemetry", time: 1_060, vehicles: {} }).serviceAhead_s).toBeCloseTo(1_059.995);
+  });
+
   it("of an unknown vehicle asks for the list and invents nothing", () => {
     const world = take(caughtUp(1), { type: "telemetry", time: 9, vehicles: { v9: sampleState() } });
     expect([world.listStale, "v9" in world.vehicles]).toEqual([true, false]);

@@ -26,6 +26,8 @@ export interface World {
   readonly feed: readonly StreamEvent[];
   /** The page's own clock (ms) when the vehicles' states were last measured; null before. */
   readonly measuredAt: number | null;
+  /** The service's Unix time less the page's own clock, both in seconds; null before the first hello. */
+  readonly serviceAhead_s: number | null;
   /** The stream must be opened again at once, after `seq`. */
   readonly resync: boolean;
   /** Where a hole was found and asked for again; if it is still there, the service has it no more. */
@@ -42,6 +44,7 @@ export const EMPTY_WORLD: World = {
   runs: {},
   feed: [],
   measuredAt: null,
+  serviceAhead_s: null,
   resync: false,
   holeAfter: null,
   listStale: false,
@@ -73,7 +76,7 @@ function reduceFrame(world: World, frame: Frame, at: number): World {
   if (world.resync) return world; // frames of a connection that is being given up
   switch (frame.type) {
     case "hello":
-      return onHello(world, frame);
+      return onHello({ ...world, serviceAhead_s: frame.server_time - at / 1000 }, frame);
     case "snapshot":
       return onSnapshot(world, frame, at);
     case "event":
@@ -124,7 +127,7 @@ function onTelemetry(world: World, frame: TelemetryFrame, at: number): World {
     if (known) vehicles[id] = { ...known, state };
     else listStale = true;
   }
-  return { ...world, vehicles, measuredAt: at, listStale };
+  return { ...world, vehicles, measuredAt: at, serviceAhead_s: frame.time - at / 1000, listStale };
 }
 
 /** An answer to a request may be older than what the stream has already told. */

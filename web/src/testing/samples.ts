@@ -1,6 +1,6 @@
 /** Vehicles, runs, drops and events for tests, with the few fields that a test cares for. */
 
-import type { DropRecord, Run, Vehicle, VehicleState } from "../api/types";
+import type { ConsentRecord, DropRecord, Run, Vehicle, VehicleState } from "../api/types";
 import type { StreamEvent } from "../api/types";
 
 export function sampleState(fields: Partial<VehicleState> = {}): VehicleState {
@@ -59,6 +59,7 @@ export function sampleDrop(fields: Partial<DropRecord> = {}): DropRecord {
     outcome: "pending",
     certainty: "none",
     reason: "",
+    consent: null,
     attempts: 0,
     commanded_at: null,
     acknowledged_at: null,
@@ -82,6 +83,10 @@ export function sampleDrop(fields: Partial<DropRecord> = {}): DropRecord {
     offset_m: null,
     ...fields,
   };
+}
+
+export function sampleConsent(fields: Partial<ConsentRecord> = {}): ConsentRecord {
+  return { state: "asked", question: 1, asked_at: 180, deadline_at: 200, checked: null, answered_at: null, answered_by: null, reason: "", ...fields };
 }
 
 export function sampleRun(fields: Partial<Run> = {}): Run {

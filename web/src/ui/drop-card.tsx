@@ -1,6 +1,6 @@
 import type { DropRecord } from "../api/types";
 import { clockTime, fullTime, metres, speed } from "../format/units";
-import { asSentence, certaintyName, outcomeName, outcomeTone, plain } from "../format/words";
+import { asSentence, certaintyName, consentWords, outcomeName, outcomeTone, plain } from "../format/words";
 import { Badge } from "./badge";
 
 /** One drop with its evidence. What was sent, answered, put out and sensed are four facts, and stay four. */
@@ -19,6 +19,7 @@ export function DropCard({ drop }: { drop: DropRecord }) {
         <Evidence name="Output" at={drop.output_at} note={drop.output_us === null ? "" : `${drop.output_us} µs`} missing="not seen" />
         <Evidence name="Sensed" at={drop.sensed_at} note="" missing="no sensor report" />
       </ol>
+      {drop.consent && drop.consent.state !== "asked" && <p class="drop-result">{consentWords(drop.consent)}</p>}
       {(certainty !== "" || drop.offset_m !== null) && (
         <p class="drop-result">
           {[certainty === "" ? "" : plain(certainty), drop.offset_m === null ? "" : `${metres(drop.offset_m)} from the point`, drop.ground_speed_m_s === null ? "" : `at ${speed(drop.ground_speed_m_s)}`]

@@ -7,8 +7,11 @@ import { planPoints } from "../map/camera";
 import { selectedVehicle } from "../state/selection";
 import { vehicles } from "../state/store";
 import { tool } from "../state/editor";
+import { goToArmed } from "../state/controls";
 import { MapToolbar } from "./map-toolbar";
 import { useEditorKeys } from "./use-editor-keys";
+import { useGoToKeys } from "./use-go-to-keys";
+import { GoToHint } from "./go-to-hint";
 import { Icon, type IconName } from "./icons";
 
 export function MapView() {
@@ -16,6 +19,7 @@ export function MapView() {
   const scene = useRef<Scene | null>(null);
   const [labels, setLabels] = useState<readonly Label[]>([]);
   useEditorKeys();
+  useGoToKeys();
   useEffect(() => {
     if (container.current === null) return undefined;
     const bound = bindScene(container.current, setLabels);
@@ -23,11 +27,12 @@ export function MapView() {
     return bound.dispose;
   }, []);
   return (
-    <section class={`map${tool.value === null ? "" : " drawing"}`} aria-label="Map">
+    <section class={`map${tool.value === null && !goToArmed.value ? "" : " drawing"}`} aria-label="Map">
       <div class="map-canvas" ref={container} />
       <GridLabels labels={labels} />
       <span class="map-cross" aria-hidden="true" />
       <MapToolbar />
+      <GoToHint />
       <MapTools scene={() => scene.current} />
     </section>
   );

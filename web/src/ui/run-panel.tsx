@@ -4,11 +4,13 @@ import { clockTime, percent, seconds } from "../format/units";
 import { asSentence, runStateName, runStateTone } from "../format/words";
 import { itemProgress } from "../map/features";
 import { viewPlan } from "../plan/document";
+import { questionsOf } from "../state/consents";
 import { needPlan, plansById } from "../state/plans";
 import { newestRuns } from "../state/runs";
 import { selectRun, selectedRun, showPanel } from "../state/selection";
 import { runs } from "../state/store";
 import { Badge } from "./badge";
+import { ConsentCard } from "./consent-card";
 import { DropCard } from "./drop-card";
 import { Icon } from "./icons";
 import { PlanItems } from "./plan-items";
@@ -26,6 +28,9 @@ export function RunPanel() {
       <RunHead run={run} />
       <RunSteps run={run} />
       {run.state === "uploading" && <Upload value={run.upload_percent} />}
+      {questionsOf(run).map((question) => (
+        <ConsentCard key={`${run.id} ${question.drop.plan_item_id} ${question.consent.question}`} question={question} />
+      ))}
       <RunActions key={run.id} run={run} />
       {run.drops.length > 0 && (
         <section aria-label="Drops" class="drops">

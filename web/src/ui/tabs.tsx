@@ -2,9 +2,9 @@ import { PANELS, panel, showPanel, showView, view, VIEWS, type Panel, type View 
 import { hasSimulator } from "../state/simulator";
 import { Icon, type IconName } from "./icons";
 
-const PANEL_NAMES: Readonly<Record<Panel, string>> = { plan: "Plan", run: "Run", simulator: "Simulator" };
+const PANEL_NAMES: Readonly<Record<Panel, string>> = { plan: "Plan", run: "Run", hands: "Hands on", simulator: "Simulator" };
 
-/** Plan, run, and the simulated vehicles where there are any, beside the map. Arrow keys move between the tabs. */
+/** Plan, run, hands on, and the simulated vehicles where there are any, beside the map. Arrow keys move between the tabs. */
 export function PanelTabs() {
   const shown = PANELS.filter((name) => name !== "simulator" || hasSimulator.value);
   const onKeyDown = (event: KeyboardEvent) => {
@@ -39,6 +39,7 @@ const VIEW_NAMES: Readonly<Record<View, readonly [string, IconName]>> = {
   fleet: ["Fleet", "fleet"],
   plan: ["Plan", "plan"],
   run: ["Run", "run"],
+  hands: ["Hands on", "hands"],
   simulator: ["Faults", "simulator"],
   feed: ["Events", "feed"],
 };

@@ -142,6 +142,50 @@ POSITION_CASES = [
     ),
 ]
 
+ASKS = {"consent": "operator"}
+CONSENT_CASES = [
+    Case(
+        "drop.consent_unsupervised",
+        "/items/2/consent",
+        multicopter(waypoint(), gripper(mode="embedded", **ASKS)),
+        multicopter(waypoint(), gripper(**ASKS)),
+        about="embedded",
+    ),
+    Case(
+        "drop.consent_unsupervised",
+        "/items/2/consent",
+        multicopter(waypoint(), gripper(action="grab", **ASKS)),
+        multicopter(waypoint(), gripper(action="grab")),
+        about="a grab",
+    ),
+    Case(
+        "drop.consent_unsupervised",
+        "/items/2/consent",
+        fixed_wing(waypoint(400), gripper("moving", **ASKS)),
+        rover(waypoint(30, 0, 0), gripper(**ASKS)),
+        about="a fixed wing cannot wait for anybody",
+    ),
+    Case(
+        "drop.consent_hold_too_short",
+        "/items/2/hold_s",
+        multicopter(waypoint(), gripper(hold_s=30, consent_timeout_s=26, **ASKS)),
+        multicopter(waypoint(), gripper(hold_s=30, consent_timeout_s=25, **ASKS)),
+    ),
+    Case(
+        "drop.consent_hold_too_short",
+        "/items/2/hold_s",
+        multicopter(waypoint(), gripper(hold_s=9, **ASKS)),
+        multicopter(waypoint(hold_s=10), gripper(hold_s=9, **ASKS)),
+        about="the longer hold of its waypoint counts",
+    ),
+    Case(
+        "drop.consent_timeout_unused",
+        "/items/2/consent_timeout_s",
+        multicopter(waypoint(), gripper(consent_timeout_s=20)),
+        multicopter(waypoint(), gripper(consent_timeout_s=20, **ASKS)),
+    ),
+]
+
 BRAKING_CASES = [
     Case(
         "braking.cannot_stop",

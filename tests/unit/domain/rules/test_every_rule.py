@@ -7,7 +7,7 @@ import pytest
 from app.domain.rules import RULES, Severity, check_plan
 from tests.unit.domain.rules.bounds_cases import GEOFENCE_CASES, LIMIT_CASES, VEHICLE_CASES
 from tests.unit.domain.rules.case import Case, codes
-from tests.unit.domain.rules.drop_cases import BRAKING_CASES, POSITION_CASES
+from tests.unit.domain.rules.drop_cases import BRAKING_CASES, CONSENT_CASES, POSITION_CASES
 from tests.unit.domain.rules.flight_cases import (
     COMMAND_CASES,
     FIXED_WING_CASES,
@@ -18,6 +18,7 @@ from tests.unit.domain.rules.flight_cases import (
 CASES = [
     *POSITION_CASES,
     *BRAKING_CASES,
+    *CONSENT_CASES,
     *TAKEOFF_LANDING_CASES,
     *VTOL_CASES,
     *FIXED_WING_CASES,

@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from app.domain.commands import CommandAck, MavResult
+from app.domain.consent import ConsentState
 from app.domain.mission import MavCmd
 from app.domain.supervised import (
+    ConsentGiven,
     DropMachine,
     DropTerms,
     Finish,
@@ -38,6 +40,7 @@ class Flight:
     hold_began_s: float | None = None
     gripper_open: bool = False
     connected: bool = True
+    consented: bool = False
     position_frozen_at_s: float | None = None
     machine: DropMachine = field(init=False)
     effects: list[DropEffect] = field(default_factory=list)
@@ -45,7 +48,7 @@ class Flight:
     sent_while_unsafe: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.machine = DropMachine(self.terms)
+        self.machine = DropMachine.taken_up(self.terms, 0)
 
     @property
     def moving(self) -> bool:
@@ -91,6 +94,7 @@ class Flight:
         )
 
     def hear(self, heard: DropInput) -> tuple[DropEffect, ...]:
+        self._follow_consent(heard)
         self.machine, effects = step(self.machine, heard)
         for effect in effects:
             self.effects.append(effect)
@@ -100,12 +104,25 @@ class Flight:
                 self.seq, self.hold_began_s = effect.seq, None
         return effects
 
+    def _follow_consent(self, heard: DropInput) -> None:
+        """What an operator would say of it: a grant counts for the hold that it was asked in, if it came first."""
+        if isinstance(heard, ConsentGiven):
+            asked = self.machine.consent
+            in_time = heard.question == asked.question and heard.now_s < asked.deadline_s
+            if asked.state is ConsentState.ASKED and in_time:
+                self.consented = heard.grant
+        elif isinstance(heard, Observation) and heard.connected:
+            away = heard.mode is not FlightMode.MISSION or heard.mission_seq not in self.terms.hold_seqs
+            self.consented = self.consented and not away
+
     def _sent(self) -> None:
         self.sends_s.append(self.now_s)
         if self.mode is not FlightMode.MISSION or self.seq not in self.terms.hold_seqs or not self.connected:
             self.sent_while_unsafe.append("not holding")
         if self.moving or self.offset_m > self.terms.max_offset_m:
             self.sent_while_unsafe.append("not stopped at the point")
+        if self.terms.needs_consent and not self.consented:
+            self.sent_while_unsafe.append("no operator consented in this hold")
         left_s = (self.hold_began_s or -1e9) + self.terms.hold_s - self.now_s
         if left_s < self.terms.release_latency_s:
             self.sent_while_unsafe.append(f"only {left_s} s of the hold left")

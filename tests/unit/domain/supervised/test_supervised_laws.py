@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
 
 from app.domain.commands import MavResult
+from app.domain.consent import ConsentState
 from app.domain.drop import DropOutcome
-from app.domain.supervised import Finish, ReleaseWithheld
+from app.domain.supervised import ConsentGiven, Finish, ReleaseWithheld
 from app.domain.vehicle import FlightMode
 from tests.unit.domain.supervised.flight import TERMS, Flight
 
@@ -18,9 +21,11 @@ REFUSALS = (MavResult.DENIED, MavResult.UNSUPPORTED, MavResult.FAILED)
 class AnyFlight(RuleBasedStateMachine):
     """The vehicle executes what reaches it; the link loses, delays and doubles; others interfere."""
 
+    terms = TERMS
+
     def __init__(self) -> None:
         super().__init__()
-        self.flight = Flight()
+        self.flight = Flight(terms=self.terms)
         self.refused: set[int] = set()
         self.executed: set[int] = set()
         self.accepted = False
@@ -117,5 +122,37 @@ class AnyFlight(RuleBasedStateMachine):
             assert sent <= self.refused, "kept, though a release that nobody refused may have acted"
 
 
+class AnyConsentedFlight(AnyFlight):
+    """The same with an operator, who may say anything at any time."""
+
+    terms = replace(TERMS, needs_consent=True, consent_timeout_s=10.0)
+
+    @rule(ticks=st.integers(1, 200))
+    def it_is_asked_soon(self, ticks: int) -> None:
+        for _ in range(ticks):
+            if self.flight.machine.consent.state is ConsentState.ASKED:
+                return
+            self.flight.tick()
+
+    @rule(grant=st.sampled_from([True, True, False]), stale=st.sampled_from([0, 0, 0, 1]), taken=st.booleans())
+    def an_operator_answers(self, grant: bool, stale: int, taken: bool) -> None:
+        question = self.flight.machine.consent.question - stale
+        self.flight.hear(ConsentGiven(self.flight.now_s, question, grant))
+        if taken:  # by a pilot, who gives it back at once
+            self.flight.mode = FlightMode.HOLD
+            self.flight.tick()
+            self.flight.mode = FlightMode.MISSION
+            self.flight.tick(5.0)
+
+    @invariant()
+    def a_question_has_an_end(self) -> None:
+        consent = self.flight.machine.consent
+        if consent.state is ConsentState.ASKED:
+            assert not self.flight.machine.is_over
+            assert self.flight.now_s < consent.deadline_s, "it must be closed at the first look after its time"
+
+
+AnyConsentedFlight.TestCase.settings = settings(max_examples=100, stateful_step_count=30, deadline=None)
+TestConsentedDropLaws = AnyConsentedFlight.TestCase
 AnyFlight.TestCase.settings = settings(max_examples=100, stateful_step_count=30, deadline=None)
 TestSupervisedDropLaws = AnyFlight.TestCase

@@ -17,6 +17,7 @@ from app.services.offboard import Offboard, OffboardSettings
 from app.services.offboard.control import OffboardControl
 from app.services.offboard.passage import Passage
 from app.services.offboard_view import OffboardState
+from app.services.tasks import TaskDesk, Tasks
 from tests.unit.domain.setpoint.examples import example
 from tests.unit.services.fakes import ManualClock, MemoryEventStore
 from tests.unit.services.runs.desk import OneVehicle
@@ -63,6 +64,7 @@ class Cockpit:
     events: MemoryEventStore
     control: OffboardControl
     passage: Passage
+    desk: TaskDesk
     lease: str = ""
 
     @property
@@ -149,9 +151,9 @@ async def cockpit(
     if run is not None:
         fleet.vehicle("v1").run_id = run.id
     offboard = Offboard(fleet, runs, clock, settings)  # type: ignore[arg-type]
-    found = offboard.vehicle("v1")
+    found, desk = offboard.vehicle("v1"), Tasks(offboard, fleet, clock).vehicle("v1")
     try:
-        yield Cockpit(vehicle, clock, runs, fleet, events, found.control, found.passage)
+        yield Cockpit(vehicle, clock, runs, fleet, events, found.control, found.passage, desk)
     finally:
         await offboard.close()
         await fleet.close()

@@ -1,0 +1,125 @@
+"""/vehicles/{id}/tasks: the task queue. Everything but looking at it needs the offboard lease, and renews it."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable, Mapping
+from typing import Any, Final
+
+from aiohttp import web
+
+from app.api.answers import json_answer
+from app.api.bodies import NO_BODY, Empty, json_body
+from app.api.offboard_models import LeaseUse
+from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
+from app.api.services import TASKS
+from app.api.task_models import QueueAction, TargetRequest, TaskQueued, TaskRequest
+from app.services.access import Role
+from app.services.task_view import TasksView
+from app.services.tasks import TaskDesk
+
+_PATH: Final = f"{API}/vehicles/{{vehicle_id}}/tasks"
+_LEASE: Final = ("not_found", "offboard.lease_lost", "conflict")
+ACTIONS: Final[Mapping[QueueAction, Callable[[TaskDesk, str], None]]] = {
+    "next": TaskDesk.skip,
+    "clear": TaskDesk.clear,
+    "pause": TaskDesk.pause,
+    "resume": TaskDesk.resume,
+}
+_SUMMARIES: Final[Mapping[QueueAction, str]] = {
+    "next": "On to the next task",
+    "clear": "Drop all tasks",
+    "pause": "Stand; a wing circles",
+    "resume": "Go on with the current task",
+}
+
+
+def _desk(call: Call[NoQuery, Any]) -> TaskDesk:
+    return call.request.app[TASKS].vehicle(call.path_value("vehicle_id"))
+
+
+async def get_tasks(call: Call[NoQuery, Empty]) -> web.Response:
+    """GET /vehicles/{vehicle_id}/tasks."""
+    return json_answer(_desk(call).view())
+
+
+async def queue_task(call: Call[NoQuery, TaskRequest]) -> web.Response:
+    """POST /vehicles/{vehicle_id}/tasks."""
+    desk, body = _desk(call), call.body
+    entry = desk.insert(body.lease, body.task, body.insert, body.when_empty)
+    answer = TaskQueued(task_id=entry.id, queue=desk.view())
+    return json_answer(answer, status=201, headers={"Location": call.request.path})
+
+
+async def move_target(call: Call[NoQuery, TargetRequest]) -> web.Response:
+    """POST /vehicles/{vehicle_id}/tasks/{task_id}/target."""
+    desk, body = _desk(call), call.body
+    desk.retarget(body.lease, call.path_value("task_id"), body.point, body.motion)
+    return json_answer(desk.view())
+
+
+def _doing(action: QueueAction) -> Callable[[Call[NoQuery, LeaseUse]], Awaitable[web.Response]]:
+    async def handler(call: Call[NoQuery, LeaseUse]) -> web.Response:
+        desk = _desk(call)
+        ACTIONS[action](desk, call.body.lease)
+        return json_answer(desk.view())
+
+    handler.__name__ = f"{action}_task" if action == "next" else f"{action}_tasks"
+    return handler
+
+
+_VIEW: Final = Answer(200, "The queue as it is now", TasksView)
+
+ROUTES: tuple[AnyRoute, ...] = (
+    Route(
+        method="GET",
+        path=_PATH,
+        handler=get_tasks,
+        summary="The task queue, current task first",
+        tag="tasks",
+        role=Role.VIEWER,
+        query=NoQuery,
+        body=NO_BODY,
+        answers=(_VIEW,),
+        errors=("not_found",),
+    ),
+    Route(
+        method="POST",
+        path=_PATH,
+        handler=queue_task,
+        summary="Queue a task: append, prepend, replace_current, replace_all",
+        tag="tasks",
+        role=Role.PILOT,
+        query=NoQuery,
+        body=json_body(TaskRequest),
+        answers=(Answer(201, "The task is queued", TaskQueued, headers=("Location",)),),
+        errors=(*_LEASE, "tasks.refused", "tasks.full"),
+        idempotent=True,
+    ),
+    Route(
+        method="POST",
+        path=f"{_PATH}/{{task_id}}/target",
+        handler=move_target,
+        summary="Where the target of a goto is now, and how it moves",
+        tag="tasks",
+        role=Role.PILOT,
+        query=NoQuery,
+        body=json_body(TargetRequest),
+        answers=(_VIEW,),
+        errors=(*_LEASE, "tasks.refused"),
+    ),
+    *(
+        Route(
+            method="POST",
+            path=f"{_PATH}/{action}",
+            handler=_doing(action),
+            summary=_SUMMARIES[action],
+            tag="tasks",
+            role=Role.PILOT,
+            query=NoQuery,
+            body=json_body(LeaseUse),
+            answers=(_VIEW,),
+            errors=_LEASE,
+        )
+        for action in ACTIONS
+    ),
+)

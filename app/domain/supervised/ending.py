@@ -1,0 +1,67 @@
+"""How a supervised drop ends: its outcome, how sure that is, and whether the mission is moved on."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from app.domain.drop import Certainty, DropOutcome, DropPhase
+from app.domain.supervised.checks import is_holding
+from app.domain.supervised.inputs import DropEffect, Finish, Observation, Resume, RunEnding, output_of
+from app.domain.supervised.state import DropMachine
+from app.domain.supervised.terms import GRIPPER_CLOSED_US
+
+Effects = tuple[DropEffect, ...]
+
+
+def conclude(drop: DropMachine, seen: Observation | None, reason: str) -> tuple[DropMachine, Effects]:
+    """Close a drop that was not accepted: with what was commanded, if anything was, and what the output shows."""
+    if drop.opened:
+        outcome, certainty = DropOutcome.RELEASED, Certainty.INFERRED
+        reason += "; but the gripper's output went to release"
+    elif output_of(seen) == GRIPPER_CLOSED_US and seen is not None and seen.connected:
+        outcome, certainty = DropOutcome.KEPT, Certainty.INFERRED
+        reason += "; the gripper's output is still at grab"
+    elif drop.unsure:
+        outcome, certainty = DropOutcome.UNKNOWN, Certainty.NONE
+    else:
+        outcome, certainty = DropOutcome.KEPT, _certainty_kept(drop)
+    return finish_and_resume(drop, seen, outcome, certainty, reason)
+
+
+def ended(drop: DropMachine, heard: RunEnding) -> tuple[DropMachine, Effects]:
+    """Close a drop with its run."""
+    if not drop.attempts:
+        return finish(drop, DropOutcome.KEPT, Certainty.INFERRED, heard.reason)
+    if drop.accepted_at_s is not None:
+        return finish(drop, DropOutcome.RELEASED, Certainty.ACKNOWLEDGED, "acknowledged; then " + heard.reason)
+    if drop.opened:
+        reason = f"no final ack, but the gripper's output went to release; {heard.reason}"
+        return finish(drop, DropOutcome.RELEASED, Certainty.INFERRED, reason)
+    if drop.in_flight is not None or drop.unsure:
+        return finish(drop, DropOutcome.UNKNOWN, Certainty.NONE, heard.reason)
+    return finish(drop, DropOutcome.KEPT, _certainty_kept(drop), heard.reason)
+
+
+def _certainty_kept(drop: DropMachine) -> Certainty:
+    """A refusal is an acknowledgement; a release that was never sent has none."""
+    return Certainty.INFERRED if drop.withheld == drop.attempts else Certainty.ACKNOWLEDGED
+
+
+def finish(
+    drop: DropMachine, outcome: DropOutcome, certainty: Certainty, reason: str
+) -> tuple[DropMachine, tuple[Finish]]:
+    """The drop is over; the mission goes on by itself."""
+    consent = drop.consent.withdrawn(at_end=True)
+    return replace(drop, phase=DropPhase.DONE, in_flight=None, consent=consent), (Finish(outcome, certainty, reason),)
+
+
+def finish_and_resume(
+    drop: DropMachine, seen: Observation | None, outcome: DropOutcome, certainty: Certainty, reason: str
+) -> tuple[DropMachine, Effects]:
+    """Finish, and move on only if the mission surely waits at this drop for as long as that may take: somebody else's
+    choice is never undone, and an item that the mission has gone on to by itself is never flown to again.
+    """
+    drop, finished = finish(drop, outcome, certainty, reason)
+    waits = seen is not None and seen.connected and is_holding(seen, drop.terms)
+    waits = waits and seen is not None and drop.hold.left_s(seen, drop.terms) > drop.terms.resume_s
+    return drop, (*finished, Resume(drop.terms.resume_seq)) if waits else finished

@@ -1,0 +1,131 @@
+"""The tasks: navigation patterns of Paparazzi's mission controller, in human units. `null` is "not given", never 0."""
+
+from __future__ import annotations
+
+from typing import Annotated, Final, Literal, Self
+
+from pydantic import Field, RootModel, model_validator
+from pydantic_core import PydanticCustomError
+
+from app.domain.plan.fields import (
+    AbsoluteAltitudeM,
+    LatitudeDeg,
+    LongitudeDeg,
+    RelativeAltitudeM,
+    SignedRadiusM,
+    SpeedMS,
+    YawDeg,
+)
+from app.domain.setpoint.forms import Metres, MetresPerSecond, SetpointModel
+
+MAX_PATH_POINTS: Final = 5
+UNLIMITED_S: Final = -1.0
+DurationS = Annotated[
+    float,
+    Field(ge=-1e6, le=86_400, allow_inf_nan=False, description="the task ends after so long; 0 or less: no limit"),
+]
+InsertMode = Literal["append", "prepend", "replace_current", "replace_all"]
+WhenEmpty = Literal["plan", "wait"]
+
+
+class LocalPoint(SetpointModel):
+    """Metres east and north of the EKF origin, which every answer names. Home is another place, and moves."""
+
+    east_m: Metres
+    north_m: Metres
+
+
+class GlobalPoint(SetpointModel):
+    """A place on the map."""
+
+    latitude_deg: LatitudeDeg
+    longitude_deg: LongitudeDeg
+
+
+TaskPoint = LocalPoint | GlobalPoint
+
+
+class Motion(SetpointModel):
+    """How a target moves over the ground, such as a ship."""
+
+    north_m_s: MetresPerSecond
+    east_m_s: MetresPerSecond
+
+
+class TaskModel(SetpointModel):
+    """What all tasks share. With neither altitude the task is flown at the one at which it begins."""
+
+    relative_altitude_m: RelativeAltitudeM | None = None
+    absolute_altitude_m: AbsoluteAltitudeM | None = None
+    speed_m_s: SpeedMS | None = None
+    duration_s: DurationS = UNLIMITED_S
+
+    @model_validator(mode="after")
+    def _at_most_one_altitude(self) -> Self:
+        if self.relative_altitude_m is not None and self.absolute_altitude_m is not None:
+            raise PydanticCustomError(
+                "altitude_at_most_one", "give at most one of relative_altitude_m and absolute_altitude_m"
+            )
+        return self
+
+
+class Goto(TaskModel):
+    """Go to a place; ends there. `stay`: waits there until its duration is over, or for ever.
+
+    `gripper`: once it stands there, work the gripper; ends with the vehicle's final answer. `motion`: the place moves;
+    it is followed until the duration is over, and told anew by `target`.
+    """
+
+    type: Literal["goto"]
+    point: TaskPoint
+    stay: bool = False
+    yaw_deg: YawDeg | None = None
+    gripper: Literal["release", "grab"] | None = None
+    motion: Motion | None = None
+
+    @model_validator(mode="after")
+    def _no_drop_on_the_move(self) -> Self:
+        if self.gripper is not None and (self.motion is not None or self.stay):
+            raise PydanticCustomError("gripper_alone", "gripper goes with neither stay nor motion")
+        return self
+
+
+class Circle(TaskModel):
+    """Fly round a place: a positive radius clockwise, a negative one counter-clockwise. Ends by its duration only."""
+
+    type: Literal["circle"]
+    center: TaskPoint
+    radius_m: SignedRadiusM
+
+    @model_validator(mode="after")
+    def _has_a_radius(self) -> Self:
+        if abs(self.radius_m) < 1.0:
+            raise PydanticCustomError("radius_too_small", "the radius is at least 1 m, or at most -1 m")
+        return self
+
+
+class Segment(TaskModel):
+    """Fly along the line between two places; ends at its end."""
+
+    type: Literal["segment"]
+    start: TaskPoint
+    end: TaskPoint
+
+
+class Path(TaskModel):
+    """Fly along the lines between one and five places; ends at the last."""
+
+    type: Literal["path"]
+    points: Annotated[tuple[TaskPoint, ...], Field(strict=False, min_length=1, max_length=MAX_PATH_POINTS)]
+
+
+Task = Annotated[Goto | Circle | Segment | Path, Field(discriminator="type")]
+
+
+class TaskDocument(RootModel[Task]):
+    """One task as JSON."""
+
+
+TASK_NUMBERS: Final[dict[str, int]] = {"goto": 1, "circle": 2, "segment": 3, "path": 4}
+"""The types in the status report, as in Paparazzi's MISSION_STATUS; an empty queue is [0]."""
+EMPTY_LIST: Final = (0,)

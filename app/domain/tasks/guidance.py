@@ -1,0 +1,165 @@
+"""From a course to the setpoint of this moment: along it, and back to it, in the forms that the vehicle follows.
+
+What hovers or drives gets a velocity: along the course, plus a share of the way to its nearest point, never more than
+the task's speed. A wing gets that point and the tangent there, which its own path control follows.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Final
+
+from app.domain.setpoint.capability import FlightKind
+from app.domain.setpoint.forms import PositionNed, PositionVelocityNed, Setpoint, VelocityNed
+from app.domain.tasks.course import CORNERS, CircleCourse, Course, Ground, LegsCourse, PointCourse, Reference, Turn
+
+CRUISE_M_S: Final = {FlightKind.ROTARY: 5.0, FlightKind.WING: 15.0, FlightKind.ROVER: 1.5, FlightKind.AIRSHIP: 0.0}
+"""Of a task that names no speed. A wing flies its own; there it only says how soon it must turn."""
+LEAD_S: Final = {FlightKind.ROTARY: 0.4, FlightKind.WING: 1.0, FlightKind.ROVER: 0.2, FlightKind.AIRSHIP: 0.0}
+"""A vehicle follows this much late: the course is looked at from where it will be."""
+CROSS_GAIN_PER_S: Final = 0.9
+SLOWING_PER_S: Final = 0.5
+"""So it never leads, in the limiter's LOOK_AHEAD_S, beyond the place where it ends."""
+SLOWEST_M_S: Final = 0.5
+"""At a corner that is not the end."""
+CLIMB_GAIN_PER_S: Final = 0.8
+CLIMB_M_S: Final = 2.0
+DESCEND_M_S: Final = 1.5
+ARRIVED_M: Final = 1.0
+ARRIVED_UP_M: Final = 1.0
+NEAR_M: Final = 2.0
+"""From here on a standing place is given as a position: the vehicle brakes and stays by itself."""
+WING_SWITCH_S: Final = 2.24
+"""PX4's switch distance of a fixed wing (NPFG, default parameters), as a time at its speed."""
+WING_LOITER_M: Final = 80.0
+"""NAV_LOITER_RAD's default: what a wing flies round a place where it is to stay."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fix:
+    """Where the vehicle is and how it moves; `up_m` above the EKF origin."""
+
+    ground: Ground
+    up_m: float
+    velocity: Ground
+
+    def ahead(self, seconds: float) -> Fix:
+        """Where it will be."""
+        north, east = (place + speed * seconds for place, speed in zip(self.ground, self.velocity, strict=True))
+        return replace(self, ground=(north, east))
+
+
+@dataclass(frozen=True, slots=True)
+class Wish:
+    """What a task asks of the guidance."""
+
+    course: Course
+    up_m: float
+    leg: int = 0
+    speed_m_s: float | None = None
+    yaw_deg: float | None = None
+    stays: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Steering:
+    """The setpoint, where on the course the vehicle is, and whether it has come to the course's end."""
+
+    setpoint: Setpoint
+    reference: Reference
+    arrived: bool
+
+
+def steer(kind: FlightKind, wish: Wish, fix: Fix) -> Steering:
+    """One look at the course. A wing that stays at a place circles it."""
+    speed = wish.speed_m_s or CRUISE_M_S[kind]
+    turn = Turn(WING_SWITCH_S * speed, math.inf) if kind is FlightKind.WING else CORNERS
+    seen = wish.course.reference(fix.ground, wish.leg, turn)
+    arrived = _has_arrived(kind, wish, fix, seen, turn)
+    course = wish.course
+    if kind is FlightKind.WING and isinstance(course, PointCourse) and wish.stays:
+        course = CircleCourse(course.point, WING_LOITER_M)
+    ahead = fix.ahead(LEAD_S[kind])
+    aim = course.reference(ahead.ground, seen.leg, turn)
+    if kind is FlightKind.WING:
+        return Steering(_path_point(aim, wish.up_m, speed), seen, arrived)
+    return Steering(_velocity(kind, replace(wish, course=course), aim, ahead, speed), seen, arrived)
+
+
+def stand(kind: FlightKind, ground: Ground, up_m: float, fix: Fix) -> Setpoint:
+    """To stay at a place; a wing circles it."""
+    return steer(kind, Wish(PointCourse(ground), up_m, stays=True), fix).setpoint
+
+
+def _has_arrived(kind: FlightKind, wish: Wish, fix: Fix, seen: Reference, turn: Turn) -> bool:
+    course = wish.course
+    if isinstance(course, CircleCourse):
+        return False
+    is_last = not isinstance(course, LegsCourse) or seen.leg == len(course.points) - 2
+    if kind is FlightKind.WING:
+        return is_last and seen.left_m <= turn.before_m
+    if isinstance(course, LegsCourse):
+        return is_last and math.dist(fix.ground, course.points[-1]) <= ARRIVED_M
+    at_height = kind is FlightKind.ROVER or abs(fix.up_m - wish.up_m) <= ARRIVED_UP_M
+    return seen.left_m <= ARRIVED_M and at_height
+
+
+def _path_point(aim: Reference, up_m: float, speed_m_s: float) -> Setpoint:
+    north, east = aim.tangent if aim.tangent != (0.0, 0.0) else (1.0, 0.0)
+    return PositionVelocityNed(
+        type="position_velocity_ned",
+        north_m=aim.nearest[0],
+        east_m=aim.nearest[1],
+        down_m=-up_m,
+        north_m_s=north * speed_m_s,
+        east_m_s=east * speed_m_s,
+    )
+
+
+def _velocity(kind: FlightKind, wish: Wish, aim: Reference, fix: Fix, speed_m_s: float) -> Setpoint:
+    course, is_rover = wish.course, kind is FlightKind.ROVER
+    end = _stands_at(course)
+    if end is not None and math.dist(fix.ground, end) <= NEAR_M:
+        return PositionNed(
+            type="position_ned",
+            north_m=end[0],
+            east_m=end[1],
+            down_m=None if is_rover else -wish.up_m,
+            yaw_deg=wish.yaw_deg,
+        )
+    north, east = _over_ground(course, aim, fix, speed_m_s)
+    missing_m = wish.up_m - fix.up_m
+    climb = 0.0 if is_rover else max(-DESCEND_M_S, min(CLIMB_M_S, CLIMB_GAIN_PER_S * missing_m))
+    yaw_deg = None if is_rover else wish.yaw_deg
+    return VelocityNed(type="velocity_ned", north_m_s=north, east_m_s=east, down_m_s=-climb, yaw_deg=yaw_deg)
+
+
+def _stands_at(course: Course) -> Ground | None:
+    """Where the course ends, if anywhere."""
+    if isinstance(course, LegsCourse):
+        return course.points[-1]
+    return course.point if isinstance(course, PointCourse) and course.velocity == (0.0, 0.0) else None
+
+
+def _over_ground(course: Course, aim: Reference, fix: Fix, speed_m_s: float) -> Ground:
+    along = min(speed_m_s, _slow_enough(aim, speed_m_s))
+    if isinstance(course, PointCourse):
+        return aim.tangent[0] * along + course.velocity[0], aim.tangent[1] * along + course.velocity[1]
+    back = [CROSS_GAIN_PER_S * (to - at) for to, at in zip(aim.nearest, fix.ground, strict=True)]
+    north, east = _bounded((back[0], back[1]), speed_m_s)
+    along = min(along, math.sqrt(max(0.0, speed_m_s**2 - north**2 - east**2)))
+    return _bounded((aim.tangent[0] * along + north, aim.tangent[1] * along + east), speed_m_s)
+
+
+def _bounded(velocity: Ground, speed_m_s: float) -> Ground:
+    speed = math.hypot(*velocity)
+    return velocity if speed <= speed_m_s else (velocity[0] * speed_m_s / speed, velocity[1] * speed_m_s / speed)
+
+
+def _slow_enough(aim: Reference, speed_m_s: float) -> float:
+    """So that it can be as slow as the next corner wants; a right angle wants it nearly to stop."""
+    if aim.to_corner_m == math.inf:
+        return speed_m_s
+    slow = max(SLOWEST_M_S, speed_m_s * aim.corner_share) if aim.left_m > aim.to_corner_m else 0.0
+    return slow + SLOWING_PER_S * aim.to_corner_m

@@ -1,0 +1,27 @@
+"""Which modes a vehicle may be in while it is flown by hand."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from app.domain.vehicle import FlightMode, VehicleState
+from app.services.offboard_view import OffboardState
+
+MAY_BE_IN: Final = {
+    OffboardState.STREAMING: frozenset({FlightMode.HOLD}),
+    OffboardState.SWITCHING: frozenset({FlightMode.HOLD, FlightMode.OFFBOARD}),
+    OffboardState.ACTIVE: frozenset({FlightMode.OFFBOARD}),
+}
+"""The modes of each state; any other was commanded by somebody else or by a failsafe."""
+
+
+def taken_away(state: OffboardState, vehicle: VehicleState) -> str:
+    """Why the vehicle is not ours any more, in words; empty if it is."""
+    expected = MAY_BE_IN.get(state)
+    if expected is None:
+        return ""
+    if vehicle.mode not in expected:
+        mode = "an unknown" if vehicle.mode is None else vehicle.mode.value
+        cause = "a failsafe acts" if vehicle.in_failsafe else "commanded by somebody else"
+        return f"the vehicle is in {mode} mode: {cause}"
+    return "the vehicle disarmed" if vehicle.armed is False else ""

@@ -1,0 +1,55 @@
+"""Operators' answers to what the drops of one flight ask: the first one in time counts, and no other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from app.domain.consent import Answer, is_new_answer
+from app.domain.errors import ConsentNotAskedError, ConsentTooLateError, NotFoundError
+from app.domain.run import Run
+from app.services.runs.recorder import RunRecorder
+from app.services.runs.supervised_release import SupervisedRelease
+from app.services.runs.watch import FlightWatch
+
+
+class Consents:
+    """Takes the answers of one flight. It sends nothing: the drop does what follows at its next look, checked anew."""
+
+    def __init__(self, releases: Iterable[SupervisedRelease], watch: FlightWatch, recorder: RunRecorder) -> None:
+        self._releases = {release.record.plan_item_id: release for release in releases}
+        self._watch = watch
+        self._recorder = recorder
+
+    async def answer(self, plan_item_id: str, answer: Answer, by: str) -> Run:
+        """Count an answer, or find that the same one counted already; stored when this returns.
+
+        Raises:
+            NotFoundError, ConsentNotAskedError, ConsentTooLateError, ConsentAnsweredError.
+            StorageError: it counts, and is stored later; no release is sent before that.
+        """
+        refuse_unknown(self._recorder.run, plan_item_id)
+        release = self._releases.get(plan_item_id)
+        consent = None if release is None else release.record.consent
+        if is_new_answer(consent, answer) and release is not None:
+            if not release.answer(answer, by, self._watch.now()):
+                raise ConsentTooLateError("the time to answer is over: that counts as a refusal")
+            self._watch.record(release)
+        return await self._recorder.flush()
+
+
+def without_flight(run: Run, plan_item_id: str, answer: Answer) -> Run:
+    """The same for a run that nobody follows now: no answer can count any more, but one may have counted.
+
+    Raises:
+        NotFoundError, ConsentNotAskedError, ConsentTooLateError, ConsentAnsweredError.
+    """
+    refuse_unknown(run, plan_item_id)
+    if is_new_answer(run.drop(plan_item_id).consent, answer):
+        raise ConsentNotAskedError("Waydrop restarted and has not found the vehicle yet: what it asked does not count")
+    return run
+
+
+def refuse_unknown(run: Run, plan_item_id: str) -> None:
+    """Raises NotFoundError if the run has no such drop."""
+    if all(drop.plan_item_id != plan_item_id for drop in run.drops):
+        raise NotFoundError(f"run {run.id} has no drop {plan_item_id!r}", hint="GET the run: its drops are listed")

@@ -1,0 +1,151 @@
+"""What clients ask of the task queue of one vehicle. Every request needs the lease and renews it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from app.domain.errors import ConflictError, LeaseLostError, NotFoundError, TaskRefusedError
+from app.domain.ports import Unsubscribe
+from app.domain.tasks.admission import course_of, refuse_beyond, refuse_kind
+from app.domain.tasks.course import Course
+from app.domain.tasks.forms import Goto, InsertMode, Motion, Task, TaskPoint, WhenEmpty
+from app.domain.tasks.origin import EkfOrigin
+from app.domain.tasks.queue import QueuedTask
+from app.services.clock import Clock
+from app.services.offboard_view import TaskReport
+from app.services.task_view import OriginView, QueuedTaskView, TasksView
+from app.services.tasks.flight import Phase, TaskFlight
+
+NEVER_USED = TaskReport(state="idle", remaining_s=-1.0, task_list=[0], current_id=None, reason="")
+
+
+class TaskDesk:
+    """All methods that take a `lease_id` may raise LeaseLostError."""
+
+    def __init__(self, flight: TaskFlight, clock: Clock) -> None:
+        self._flight = flight
+        self._clock = clock
+
+    def insert(
+        self, lease_id: str, task: Task, mode: InsertMode = "append", when_empty: WhenEmpty | None = None
+    ) -> QueuedTask:
+        """Queue a task: flown when its turn comes and the vehicle is under offboard control.
+
+        Raises:
+            TaskRefusedError, TasksFullError: nothing has changed. ConflictError: control goes back to the plan already.
+        """
+        flight = self._own(lease_id)
+        course, up_m = self._admit(task)
+        queue = flight.queue.insert(task, course, mode, up_m)
+        flight.when_empty = when_empty or flight.when_empty
+        entry = queue.entries[-1 if mode == "append" else 0]
+        flight.put(queue, "inserted", entry, mode)
+        return entry
+
+    def skip(self, lease_id: str) -> None:
+        """On to the next task. Raises ConflictError if there is none to leave."""
+        flight = self._own(lease_id)
+        if flight.queue.current is None:
+            raise ConflictError("the queue is empty: there is nothing to skip")
+        flight.finish("skipped")
+
+    def clear(self, lease_id: str) -> None:
+        """Drop all tasks; what happens then is as when the last one ends."""
+        flight = self._own(lease_id)
+        if flight.queue.entries:
+            flight.put(flight.queue.cleared(), "cleared", None)
+
+    def pause(self, lease_id: str) -> None:
+        """Stand (a wing circles); the current task keeps its time. Raises ConflictError if nothing is flown."""
+        flight = self._own(lease_id)
+        if flight.phase not in (Phase.FLYING, Phase.BY_HAND):
+            raise ConflictError(f"the queue is {flight.phase.value}: there is nothing to pause")
+        flight.stop("paused", "paused by its client")
+
+    def resume(self, lease_id: str) -> None:
+        """Go on with the current task. Raises ConflictError if the queue was not stopped."""
+        flight = self._own(lease_id)
+        if flight.phase not in (Phase.PAUSED, Phase.BY_HAND):
+            raise ConflictError(f"the queue is {flight.phase.value}: there is nothing to resume")
+        flight.go_on()
+
+    def retarget(self, lease_id: str, task_id: str, point: TaskPoint, motion: Motion | None) -> None:
+        """Where the target of a goto is now, and how it moves.
+
+        Raises:
+            TaskRefusedError, NotFoundError, ConflictError: the target stays as it was.
+        """
+        flight = self._own(lease_id)
+        found = next((entry for entry in flight.queue.entries if entry.id == task_id), None)
+        if found is None:
+            raise NotFoundError(f"no task {task_id!r} is in the queue")
+        if not isinstance(found.task, Goto) or found.task.gripper is not None:
+            raise ConflictError(f"task {task_id} has no target that may move: only a goto without gripper has one")
+        task = found.task.model_copy(update={"point": point, "motion": motion})
+        course, _ = self._admit(task)
+        flight.queue = flight.queue.moved(task_id, task, course)
+
+    def view(self) -> TasksView:
+        """The whole queue."""
+        flight = self._flight
+        origin = flight.origin or EkfOrigin.of(flight.control.link.state())
+        shown = None if origin is None else OriginView.of(origin)
+        return TasksView(
+            report=flight.report() or NEVER_USED,
+            origin=shown,
+            when_empty=flight.when_empty,
+            capacity=flight.queue.capacity,
+            tasks=[self._entry_view(entry) for entry in flight.queue.entries],
+        )
+
+    @property
+    def changes(self) -> int:
+        """How often the queue has changed; 0 while nobody has ever used it."""
+        return self._flight.changes
+
+    def subscribe(self, listener: Callable[[], None]) -> Unsubscribe:
+        """Call `listener` when state, lease or queue have changed."""
+        return self._flight.control.subscribe(listener)
+
+    def _own(self, lease_id: str) -> TaskFlight:
+        """The queue of this lease; a new lease begins with an empty one."""
+        flight = self._flight
+        lease = flight.control.require(lease_id)
+        if flight.phase is Phase.ENDING:
+            raise ConflictError("no task was left: control goes back to the plan", hint="take the lease again")
+        flight.lease_id = lease.id
+        return flight
+
+    def _admit(self, task: Task) -> tuple[Course, float | None]:
+        flight = self._flight
+        control, surroundings = flight.control, flight.control.surroundings
+        if surroundings is None:
+            raise LeaseLostError("the lease has ended")
+        state = control.link.state()
+        refuse_kind(surroundings.kind(state), surroundings.profile)
+        origin = flight.origin or EkfOrigin.of(state)
+        if origin is None:
+            raise TaskRefusedError(
+                "the vehicle has not told its home in local coordinates: its EKF origin is not known",
+                refusal="tasks.origin_unknown",
+                hint="wait for its position",
+            )
+        flight.origin = origin
+        course, up_m = course_of(task, origin, self._clock.monotonic()), origin.up_of(task)
+        refuse_beyond(task, course, up_m, control.settings.limits, surroundings.whereabouts(state))
+        return course, up_m
+
+    def _entry_view(self, entry: QueuedTask) -> QueuedTaskView:
+        flight = self._flight
+        is_current = flight.queue.current is entry
+        seen = flight.seen.reference if is_current and flight.seen is not None else None
+        limit_s = entry.task.duration_s if entry.task.duration_s > 0.0 else -1.0
+        left_m = None if seen is None or seen.left_m == float("inf") else round(seen.left_m, 2)
+        return QueuedTaskView(
+            id=entry.id,
+            task=entry.task,
+            remaining_s=round(flight.queue.remaining_s, 1) if is_current else limit_s,
+            leg=entry.leg,
+            cross_m=None if seen is None else round(seen.cross_m, 2),
+            left_m=left_m,
+        )

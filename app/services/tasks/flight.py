@@ -1,0 +1,264 @@
+"""Flies the task queue of one vehicle through its offboard control, for as long as the lease is renewed."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Mapping
+from enum import StrEnum
+from typing import Final
+
+from app.domain.errors import SetpointRefusedError, WaydropError
+from app.domain.events import EventKind
+from app.domain.setpoint.capability import FlightKind
+from app.domain.tasks.course import Ground, PointCourse
+from app.domain.tasks.forms import Goto, WhenEmpty
+from app.domain.tasks.guidance import Fix, Steering, Wish, stand, steer
+from app.domain.tasks.origin import EkfOrigin
+from app.domain.tasks.queue import QueuedTask, TaskQueue
+from app.services.fleet import Fleet
+from app.services.offboard.control import OffboardControl
+from app.services.offboard.passage import Destination, Passage
+from app.services.offboard_view import OffboardState, TaskReport, TaskState
+from app.services.tasks.fix import fix_of
+from app.services.tasks.gripper import STANDS_M_S, Action, work_gripper
+
+STEERED: Final = (OffboardState.STREAMING, OffboardState.SWITCHING, OffboardState.ACTIVE)
+HARMLESS: Final = frozenset({"limit.speed", "limit.climb", "limit.descend"})
+"""What may be clamped of a task: it takes longer. Any other clamp leads somewhere else, so the task stops."""
+STOPS_IN_S: Final = 1.0
+"""A vehicle that is to stand is told the place where it can."""
+TARGET_TOLD_S: Final = 5.0
+"""A moving target that was not told anew for so long counts as standing."""
+
+
+class Phase(StrEnum):
+    """What is done with the queue."""
+
+    IDLE = "idle"
+    FLYING = "flying"
+    PAUSED = "paused"
+    BY_HAND = "by_hand"
+    ENDING = "ending"
+
+
+_WORDS: Final[Mapping[Phase, TaskState]] = {
+    Phase.IDLE: "idle",
+    Phase.PAUSED: "paused",
+    Phase.BY_HAND: "by_hand",
+    Phase.ENDING: "ending",
+}
+
+
+class TaskFlight:
+    """Offboard control's `Guide`. All of it runs on the event loop.
+
+    The queue belongs to one lease, `lease_id`: what is left of it is dropped when that lease ends, however it ends.
+    """
+
+    def __init__(self, control: OffboardControl, passage: Passage, fleet: Fleet) -> None:
+        self.control = control
+        self.queue = TaskQueue()
+        self.phase = Phase.IDLE
+        self.reason = ""
+        self.when_empty: WhenEmpty = "plan"
+        self.lease_id: str | None = None
+        self.origin: EkfOrigin | None = None
+        self.seen: Steering | None = None
+        self.changes = 0
+        self._passage = passage
+        self._fleet = fleet
+        self._stands: tuple[Ground, float] | None = None
+        self._ticked_s: float | None = None
+        self._leaving: asyncio.Task[None] | None = None
+        self._gripping: asyncio.Task[None] | None = None
+        control.guide = self
+        control.subscribe(self._look_at_lease)
+
+    # what the desk does ---------------------------------------------------------------------------------------
+
+    def put(self, queue: TaskQueue, change: str, entry: QueuedTask | None, reason: str = "") -> None:
+        """Another queue in the place of this one. If its current task is another, that one begins."""
+        was = None if self.queue.current is None else self.queue.current.id
+        self.queue = queue
+        if was != (None if queue.current is None else queue.current.id):
+            self._begin()
+        if self.phase is Phase.IDLE and queue.entries:
+            self.phase = Phase.FLYING
+        self.tell(change, entry, reason)
+        self._look_if_empty()
+
+    def finish(self, change: str) -> None:
+        """The current task is over."""
+        self.put(self.queue.next(), change, self.queue.current)
+
+    def stop(self, change: str, reason: str) -> None:
+        """Stand; a wing circles. The current task keeps its time."""
+        self.phase, self.reason, self._stands = Phase.PAUSED, reason, None
+        self.tell(change, self.queue.current, reason)
+
+    def go_on(self) -> None:
+        """The guidance has the vehicle again."""
+        self.phase, self.reason, self._stands = Phase.FLYING, "", None
+        self.tell("resumed", self.queue.current)
+        self._look_if_empty()
+
+    def tell(self, change: str, entry: QueuedTask | None, reason: str = "") -> None:
+        """Record it, and tell the listeners of offboard control."""
+        self.changes += 1
+        lease = self.control.lease
+        self._fleet.tell(
+            EventKind.TASKS_CHANGED,
+            self.control.vehicle,
+            change=change,
+            task_id=None if entry is None else entry.id,
+            task=None if entry is None else entry.task.model_dump(mode="json", exclude_none=True),
+            holder=None if lease is None else lease.holder,
+            reason=reason,
+            task_list=list(self.queue.task_list),
+        )
+        self.control.changed()
+
+    # what offboard control asks of its guide ------------------------------------------------------------------
+
+    def report(self) -> TaskReport | None:
+        """See Guide."""
+        if self.changes == 0:
+            return None
+        current = self.queue.current
+        return TaskReport(
+            state=self._word(),
+            remaining_s=round(self.queue.remaining_s, 1),
+            task_list=list(self.queue.task_list),
+            current_id=None if current is None else current.id,
+            reason=self.reason,
+        )
+
+    def overruled(self) -> None:
+        """See Guide: a setpoint of the client's own takes the vehicle out of the guidance's hands."""
+        if self.phase in (Phase.FLYING, Phase.PAUSED):
+            self.phase, self.reason = Phase.BY_HAND, "the client sends setpoints itself"
+            self.tell("by_hand", self.queue.current, self.reason)
+
+    def tick(self, now_s: float) -> None:
+        """See Guide."""
+        seconds, self._ticked_s = now_s - (now_s if self._ticked_s is None else self._ticked_s), now_s
+        control = self.control
+        if self.phase not in (Phase.FLYING, Phase.PAUSED) or control.state not in STEERED:
+            return
+        if control.surroundings is None or self.origin is None:
+            return
+        state = control.link.state()
+        fix = fix_of(state, self.origin)
+        if fix is None:
+            return  # silent: the dead-man acts
+        if self.phase is Phase.FLYING and control.state is OffboardState.ACTIVE:
+            self.queue = self.queue.flown(seconds)
+            if self.queue.is_over_time:
+                self.finish("time_over")
+        if self.phase in (Phase.FLYING, Phase.PAUSED):
+            self._guide(control.surroundings.kind(state), fix, now_s)
+
+    def _word(self) -> TaskState:
+        if self.phase is not Phase.FLYING:
+            return _WORDS[self.phase]
+        if self.control.state is not OffboardState.ACTIVE:
+            return "waiting"
+        return "flying" if self.queue.entries else "standing"
+
+    # flying ---------------------------------------------------------------------------------------------------
+
+    def _guide(self, kind: FlightKind, fix: Fix, now_s: float) -> None:
+        entry = self.queue.current
+        try:
+            if self.phase is Phase.PAUSED or entry is None:
+                self._stands = self._stands or (fix.ahead(STOPS_IN_S).ground, fix.up_m)
+                self.control.steer(stand(kind, *self._stands, fix))
+            else:
+                self._fly(entry, kind, fix, now_s)
+        except SetpointRefusedError as error:
+            if self.phase is Phase.FLYING and entry is not None:
+                self.stop("blocked", error.detail)
+
+    def _fly(self, entry: QueuedTask, kind: FlightKind, fix: Fix, now_s: float) -> None:
+        up_m = fix.up_m if entry.up_m is None else entry.up_m
+        seen = steer(kind, _wish(entry, up_m, now_s), fix)
+        for clamp in self.control.steer(seen.setpoint):
+            if clamp.code not in HARMLESS:
+                raise SetpointRefusedError(clamp.detail, refusal=clamp.code)
+        self.queue, self.seen = self.queue.begun(up_m, seen.reference.leg), seen
+        if seen.arrived and self.control.state is OffboardState.ACTIVE:
+            self._arrive(entry, fix)
+
+    def _arrive(self, entry: QueuedTask, fix: Fix) -> None:
+        task = entry.task
+        if not isinstance(task, Goto):
+            self.finish("reached")
+        elif task.gripper is not None:
+            if self._gripping is None and max(map(abs, fix.velocity)) <= STANDS_M_S:
+                self._gripping = asyncio.create_task(self._grip(entry.id, task.gripper))
+        elif not task.stay and task.motion is None:
+            self.finish("reached")
+
+    async def _grip(self, task_id: str, action: Action) -> None:
+        """The gripper, once; its answer ends the task or stops the queue."""
+        try:
+            self._tell_gripper(task_id, action, "sent")
+            await work_gripper(self.control.link, action)
+        except WaydropError as error:
+            self._tell_gripper(task_id, action, error.detail)
+            self._gripping = None
+            if self.phase is Phase.FLYING:
+                self.stop("blocked", error.detail)
+        else:
+            self._tell_gripper(task_id, action, "ACCEPTED")
+            self._gripping = None
+            self.finish("gripper_done")
+
+    def _look_if_empty(self) -> None:
+        """Control goes back to the plan, or the vehicle stands and waits; before it was entered, nothing happens."""
+        if self.queue.entries or self.phase is not Phase.FLYING:
+            return
+        if self.control.state is not OffboardState.ACTIVE:
+            self.phase = Phase.IDLE
+        elif self.when_empty == "plan":
+            self.phase, self.reason = Phase.ENDING, "no task is left"
+            self._leaving = asyncio.create_task(self._leave(), name=f"tasks end {self.control.vehicle.id}")
+
+    async def _leave(self) -> None:
+        """The paused run goes on; without one the vehicle holds."""
+        to: Destination = "hold" if self.control.vehicle.run_id is None else "mission"
+        try:
+            await self._passage.leave(self.lease_id or "", to)
+        except WaydropError as error:
+            if self.phase is Phase.ENDING:
+                self.stop("blocked", f"leaving to {to} failed: {error.detail}")
+
+    def _begin(self) -> None:
+        """Another task is current: nothing of the one before counts."""
+        self.seen, self._stands = None, None
+        if self._gripping is not None:
+            self._gripping.cancel()
+            self._gripping = None
+
+    def _look_at_lease(self) -> None:
+        lease = self.control.lease
+        if self.lease_id is None or (lease is not None and lease.id == self.lease_id):
+            return
+        self.lease_id, self.origin, self.phase, self._ticked_s = None, None, Phase.IDLE, None
+        self.reason, self.when_empty = self.control.reason, "plan"
+        dropped, self.queue = self.queue, self.queue.cleared()
+        self._begin()
+        if dropped.entries:
+            self.tell("dropped", dropped.current, self.reason)
+
+    def _tell_gripper(self, task_id: str, action: Action, result: str) -> None:
+        self._fleet.tell(EventKind.TASKS_GRIPPER, self.control.vehicle, task_id=task_id, action=action, result=result)
+
+
+def _wish(entry: QueuedTask, up_m: float, now_s: float) -> Wish:
+    task, course = entry.task, entry.course
+    if isinstance(course, PointCourse):
+        course = course.at(now_s, TARGET_TOLD_S)
+    stays = isinstance(task, Goto) and (task.stay or task.motion is not None)
+    yaw_deg = task.yaw_deg if isinstance(task, Goto) else None
+    return Wish(course, up_m, entry.leg, task.speed_m_s, yaw_deg, stays)

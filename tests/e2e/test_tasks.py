@@ -1,0 +1,79 @@
+"""A program flies tasks with the vehicle of a paused run, and the run goes on; or the program goes away: Hold."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any
+
+import aiohttp
+
+from tests.e2e.by_hand import truth
+from tests.e2e.test_by_hand import GAP_S, in_mode, paused_in_the_air
+from tests.service import Dispatcher, ServiceProcess, until
+from tests.simulated import SimulatedFleet
+
+TASKS = "/vehicles/v1/tasks"
+OFFBOARD = "/vehicles/v1/offboard"
+CORNERS = [{"east_m": 0.0, "north_m": 30.0}, {"east_m": 10.0, "north_m": 30.0}, {"east_m": 10.0, "north_m": 20.0}]
+QUEUE: list[dict[str, Any]] = [
+    {"type": "goto", "point": {"east_m": 0.0, "north_m": 15.0}, "relative_altitude_m": 20.0, "gripper": "grab"},
+    {"type": "circle", "center": {"east_m": 0.0, "north_m": 15.0}, "radius_m": -10.0, "duration_s": 2.0},
+    {"type": "segment", "start": {"east_m": 0.0, "north_m": 10.0}, "end": {"east_m": 0.0, "north_m": 30.0}},
+    {"type": "path", "points": CORNERS},
+]
+
+
+@asynccontextmanager
+async def renewed(dispatcher: Dispatcher) -> AsyncIterator[str]:
+    """A lease whose holder says every second that it is still there."""
+    lease: str = (await dispatcher.post(f"{OFFBOARD}/lease", expect=201))["lease"]
+
+    async def renew() -> None:
+        while True:
+            await dispatcher.post(f"{OFFBOARD}/lease/renew", {"lease": lease})
+            await asyncio.sleep(1.0)
+
+    task = asyncio.create_task(renew())
+    try:
+        yield lease
+    finally:
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+
+
+async def test_a_queue_is_flown_and_control_goes_back_to_the_plan_and_a_client_that_goes_away_is_hold(
+    tmp_path: Path, http: aiohttp.ClientSession
+) -> None:
+    with (
+        SimulatedFleet("quad", speed=4.0, params="COM_OBL_RC_ACT=3") as simulated,
+        ServiceProcess(tmp_path, simulated.connections, WAYDROP_OFFBOARD_GAP_S=str(GAP_S)) as service,
+    ):
+        dispatcher = Dispatcher(http, service.url)
+        run_id = await paused_in_the_air(dispatcher)
+        async with renewed(dispatcher) as lease:
+            for task in QUEUE:
+                await dispatcher.post(TASKS, {"lease": lease, "task": task}, expect=201)
+            await dispatcher.post(f"{OFFBOARD}/enter", {"lease": lease})
+            assert (await dispatcher.get(TASKS))["report"]["task_list"] == [1, 2, 3, 4]
+            await until(
+                lambda: dispatcher.get(TASKS), lambda v: v["report"]["task_list"] == [0], "all tasks must end", 90
+            )
+        await dispatcher.until_run(run_id, lambda run: run["state"] == "flying", "the run must go on", 20)
+        events = (await dispatcher.get("/events?after=0&limit=500"))["events"]
+        said = [event["data"] for event in events if event["kind"].startswith("tasks.")]
+        ends = [(data["change"], data["task_list"]) for data in said if data.get("change", "inserted") != "inserted"]
+        assert ends == [("gripper_done", [2, 3, 4]), ("time_over", [3, 4]), ("reached", [4]), ("reached", [0])]
+        assert [data["result"] for data in said if "result" in data] == ["sent", "ACCEPTED"]
+        await dispatcher.post(f"/runs/{run_id}/pause")
+        await dispatcher.until_run(run_id, lambda run: run["state"] == "paused", "it must pause", 20)
+        async with renewed(dispatcher) as lease:
+            await dispatcher.post(TASKS, {"lease": lease, "task": {**QUEUE[1], "duration_s": -1.0}}, expect=201)
+            await dispatcher.post(f"{OFFBOARD}/enter", {"lease": lease})
+            assert (await truth(simulated))["mode"] == "OFFBOARD"
+        await in_mode(simulated, "LOITER", "a client that renews nothing is Hold, not the vehicle's own failsafe")
+        report = (await dispatcher.get(TASKS))["report"]
+        assert (report["task_list"], report["state"]) == ([0], "idle")
+        assert "not renewed" in report["reason"]

@@ -1,0 +1,160 @@
+"""Guidance: from anywhere it leads onto the course and along it, never faster than asked."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from app.domain.setpoint.capability import FlightKind
+from app.domain.setpoint.forms import PositionNed, PositionVelocityNed, VelocityNed
+from app.domain.setpoint.limiter import LOOK_AHEAD_S
+from app.domain.tasks.admission import course_of
+from app.domain.tasks.course import CircleCourse, Course, Ground, LegsCourse, PointCourse
+from app.domain.tasks.guidance import ARRIVED_M, Fix, Wish, stand, steer
+from tests.unit.domain.tasks.examples import EXAMPLES, ORIGIN, task
+
+ROTARY, WING, ROVER = FlightKind.ROTARY, FlightKind.WING, FlightKind.ROVER
+places = st.tuples(st.floats(-300.0, 300.0), st.floats(-300.0, 300.0))
+LINE = LegsCourse(((0.0, 0.0), (100.0, 0.0)))
+CORNER = LegsCourse(((0.0, 0.0), (50.0, 0.0), (50.0, 50.0)))
+
+
+def still(ground: Ground, up_m: float = 30.0) -> Fix:
+    return Fix(ground, up_m, (0.0, 0.0))
+
+
+def course(kind: str, **changes: Any) -> Course:
+    return course_of(task(kind, **changes), ORIGIN, 0.0)
+
+
+@given(here=places, kind=st.sampled_from(sorted(EXAMPLES)), speed=st.floats(0.5, 12.0), rover=st.booleans())
+def test_no_velocity_is_faster_than_the_task_asks(here: Ground, kind: str, speed: float, rover: bool) -> None:
+    wish = Wish(course(kind), 30.0, speed_m_s=speed)
+    setpoint = steer(ROVER if rover else ROTARY, wish, still(here)).setpoint
+    if isinstance(setpoint, VelocityNed):
+        assert math.hypot(setpoint.north_m_s, setpoint.east_m_s) <= speed * (1 + 1e-9)
+
+
+@given(here=places, kind=st.sampled_from(sorted(EXAMPLES)))
+def test_a_wing_gets_a_point_of_the_course_and_the_tangent_there(here: Ground, kind: str) -> None:
+    flown = course(kind)
+    setpoint = steer(WING, Wish(flown, 30.0), still(here)).setpoint
+    assert isinstance(setpoint, PositionVelocityNed)
+    assert setpoint.down_m == -30.0
+    point = (setpoint.north_m, setpoint.east_m)
+    assert math.hypot(setpoint.north_m_s, setpoint.east_m_s) == pytest.approx(15.0)
+    if isinstance(flown, CircleCourse):
+        assert math.dist(point, flown.center) == pytest.approx(abs(flown.radius_m))
+        out = (point[0] - flown.center[0], point[1] - flown.center[1])
+        assert out[0] * setpoint.north_m_s + out[1] * setpoint.east_m_s == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("kind", [ROTARY, WING, ROVER])
+@pytest.mark.parametrize("radius_m", [40.0, -40.0])
+def test_the_sign_of_the_radius_is_the_direction(kind: FlightKind, radius_m: float) -> None:
+    """In the north of the centre: clockwise is east."""
+    setpoint = steer(kind, Wish(CircleCourse((0.0, 0.0), radius_m), 30.0), still((40.0, 0.0))).setpoint
+    assert isinstance(setpoint, VelocityNed | PositionVelocityNed)
+    assert math.copysign(1.0, setpoint.east_m_s) == math.copysign(1.0, radius_m)
+
+
+@settings(max_examples=20)
+@given(here=places, kind=st.sampled_from(["goto", "segment", "path"]), speed=st.floats(3.0, 8.0))
+def test_a_simple_vehicle_gets_to_the_end_from_anywhere(here: Ground, kind: str, speed: float) -> None:
+    wish, at, leg = Wish(course(kind), 30.0, speed_m_s=speed), here, 0
+    for _ in range(4_000):
+        seen = steer(ROTARY, Wish(wish.course, 30.0, leg, speed), still(at))
+        leg = seen.reference.leg
+        if seen.arrived:
+            break
+        at = moved(at, seen.setpoint)
+    points = wish.course.points if isinstance(wish.course, LegsCourse) else (wish.course.point,)  # type: ignore[union-attr]
+    assert seen.arrived
+    assert math.dist(at, points[-1]) <= ARRIVED_M + 1e-6
+
+
+def moved(at: Ground, setpoint: Any, step_s: float = 0.2) -> Ground:
+    """A vehicle that does at once what it is told."""
+    if isinstance(setpoint, PositionNed):
+        return setpoint.north_m, setpoint.east_m
+    return at[0] + setpoint.north_m_s * step_s, at[1] + setpoint.east_m_s * step_s
+
+
+def test_beside_a_segment_it_flies_the_line_and_not_only_to_its_end() -> None:
+    at, beside = (10.0, 8.0), []
+    for _ in range(80):
+        at = moved(at, steer(ROTARY, Wish(LINE, 30.0, speed_m_s=5.0), still(at)).setpoint)
+        beside.append(abs(at[1]))
+    assert beside == sorted(beside, reverse=True), "it only comes nearer"
+    assert at[0] < 95.0
+    assert beside[-1] < 0.01
+
+
+def test_what_passes_the_end_of_a_segment_far_beside_it_has_not_flown_it() -> None:
+    seen = steer(ROTARY, Wish(LINE, 30.0), still((120.0, 14.0)))
+    assert not seen.arrived
+    assert isinstance(seen.setpoint, VelocityNed)
+    assert seen.setpoint.north_m_s < 0.0
+    assert steer(WING, Wish(LINE, 30.0), still((120.0, 14.0))).arrived, "a wing cannot turn on the spot"
+
+
+def test_a_corner_is_slowed_for_and_a_straight_joint_is_not() -> None:
+    def speed_at(legs: LegsCourse) -> float:
+        setpoint = steer(ROTARY, Wish(legs, 30.0, speed_m_s=5.0), still((48.0, 0.0))).setpoint
+        assert isinstance(setpoint, VelocityNed)
+        return math.hypot(setpoint.north_m_s, setpoint.east_m_s)
+
+    assert speed_at(CORNER) < 2.0
+    assert speed_at(LegsCourse(((0.0, 0.0), (50.0, 0.0), (100.0, 0.0)))) == pytest.approx(5.0)
+
+
+@given(away=st.floats(0.0, 60.0), bearing=st.floats(0.0, 6.3), speed=st.floats(0.5, 12.0))
+def test_a_goto_never_leads_beyond_its_place_within_the_limiters_look_ahead(
+    away: float, bearing: float, speed: float
+) -> None:
+    """Else a place near the fence could not be reached: the limiter would stop the vehicle before it."""
+    here = (away * math.cos(bearing), away * math.sin(bearing))
+    setpoint = steer(ROTARY, Wish(PointCourse((0.0, 0.0)), 30.0, speed_m_s=speed), still(here)).setpoint
+    if isinstance(setpoint, VelocityNed):
+        ahead = math.hypot(setpoint.north_m_s, setpoint.east_m_s) * LOOK_AHEAD_S
+        assert ahead <= away + 1e-6
+
+
+@pytest.mark.parametrize(("up_m", "down_m_s"), [(0.0, -2.0), (200.0, 1.5), (30.0, 0.0)])
+def test_height_is_taken_up_on_the_way_with_bounded_climb_and_descent(up_m: float, down_m_s: float) -> None:
+    setpoint = steer(ROTARY, Wish(LINE, 30.0), still((10.0, 0.0), up_m)).setpoint
+    assert isinstance(setpoint, VelocityNed)
+    assert setpoint.down_m_s == down_m_s
+
+
+def test_a_place_is_not_reached_at_another_height_but_a_rover_has_none() -> None:
+    wish = Wish(PointCourse((0.0, 0.0)), 30.0)
+    assert not steer(ROTARY, wish, still((0.0, 0.0), 20.0)).arrived
+    assert steer(ROTARY, wish, still((0.5, 0.0), 30.5)).arrived
+    assert steer(ROVER, wish, still((0.5, 0.0), 0.0)).arrived
+
+
+def test_near_its_place_it_is_told_the_place_and_stays_there_with_the_heading_asked_for() -> None:
+    setpoint = steer(ROTARY, Wish(PointCourse((5.0, 6.0)), 30.0, yaw_deg=90.0), still((5.0, 7.0))).setpoint
+    assert setpoint == PositionNed(type="position_ned", north_m=5.0, east_m=6.0, down_m=-30.0, yaw_deg=90.0)
+    rover = stand(ROVER, (5.0, 6.0), 0.0, still((5.0, 7.0)))
+    assert rover == PositionNed(type="position_ned", north_m=5.0, east_m=6.0)
+
+
+def test_what_cannot_stand_circles_the_place() -> None:
+    setpoint = stand(WING, (0.0, 0.0), 50.0, still((0.0, 0.0)))
+    assert isinstance(setpoint, PositionVelocityNed)
+    assert math.hypot(setpoint.north_m, setpoint.east_m) == pytest.approx(80.0)
+
+
+def test_a_moving_target_is_flown_with_its_own_velocity_and_stands_when_nobody_tells_it_anew() -> None:
+    ship = PointCourse((0.0, 0.0), (3.0, 0.0), since_s=100.0)
+    assert ship.at(104.0, 5.0) == PointCourse((12.0, 0.0), (3.0, 0.0), 104.0)
+    assert ship.at(130.0, 5.0) == PointCourse((15.0, 0.0), (0.0, 0.0), 130.0)
+    beside = steer(ROTARY, Wish(ship.at(104.0, 5.0), 30.0), Fix((12.0, 0.0), 30.0, (3.0, 0.0))).setpoint
+    assert isinstance(beside, VelocityNed)
+    assert beside.north_m_s == pytest.approx(3.0, abs=0.7)

@@ -1,0 +1,286 @@
+"""A drop that needs consent: who answered is on record, one answer counts, and no restart or silence ever releases."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from app.domain.compiler import compile_plan
+from app.domain.consent import Answer, ConsentRecord, ConsentState, is_new_answer
+from app.domain.default_facts import default_facts
+from app.domain.drop import DropOutcome, DropPhase, DropRecord
+from app.domain.errors import (
+    ConsentAnsweredError,
+    ConsentNotAskedError,
+    ConsentTooLateError,
+    NotFoundError,
+    StorageError,
+)
+from app.domain.events import EventKind
+from app.domain.plan import parse_plan
+from app.domain.progress import Progress
+from app.domain.run import RunState
+from app.domain.vehicle import FlightMode, VehicleState, VehicleType
+from app.services.runs.evidence import Look
+from app.services.runs.orders import ResumeOrder
+from app.services.runs.supervised_release import SupervisedRelease
+from tests.unit.services.runs.desk import PLANS, Desk, desk, restarted
+
+MISSION = compile_plan(parse_plan((PLANS / "clinic-run.json").read_text()), default_facts(VehicleType.MULTICOPTER))
+COMPILED = MISSION.drops[0]
+
+GRANT, REFUSE = Answer(grant=True), Answer(grant=False, reason="children in the yard")
+
+
+@asynccontextmanager
+async def asked_desk(timeout_s: float | None = None, on_failure: str = "continue") -> AsyncIterator[Desk]:
+    """A vehicle that holds at a drop which asks for consent."""
+
+    def with_consent(document: dict[str, Any]) -> None:
+        drop = next(item for item in document["items"] if item["type"] == "gripper")
+        drop |= {"consent": "operator", "consent_timeout_s": timeout_s}
+        document["contingency"] = {"on_drop_failure": on_failure}
+
+    async with desk(changes=with_consent) as at:
+        await at.create()
+        await at.fly_to_drop()
+        await at.until(lambda: consent(at).state is ConsentState.ASKED, "the operator must be asked")
+        yield at
+
+
+def consent(at: Desk) -> ConsentRecord:
+    assert at.drop.consent is not None
+    return at.drop.consent
+
+
+def told(at: Desk, kind: EventKind) -> list[dict[str, Any]]:
+    """The data of this run's events of one kind, in order."""
+    return [event.data for event in at.events.events if event.run_id == at.run_id and event.kind is kind]
+
+
+async def ends(at: Desk) -> None:
+    await at.until(lambda: at.drop.outcome is not DropOutcome.PENDING, "the drop must end")
+
+
+async def test_the_question_says_what_was_checked_and_until_when_it_can_be_answered() -> None:
+    async with asked_desk() as at:
+        (asked,) = told(at, EventKind.DROP_CONSENT_ASKED)
+        await at.until(lambda: "consent" in at.run.reason, "the run must say what it waits for")
+        assert (at.run.state, at.drop.phase) == (RunState.AT_DROP, DropPhase.ASKING)
+        assert asked["plan_item_id"] == "drop"
+        assert asked["question"] == 1
+        assert asked["checked"]["offset_m"] < 1.0
+        assert 20.0 < asked["checked"]["hold_left_s"] <= 30.0
+        record = consent(at)
+        assert record.asked_at is not None
+        assert record.deadline_at == asked["deadline_at"]
+        assert 15.0 < asked["deadline_at"] - record.asked_at < 30.0
+        assert at.vehicle.releases == []
+
+
+async def test_a_grant_is_stored_with_who_gave_it_before_the_release_is_sent() -> None:
+    async with asked_desk() as at:
+        run = await at.runs.answer_consent(at.run_id, "drop", GRANT, "anna")
+        assert run.drops[0].consent is not None
+        assert run.drops[0].consent.state is ConsentState.GRANTED
+        await ends(at)
+        assert at.drop.outcome is DropOutcome.RELEASED
+        assert (consent(at).state, consent(at).answered_by) == (ConsentState.GRANTED, "anna")
+        granted = [e.seq for e in at.events.events if e.kind is EventKind.DROP_CONSENT_CLOSED]
+        released = [e.seq for e in at.events.events if e.data.get("attempt") and e.kind is EventKind.RUN_COMMAND]
+        assert granted[0] < released[0]
+
+
+@pytest.mark.parametrize(("on_failure", "sent"), [("continue", "set_current 3"), ("return", "return")])
+async def test_a_refusal_keeps_the_parcel_and_does_what_the_plan_says(on_failure: str, sent: str) -> None:
+    async with asked_desk(on_failure=on_failure) as at:
+        await at.runs.answer_consent(at.run_id, "drop", REFUSE, "anna")
+        await ends(at)
+        assert at.drop.outcome is DropOutcome.KEPT
+        assert "refused" in at.drop.reason
+        assert (consent(at).reason, consent(at).answered_by) == ("children in the yard", "anna")
+        await at.until(lambda: at.vehicle.sent[-1] == sent, "the plan's choice must be sent")
+        assert at.vehicle.releases == []
+
+
+async def test_one_answer_counts_and_the_same_again_changes_nothing() -> None:
+    async with asked_desk() as at:
+        await at.runs.answer_consent(at.run_id, "drop", GRANT, "anna")
+        with pytest.raises(ConsentAnsweredError, match="anna"):
+            await at.runs.answer_consent(at.run_id, "drop", REFUSE, "bert")
+        await ends(at)
+        again = await at.runs.answer_consent(at.run_id, "drop", GRANT, "bert")
+        assert again.drops[0].consent is not None
+        assert again.drops[0].consent.answered_by == "anna"
+        assert len(told(at, EventKind.DROP_CONSENT_CLOSED)) == 1
+        assert len(at.vehicle.releases) == 1
+        at.vehicle.touch_down(complete=True, last_seq=len(at.mission.items) - 1)
+        await at.until(lambda: at.run.is_over, "the run must end")
+        await at.until(lambda: not at.runs.open_runs(), "nobody must follow it any more")
+        assert (await at.runs.answer_consent(at.run_id, "drop", GRANT, "bert")).is_over
+
+
+def asking_release() -> tuple[SupervisedRelease, Callable[[float], Look]]:
+    """A drop whose question was asked at 101 s with 8 s to answer, and how the vehicle looks at any time."""
+    compiled = replace(COMPILED, needs_consent=True, consent_timeout_s=8.0)
+    record = DropRecord(plan_item_id="drop", supervised=True, consent=ConsentRecord())
+    release = SupervisedRelease(compiled, record, 2.0, "continue")
+
+    def look(now_s: float, latitude_deg: float = compiled.latitude_deg) -> Look:
+        state = VehicleState(
+            connected=True,
+            mode=FlightMode.MISSION,
+            armed=True,
+            mission_seq=compiled.hold_seqs[0],
+            boot_time_s=now_s,
+            position_age_s=0.0,
+            latitude_deg=latitude_deg,
+            longitude_deg=compiled.longitude_deg,
+            velocity_north_m_s=0.0,
+            velocity_east_m_s=0.0,
+        )
+        return Look(state, now_s, 5000.0 + now_s, 1.0)
+
+    for seen in (look(100.0, compiled.latitude_deg - 0.0001), look(100.5), look(101.0)):
+        release.look(seen, Progress.of(MISSION))
+    assert release.is_asking
+    return release, look
+
+
+def test_no_answer_in_time_is_a_refusal_by_time_and_the_mission_moves_on() -> None:
+    release, look = asking_release()
+    assert release.look(look(108.9), Progress.of(MISSION)) == ()
+    (order,) = release.look(look(109.1), Progress.of(MISSION))
+    assert isinstance(order, ResumeOrder)
+    assert release.record.consent is not None
+    assert release.record.consent.state is ConsentState.TIMED_OUT
+    assert release.record.outcome is DropOutcome.KEPT
+    with pytest.raises(ConsentTooLateError):
+        is_new_answer(release.record.consent, GRANT)
+
+
+def test_an_answer_after_its_time_does_not_count_although_nobody_looked_since() -> None:
+    release, look = asking_release()
+    assert not release.answer(GRANT, "anna", look(109.1))
+    assert release.record.consent is not None
+    assert release.record.consent.answered_by is None
+
+
+def test_the_time_to_answer_is_over_without_a_link_too() -> None:
+    release, look = asking_release()
+    release.silent(look(109.1))
+    assert release.record.consent is not None
+    assert release.record.consent.state is ConsentState.TIMED_OUT
+    assert release.record.outcome is DropOutcome.PENDING, "what the plan says then could not be sent"
+
+
+async def test_an_answer_to_what_nobody_asks_is_refused() -> None:
+    async with desk() as at:
+        await at.create()
+        with pytest.raises(ConsentNotAskedError, match="asks for no consent"):
+            await at.runs.answer_consent(at.run_id, "drop", GRANT, "anna")
+        with pytest.raises(NotFoundError):
+            await at.runs.answer_consent(at.run_id, "nothing", GRANT, "anna")
+
+
+async def test_a_vehicle_that_left_its_hold_is_asked_for_anew_and_the_first_number_does_not_count() -> None:
+    async with asked_desk() as at:
+        await at.runs.pause(at.run_id, "test")
+        await at.until(lambda: consent(at).state is ConsentState.WITHDRAWN, "the question must be withdrawn")
+        with pytest.raises(ConsentNotAskedError, match="left its hold"):
+            await at.runs.answer_consent(at.run_id, "drop", GRANT, "anna")
+        await at.runs.resume(at.run_id, "test")
+        await at.until(lambda: consent(at).question == 2, "it must be asked again")
+        with pytest.raises(ConsentNotAskedError):
+            await at.runs.answer_consent(at.run_id, "drop", Answer(grant=True, question=1), "anna")
+        assert at.vehicle.releases == []
+        await at.runs.answer_consent(at.run_id, "drop", Answer(grant=True, question=2), "anna")
+        await ends(at)
+        assert at.drop.outcome is DropOutcome.RELEASED
+
+
+async def test_a_grant_over_a_lost_link_releases_only_when_the_vehicle_is_seen_at_its_drop_again() -> None:
+    async with asked_desk() as at:
+        at.vehicle.put(connected=False)
+        await at.runs.answer_consent(at.run_id, "drop", GRANT, "anna")
+        looks = at.vehicle.looks
+        await at.until(lambda: at.vehicle.looks > looks + 5, "it must be looked at")
+        assert at.vehicle.releases == []
+        at.vehicle.put(connected=True)
+        await ends(at)
+        assert (at.drop.outcome, len(at.vehicle.releases)) == (DropOutcome.RELEASED, 1)
+
+
+async def test_a_grant_that_finds_the_vehicle_gone_from_the_drop_releases_nothing() -> None:
+    async with asked_desk() as at:
+        at.vehicle.put(connected=False)
+        await at.runs.answer_consent(at.run_id, "drop", GRANT, "anna")
+        at.vehicle.put(connected=True, mission_seq=3)
+        await ends(at)
+        assert (at.drop.outcome, at.vehicle.releases) == (DropOutcome.KEPT, [])
+
+
+async def test_a_grant_that_cannot_be_stored_releases_nothing() -> None:
+    async with asked_desk() as at:
+        at.events.refuse = lambda event: StorageError("disk full")
+        with pytest.raises(StorageError):
+            await at.runs.answer_consent(at.run_id, "drop", GRANT, "anna")
+        looks = at.vehicle.looks
+        await at.until(lambda: at.vehicle.looks > looks + 20, "it must be looked at")
+        assert at.vehicle.releases == []
+        at.vehicle.put(mission_seq=3)
+        at.events.refuse = lambda event: None
+        await ends(at)
+        assert at.drop.outcome is DropOutcome.KEPT
+
+
+@pytest.mark.parametrize("granted", [False, True])
+async def test_a_restart_in_the_question_or_after_a_grant_never_releases(granted: bool) -> None:
+    async with asked_desk(on_failure="return") as at:
+        if granted:
+            at.vehicle.put(in_failsafe=True)  # so that the grant is stored and nothing sent
+            await at.runs.answer_consent(at.run_id, "drop", GRANT, "anna")
+        await restarted(at, meanwhile=lambda: at.vehicle.put(in_failsafe=False))
+        await ends(at)
+        assert (at.drop.outcome, at.vehicle.releases) == (DropOutcome.KEPT, [])
+        assert consent(at).state is ConsentState.WITHDRAWN
+        assert "restarted" in consent(at).reason
+        await at.until(lambda: at.vehicle.sent[-1] == "return", "the plan's choice must be sent")
+        with pytest.raises(ConsentNotAskedError):
+            await at.runs.answer_consent(at.run_id, "drop", GRANT, "anna")
+
+
+async def test_after_a_restart_before_the_hold_it_is_asked_as_before() -> None:
+    def with_consent(document: dict[str, Any]) -> None:
+        next(item for item in document["items"] if item["type"] == "gripper")["consent"] = "operator"
+
+    async with desk(changes=with_consent) as at:
+        await at.create()
+        await at.until_state(RunState.FLYING)
+        await restarted(at)
+        await at.fly_to_drop()
+        await at.until(lambda: consent(at).state is ConsentState.ASKED, "the operator must be asked")
+        await at.runs.answer_consent(at.run_id, "drop", GRANT, "anna")
+        await ends(at)
+        assert at.drop.outcome is DropOutcome.RELEASED
+
+
+async def test_a_vehicle_that_is_not_found_after_a_restart_takes_no_answer() -> None:
+    async with asked_desk() as at:
+        await restarted(at, meanwhile=lambda: at.vehicle.put(connected=False))
+        with pytest.raises(ConsentNotAskedError, match="restarted"):
+            await at.runs.answer_consent(at.run_id, "drop", GRANT, "anna")
+        await at.until_state(RunState.LOST)
+        assert (at.drop.outcome, consent(at).state) == (DropOutcome.KEPT, ConsentState.WITHDRAWN)
+
+
+async def test_a_pilot_who_takes_over_withdraws_the_question() -> None:
+    async with asked_desk() as at:
+        at.vehicle.put(mode=FlightMode.POSITION)
+        await at.until(lambda: consent(at).state is ConsentState.WITHDRAWN, "the question must be withdrawn")
+        assert told(at, EventKind.DROP_CONSENT_CLOSED)[-1]["state"] == "withdrawn"
+        assert at.vehicle.releases == []

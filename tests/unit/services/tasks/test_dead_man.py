@@ -1,0 +1,120 @@
+"""Whose queue it is: the lease's. Whatever ends the lease ends the queue, and the guidance renews nothing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from shapely import Polygon
+
+from app.domain.errors import LeaseLostError
+from app.domain.fence_area import FenceArea
+from app.domain.vehicle import FlightMode, VehicleType
+from app.services.offboard_view import OffboardState
+from tests.unit.services.offboard.cockpit import SETTINGS, Cockpit, cockpit
+from tests.unit.services.tasks.queued import author, changes, flying, queue, report
+
+
+async def pass_s(quad: Cockpit, seconds: float) -> None:
+    """The clock goes on in steps that the dead-man for setpoints would bear, and ticks come."""
+    for _ in range(round(seconds / 0.3)):
+        quad.clock.time_s += 0.3
+        before = len(quad.sent)
+        await quad.until(lambda: len(quad.sent) > before or quad.control.lease is None, "ticks come")  # noqa: B023
+
+
+async def test_a_queue_is_flown_while_its_client_renews_the_lease_and_no_longer() -> None:
+    async with cockpit() as quad:
+        await flying(quad, "circle")
+        for _ in range(3):
+            await pass_s(quad, 6.0)
+            quad.control.require(quad.lease)
+        assert report(quad).state == "flying", "the client may be silent for longer than a setpoint lives"
+        await pass_s(quad, SETTINGS.lease_s + 0.6)
+        assert quad.control.lease is None, "the guidance must not renew the lease for a client that has gone"
+        await quad.until(lambda: quad.vehicle.truth.mode is FlightMode.HOLD, "Hold is commanded")
+        assert await quad.quiet() == 0
+        assert (report(quad).state, report(quad).task_list) == ("idle", [0])
+        assert "not renewed" in report(quad).reason
+        assert (await changes(quad))[-1] == ("dropped", "t1")
+
+
+@pytest.mark.parametrize("how", ["release", "mode", "gap", "override"])
+async def test_every_end_of_the_lease_drops_the_queue(how: str) -> None:
+    async with cockpit() as quad:
+        await flying(quad, "circle")
+        queue(quad, "goto")
+        if how == "release":
+            quad.control.release(quad.lease, "released by its holder")
+        elif how == "mode":
+            quad.vehicle.put(mode=FlightMode.POSITION)
+        elif how == "gap":
+            quad.control.end("revoked", "the service stood still for 2.0 s")
+        else:
+            quad.take("ben", override=True)
+        assert report(quad).task_list == [0]
+        assert (await changes(quad))[-1][0] == "dropped"
+        quad.clock.time_s += 0.3
+        await quad.quiet()
+        assert author(quad) != "task"
+
+
+async def test_a_new_lease_begins_with_an_empty_queue_and_the_old_one_is_worth_nothing() -> None:
+    async with cockpit() as quad:
+        old = quad.take()
+        queue(quad, "goto")
+        quad.control.release(quad.lease, "released by its holder")
+        quad.take("ben")
+        assert report(quad).task_list == [0]
+        with pytest.raises(LeaseLostError):
+            quad.desk.clear(old)
+        assert queue(quad, "circle") == "t2", "ids are never used twice"
+
+
+async def test_a_setpoint_of_the_client_takes_over_and_its_own_dead_man_counts() -> None:
+    async with cockpit() as quad:
+        await flying(quad, "circle", duration_s=60.0)
+        quad.put(north_m_s=1.0, east_m_s=0.0, down_m_s=0.0)
+        await quad.ticks(2)
+        assert (report(quad).state, author(quad)) == ("by_hand", "client")
+        quad.clock.time_s += 0.6
+        await quad.until(lambda: author(quad) == "dead_man", "a client that flies by hand must speak")
+        quad.desk.resume(quad.lease)
+        await quad.until(lambda: author(quad) == "task", "resume gives it back to the guidance")
+        quad.put(north_m_s=1.0, east_m_s=0.0, down_m_s=0.0)
+        await quad.silent_for(1.5)
+        await quad.until(lambda: quad.control.lease is None, "a silent pilot is Hold, with tasks in the queue too")
+
+
+async def test_without_a_position_the_guidance_falls_silent_and_the_dead_man_acts() -> None:
+    async with cockpit() as quad:
+        await flying(quad, "circle")
+        quad.vehicle.put(latitude_deg=None)
+        quad.clock.time_s += 0.6
+        await quad.until(lambda: author(quad) == "dead_man", "zero velocity")
+        await quad.silent_for(1.0)
+        await quad.until(lambda: quad.vehicle.truth.mode is FlightMode.HOLD, "then Hold")
+        assert report(quad).task_list == [0]
+
+
+async def test_a_task_that_leads_out_of_the_fence_read_at_the_entry_stands_and_says_why() -> None:
+    """Queued before the entry it was not measured against that fence."""
+    async with cockpit() as quad:
+        await flying(quad, "goto", point={"east_m": 0.0, "north_m": 80.0})
+        assert quad.control.surroundings is not None
+        small = FenceArea(Polygon([(-5, -5), (5, -5), (5, 5), (-5, 5)]), None)
+        quad.control.enclose(replace(quad.control.surroundings, fence=small))
+        await quad.until(lambda: report(quad).state == "paused", "it must stand")
+        assert "fence" in report(quad).reason
+        assert (await changes(quad))[-1] == ("blocked", "t1")
+        await quad.ticks(2)
+        assert author(quad) == "task", "it stands where it is, within the fence"
+
+
+async def test_a_wing_that_is_paused_circles_and_does_not_fly_on() -> None:
+    async with cockpit(VehicleType.FIXED_WING) as plane:
+        await flying(plane, "segment", speed_m_s=15.0)
+        plane.desk.pause(plane.lease)
+        await plane.ticks(3)
+        assert (plane.control.state, author(plane)) == (OffboardState.ACTIVE, "task")
+        assert plane.sent[-1].type_mask == 3520

@@ -1,0 +1,200 @@
+"""A queue that is flown: its order, its ends, and what happens when no task is left."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.domain.errors import ConflictError, LeaseLostError, NotFoundError, TaskRefusedError, TasksFullError
+from app.domain.setpoint.message import LocalTarget
+from app.domain.tasks.forms import LocalPoint, Motion
+from app.domain.vehicle import FlightMode, VehicleType
+from app.services.offboard_view import OffboardState
+from tests.unit.services.offboard.cockpit import cockpit, paused_run
+from tests.unit.services.tasks.queued import author, changes, flying, put_at, queue, report
+
+
+async def test_tasks_wait_for_offboard_control_and_then_the_guidance_speaks() -> None:
+    async with cockpit() as quad:
+        quad.take()
+        queue(quad, "circle")
+        assert (report(quad).state, report(quad).task_list, quad.sent) == ("waiting", [2], [])
+        await quad.enter()
+        await quad.ticks(3)
+        assert (report(quad).state, author(quad)) == ("flying", "task")
+        newest = quad.sent[-1]
+        assert isinstance(newest, LocalTarget)
+        assert newest.velocity[0] ** 2 + newest.velocity[1] ** 2 > 1.0
+
+
+async def test_a_wing_enters_with_a_task_and_gets_a_path_point_and_its_tangent() -> None:
+    async with cockpit(VehicleType.FIXED_WING) as plane:
+        await flying(plane, "circle", radius_m=80.0)
+        assert plane.control.state is OffboardState.ACTIVE
+        newest = plane.sent[-1]
+        assert isinstance(newest, LocalTarget)
+        assert newest.type_mask == 3520
+
+
+async def test_without_a_lease_nothing_is_queued() -> None:
+    async with cockpit() as quad:
+        with pytest.raises(LeaseLostError):
+            queue(quad, "goto")
+        assert quad.desk.view().report.task_list == [0]
+
+
+async def test_tasks_follow_each_other_as_they_end_and_the_rest_is_reported() -> None:
+    async with cockpit(run=paused_run()) as quad:
+        quad.take()
+        for kind in ("goto", "circle", "segment"):
+            queue(quad, kind, duration_s=5.0 if kind == "circle" else -1.0)
+        await quad.enter()
+        assert (report(quad).task_list, report(quad).remaining_s) == ([1, 2, 3], -1.0)
+        put_at(quad, 20.0, 10.0)
+        await quad.until(lambda: report(quad).task_list == [2, 3], "a goto ends at its place")
+        quad.clock.time_s += 1.0
+        quad.control.require(quad.lease)
+        await quad.until(lambda: report(quad).remaining_s == 4.0, "a duration is counted while it is flown")
+        for _ in range(5):
+            quad.clock.time_s += 1.0
+            quad.control.require(quad.lease)
+            await quad.ticks(2)
+        assert report(quad).task_list == [3], "a circle ends by its duration only"
+        put_at(quad, 80.0, 10.0)
+        await quad.until(lambda: quad.control.lease is None, "the last one ends at its end")
+        assert (quad.runs.asked[-1], quad.vehicle.truth.mode) == ("resume", FlightMode.MISSION)
+        ended = [change for change in await changes(quad) if change[0] != "inserted"]
+        assert ended == [("reached", "t1"), ("time_over", "t2"), ("reached", "t3")]
+        assert await quad.quiet() == 0
+
+
+async def test_a_duration_ends_a_segment_before_its_end_and_a_stay_at_a_place() -> None:
+    async with cockpit() as quad:
+        await flying(quad, "segment", duration_s=2.0)
+        queue(quad, "goto", stay=True, duration_s=2.0)
+        queue(quad, "circle")
+        put_at(quad, 20.0, 10.0)
+        for left in ([1, 2], [2]):
+            quad.control.require(quad.lease)
+            quad.clock.time_s += 2.1
+            await quad.until(lambda left=left: report(quad).task_list == left, "the duration is over")  # type: ignore[misc]
+
+
+async def test_without_a_run_an_empty_queue_is_hold() -> None:
+    async with cockpit() as quad:
+        await flying(quad, "goto")
+        put_at(quad, 20.0, 10.0)
+        await quad.until(lambda: quad.control.lease is None, "the lease is given back")
+        assert quad.vehicle.truth.mode is FlightMode.HOLD
+        assert report(quad).state == "idle"
+
+
+async def test_a_queue_that_waits_stands_until_the_next_task_comes() -> None:
+    async with cockpit(run=paused_run()) as quad:
+        await flying(quad, "goto", when_empty="wait")
+        put_at(quad, 20.0, 10.0)
+        await quad.until(lambda: report(quad).state == "standing", "no task is left")
+        before = len(quad.sent)
+        await quad.ticks(3)
+        assert (report(quad).task_list, quad.runs.asked) == ([0], ["pause"])
+        newest = quad.sent[before + 1]
+        assert isinstance(newest, LocalTarget)
+        assert newest.position[:2] == pytest.approx((20.0, 10.0), abs=0.01)
+        queue(quad, "circle")
+        await quad.until(lambda: report(quad).state == "flying", "the next is flown")
+
+
+async def test_leaving_that_fails_stands_and_says_why() -> None:
+    async with cockpit() as quad:
+        await flying(quad, "goto")
+        quad.vehicle.hold_gate.clear()
+
+        async def refuse() -> None:
+            raise ConflictError("no")
+
+        quad.vehicle.hold = refuse  # type: ignore[method-assign]
+        put_at(quad, 20.0, 10.0)
+        await quad.until(lambda: report(quad).state == "paused", "it must stand")
+        assert "leaving to hold failed" in report(quad).reason
+        assert quad.control.state is OffboardState.ACTIVE
+
+
+async def test_next_clear_pause_and_resume() -> None:
+    async with cockpit() as quad:
+        await flying(quad, "segment", duration_s=100.0)
+        queue(quad, "circle", duration_s=50.0)
+        quad.clock.time_s += 5.0
+        await quad.until(lambda: report(quad).remaining_s == 95.0, "it is flown")
+        quad.desk.pause(quad.lease)
+        quad.clock.time_s += 5.0
+        before = len(quad.sent)
+        await quad.ticks(3)
+        assert (report(quad).state, report(quad).remaining_s) == ("paused", 95.0)
+        newest = quad.sent[before + 2]
+        assert isinstance(newest, LocalTarget)
+        assert newest.type_mask & 0x7 == 0, "it stands at a place"
+        with pytest.raises(ConflictError):
+            quad.desk.pause(quad.lease)
+        quad.desk.resume(quad.lease)
+        quad.desk.skip(quad.lease)
+        assert (report(quad).task_list, report(quad).remaining_s) == ([2], 50.0)
+        quad.desk.clear(quad.lease)
+        await quad.until(lambda: quad.vehicle.truth.mode is FlightMode.HOLD, "an empty queue gives control back")
+        with pytest.raises(LeaseLostError):
+            quad.desk.skip(quad.lease)
+
+
+async def test_nothing_is_skipped_or_resumed_that_is_not_there() -> None:
+    async with cockpit() as quad:
+        quad.take()
+        for ask in (quad.desk.skip, quad.desk.pause, quad.desk.resume):
+            with pytest.raises(ConflictError):
+                ask(quad.lease)
+
+
+async def test_a_prepended_task_is_flown_first_and_the_other_goes_on_afterwards() -> None:
+    async with cockpit() as quad:
+        await flying(quad, "segment", duration_s=100.0)
+        quad.clock.time_s += 5.0
+        await quad.ticks(2)
+        queue(quad, "goto", "prepend")
+        put_at(quad, 20.0, 10.0)
+        await quad.until(lambda: report(quad).task_list == [3], "the goto ends")
+        assert report(quad).remaining_s == pytest.approx(100.0, abs=0.1), "its time begins anew"
+
+
+async def test_a_full_queue_and_a_task_beyond_the_limits_are_refused_and_change_nothing() -> None:
+    async with cockpit() as quad:
+        quad.take()
+        for _ in range(20):
+            queue(quad, "goto")
+        before = quad.desk.view()
+        with pytest.raises(TasksFullError):
+            queue(quad, "goto")
+        with pytest.raises(TaskRefusedError, match="from home"):
+            queue(quad, "goto", "replace_all", point={"east_m": 5000.0, "north_m": 0.0})
+        assert quad.desk.view() == before
+
+
+async def test_a_moving_target_is_followed_until_it_is_told_to_stand() -> None:
+    async with cockpit() as quad:
+        made = await flying(quad, "goto", motion={"north_m_s": 2.0, "east_m_s": 0.0})
+        put_at(quad, 20.0, 10.0)
+        await quad.ticks(3)
+        assert report(quad).current_id == made, "it does not end where the target is"
+        assert isinstance(quad.sent[-1], LocalTarget)
+        assert quad.sent[-1].velocity[0] > 0.0
+        with pytest.raises(NotFoundError):
+            quad.desk.retarget(quad.lease, "t9", LocalPoint(east_m=0.0, north_m=0.0), None)
+        point = LocalPoint(east_m=10.0, north_m=60.0)
+        quad.desk.retarget(quad.lease, made, point, Motion(north_m_s=2.0, east_m_s=0.0))
+        quad.desk.retarget(quad.lease, made, point, None)
+        put_at(quad, 60.0, 10.0)
+        await quad.until(lambda: quad.control.lease is None, "a target that stands is reached")
+
+
+async def test_only_a_goto_has_a_target() -> None:
+    async with cockpit() as quad:
+        quad.take()
+        made = queue(quad, "circle")
+        with pytest.raises(ConflictError, match="no target"):
+            quad.desk.retarget(quad.lease, made, LocalPoint(east_m=0.0, north_m=0.0), None)

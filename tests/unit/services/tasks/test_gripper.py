@@ -1,0 +1,57 @@
+"""A drop inside a task: only where the vehicle stands, once, and never called done without the vehicle's answer."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.domain.commands import MavResult
+from app.domain.errors import LinkTimeoutError
+from tests.unit.services.offboard.cockpit import cockpit
+from tests.unit.services.tasks.queued import changes, flying, put_at, queue, report
+
+
+async def test_it_is_released_where_the_vehicle_stands_and_the_final_answer_ends_the_task() -> None:
+    async with cockpit() as quad:
+        await flying(quad, "goto", gripper="release")
+        queue(quad, "circle")
+        await quad.ticks(3)
+        assert quad.vehicle.releases == [], "not on the way"
+        put_at(quad, 20.0, 10.0, velocity_north_m_s=2.0)
+        await quad.ticks(3)
+        assert quad.vehicle.releases == [], "not on the move"
+        put_at(quad, 20.0, 10.0, velocity_north_m_s=0.1)
+        await quad.until(lambda: report(quad).task_list == [2], "the answer ends the task")
+        (request,) = quad.vehicle.releases
+        assert (request.params[1], request.attempts) == (0.0, 1)
+        told = [(event["task_id"], event["action"], event["result"]) for event in await quad.told("tasks.gripper")]
+        assert told == [("t1", "release", "sent"), ("t1", "release", "ACCEPTED")]
+
+
+@pytest.mark.parametrize(
+    ("answer", "said"),
+    [
+        ([MavResult.FAILED], "FAILED"),
+        ([MavResult.IN_PROGRESS, MavResult.CANCELLED], "CANCELLED"),
+        (LinkTimeoutError("no final ack of DO_GRIPPER"), "no final ack"),
+    ],
+)
+async def test_any_other_answer_stops_the_queue_and_is_not_tried_again_unasked(answer: object, said: str) -> None:
+    async with cockpit() as quad:
+        quad.vehicle.answers = [answer]  # type: ignore[list-item]
+        await flying(quad, "goto", gripper="release")
+        put_at(quad, 20.0, 10.0)
+        await quad.until(lambda: report(quad).state == "paused", "it must stand")
+        await quad.ticks(5)
+        assert said in report(quad).reason
+        assert (report(quad).task_list, len(quad.vehicle.releases)) == ([1], 1)
+        assert (await changes(quad))[-1] == ("blocked", "t1")
+        quad.desk.resume(quad.lease)
+        await quad.until(lambda: len(quad.vehicle.releases) == 2, "a pilot may try again")
+
+
+async def test_a_grab_is_a_grab() -> None:
+    async with cockpit() as quad:
+        await flying(quad, "goto", gripper="grab")
+        put_at(quad, 20.0, 10.0)
+        await quad.until(lambda: "DO_GRIPPER 1" in quad.vehicle.sent, "it grabs")
+        assert quad.vehicle.releases == []

@@ -1,0 +1,236 @@
+"""A fence breached in flight: what counts as a breach, what GF_ACTION does, and who can take over."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.simulator.mission.fence_item import (
+    CIRCLE_EXCLUSION,
+    CIRCLE_INCLUSION,
+    POLYGON_EXCLUSION,
+    POLYGON_INCLUSION,
+)
+from app.simulator.params import Value
+from app.simulator.wire import Cmd, LandedState, Mode, Result
+from tests.unit.simulator.cockpit import Cockpit, Plan, takeoff, waypoint
+
+FENCE, BORDER_M, UP_M = 1, 40.0, 15.0
+TEXT = "Geofence: approaching or outside geofence"
+
+
+def polygon(command: int, south_m: float, north_m: float) -> list[Plan]:
+    corners = ((south_m, -60.0), (north_m, -60.0), (north_m, 60.0), (south_m, 60.0))
+    return [Plan(command, north, east, params=(4.0, 0.0, 0.0, 0.0)) for north, east in corners]
+
+
+def circle(command: int, north_m: float, radius_m: float) -> list[Plan]:
+    return [Plan(command, north_m, 0.0, params=(radius_m, 0.0, 0.0, 0.0))]
+
+
+INCLUSION = polygon(POLYGON_INCLUSION, -60.0, BORDER_M)
+
+
+def northwards(fence: list[Plan], airframe: str = "quad", firmware: str = "px4-main", **params: Value) -> Cockpit:
+    """Holding south of the border at 15 m, with the fence in force; nothing was breached yet."""
+    cockpit = Cockpit(airframe, firmware=firmware, params={"GF_ACTION": 2, "MIS_TKO_LAND_REQ": 0, **params})
+    assert cockpit.upload(fence, FENCE) == 0
+    cockpit.fly(1.0)
+    cockpit.start([takeoff(UP_M), waypoint(15.0, 0.0, UP_M, 600.0, 2.0)])
+    cockpit.until(lambda: cockpit.vehicle.state.body.north_m > 13.0)
+    assert not cockpit.vehicle.state.status.fence_breached
+    return cockpit
+
+
+def send_north(cockpit: Cockpit, up_m: float = UP_M, north_m: float = 120.0) -> None:
+    """A DO_REPOSITION, which PX4 checks against no fence before it flies."""
+    frame = cockpit.vehicle.spec.frame
+    latitude, longitude = frame.to_global(north_m, 0.0)
+    position = (latitude, longitude, frame.altitude_m + up_m)
+    assert cockpit.command(Cmd.DO_REPOSITION, -1, 1, 0, float("nan"), *position) == [Result.ACCEPTED]
+
+
+def breached(cockpit: Cockpit) -> bool:
+    return cockpit.vehicle.state.status.fence_breached
+
+
+def mode(cockpit: Cockpit) -> Mode:
+    return cockpit.vehicle.state.status.mode
+
+
+def breaching(fence: list[Plan], airframe: str = "quad", firmware: str = "px4-main", **params: Value) -> Cockpit:
+    """Flies over the border; returns in the cycle in which that is seen."""
+    cockpit = northwards(fence, airframe, firmware, **params)
+    send_north(cockpit)
+    cockpit.until(lambda: breached(cockpit), 40.0)
+    return cockpit
+
+
+# what a breach is -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "fence",
+    [
+        INCLUSION,
+        polygon(POLYGON_EXCLUSION, BORDER_M, 80.0),
+        circle(CIRCLE_INCLUSION, 0.0, BORDER_M),
+        circle(CIRCLE_EXCLUSION, BORDER_M + 30.0, 30.0),
+    ],
+)
+def test_each_kind_of_area_is_breached_at_its_border_within_a_fifth_of_a_second(fence: list[Plan]) -> None:
+    cockpit = breaching(fence)
+    speed_m_s = cockpit.vehicle.state.body.ground_speed_m_s
+    assert BORDER_M <= cockpit.vehicle.state.body.north_m <= BORDER_M + 0.22 * speed_m_s
+    assert cockpit.texts()[-2:] == [TEXT, "Failsafe activated"]
+
+
+def test_the_distance_from_home_is_limited_by_gf_max_hor_dist() -> None:
+    cockpit = breaching([], GF_MAX_HOR_DIST=BORDER_M)
+    assert cockpit.vehicle.state.body.north_m == pytest.approx(BORDER_M, abs=1.5)
+    assert cockpit.texts()[-2] == "Geofence: exceeding maximum distance to Home"
+
+
+def test_the_height_above_home_is_limited_by_gf_max_ver_dist() -> None:
+    cockpit = northwards([], GF_MAX_VER_DIST=25.0)
+    send_north(cockpit, up_m=60.0, north_m=15.0)
+    cockpit.until(lambda: breached(cockpit), 20.0)
+    assert cockpit.vehicle.state.body.up_m == pytest.approx(25.0, abs=1.0)
+    assert cockpit.texts()[-2] == "Geofence: exceeding maximum altitude above Home"
+
+
+def test_before_v1_15_the_text_does_not_say_which_limit_it_was() -> None:
+    cockpit = breaching([], firmware="px4-1.14", GF_MAX_HOR_DIST=BORDER_M)
+    assert cockpit.texts()[-2:] == ["Approaching on Geofence", "Failsafe activated"]
+
+
+def test_an_action_of_0_does_not_look() -> None:
+    cockpit = northwards(INCLUSION, GF_ACTION=0)
+    send_north(cockpit)
+    cockpit.until(lambda: cockpit.vehicle.state.body.north_m > 115.0, 60.0)
+    assert not breached(cockpit)
+    assert TEXT not in cockpit.texts()
+
+
+def test_a_fence_that_was_refused_as_it_came_limits_nothing() -> None:
+    """Home is not inside [05_fence_rally]; and it would act where the vehicle flies now."""
+    cockpit = northwards(polygon(POLYGON_INCLUSION, 100.0, 200.0))
+    cockpit.upload(polygon(POLYGON_EXCLUSION, 10.0, 20.0), FENCE)
+    cockpit.fly(2.0)
+    assert not breached(cockpit)
+    assert "Geofence invalid, doesn't contain current vehicle position" in "".join(cockpit.texts())
+
+
+def test_one_cannot_arm_outside_the_fence() -> None:
+    cockpit = Cockpit(params={"GF_MAX_VER_DIST": 50.0})
+    cockpit.vehicle.state.status.fence_breached = True
+    assert cockpit.command(Cmd.COMPONENT_ARM_DISARM, 1, wait_s=0.02) == [Result.TEMPORARILY_REJECTED]
+    cockpit.fly(0.3)
+    assert not breached(cockpit), "looked at on the ground, too"
+    cockpit.arm()
+
+
+# what is done -----------------------------------------------------------------------------------------------
+
+
+def test_1_warns_and_flies_on() -> None:
+    cockpit = breaching(INCLUSION, GF_ACTION=1)
+    assert cockpit.texts()[-2:] == [TEXT, "Failsafe activated"]
+    cockpit.until(lambda: cockpit.vehicle.state.body.north_m > 115.0, 60.0)
+    assert cockpit.texts().count("Failsafe activated") == 1
+    assert cockpit.last("HEARTBEAT").system_status == 4
+
+
+def test_2_holds_where_the_breach_was_seen() -> None:
+    cockpit = breaching(INCLUSION, GF_ACTION=2)
+    at_m = cockpit.vehicle.state.body.north_m
+    assert mode(cockpit) is Mode.LOITER
+    cockpit.fly(15.0)
+    assert cockpit.distance_to(at_m, 0.0) < 0.5
+    assert cockpit.last("HEARTBEAT").system_status == 5
+    assert cockpit.texts().count("Failsafe activated") == 1, "it hangs over the border, and that is said once"
+
+
+@pytest.mark.parametrize(("action", "then"), [(3, Mode.RTL), (5, Mode.LAND)])
+def test_3_returns_and_5_lands_after_a_hold_of_com_fail_act_t(action: int, then: Mode) -> None:
+    cockpit = breaching(INCLUSION, GF_ACTION=action, COM_FAIL_ACT_T=4.0)
+    assert mode(cockpit) is Mode.LOITER
+    assert "".join(cockpit.texts()[-2:]).endswith("Failsafe activated, entering Hold for 4 seconds")
+    assert cockpit.until(lambda: mode(cockpit) is not Mode.LOITER, 10.0) == pytest.approx(4.0, abs=0.03)
+    assert mode(cockpit) is then
+    assert "Failsafe activated" in cockpit.texts()
+    cockpit.until(lambda: not cockpit.armed, 120.0)
+    home_m = cockpit.distance_to(0.0, 0.0)  # in hold it flew on to where it had been sent: the mode was the same
+    assert home_m < 1.0 if then is Mode.RTL else BORDER_M < home_m < 100.0
+
+
+def test_without_that_time_it_returns_at_once() -> None:
+    assert mode(breaching(INCLUSION, GF_ACTION=3, COM_FAIL_ACT_T=0.0)) is Mode.RTL
+
+
+def test_a_vehicle_that_lands_is_not_made_to_return() -> None:
+    cockpit = northwards([], GF_ACTION=3, GF_MAX_HOR_DIST=BORDER_M)
+    cockpit.set_mode(Mode.LAND)
+    cockpit.vehicle.params.set("GF_MAX_HOR_DIST", 5.0)
+    cockpit.fly(6.0)
+    assert breached(cockpit)
+    assert mode(cockpit) is Mode.LAND
+
+
+@pytest.mark.parametrize("airframe", ["quad", "plane"])
+def test_4_stops_the_motors_until_a_reboot_whatever_is_commanded(airframe: str) -> None:
+    cockpit = breaching(INCLUSION, airframe, GF_ACTION=4)
+    cockpit.fly(1.1)
+    beat = cockpit.last("HEARTBEAT")
+    assert (beat.custom_mode, beat.system_status, beat.base_mode & 128) == (Mode.TERMINATION, 8, 128)
+    assert cockpit.vehicle.state.body.v_up_m_s < -5.0
+    cockpit.set_mode(Mode.RTL)
+    assert mode(cockpit) is Mode.TERMINATION
+    cockpit.until(lambda: not cockpit.armed, 20.0)
+    assert mode(cockpit) is Mode.TERMINATION
+    assert cockpit.last("EXTENDED_SYS_STATE").landed_state == LandedState.ON_GROUND
+    assert cockpit.command(Cmd.COMPONENT_ARM_DISARM, 1) == [Result.TEMPORARILY_REJECTED]
+    cockpit.command(Cmd.PREFLIGHT_REBOOT_SHUTDOWN, 1)
+    cockpit.fly(6.0)
+    cockpit.arm()
+
+
+# who can take over ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("action", [2, 3])
+def test_a_user_who_changes_the_mode_has_taken_over(action: int) -> None:
+    cockpit = breaching(INCLUSION, GF_ACTION=action)
+    cockpit.fly(1.0)
+    assert cockpit.set_mode(Mode.LAND) == [Result.ACCEPTED]
+    cockpit.fly(8.0)
+    assert (mode(cockpit), cockpit.vehicle.state.status.failsafe) == (Mode.LAND, False)
+
+
+def test_the_next_breach_acts_again() -> None:
+    cockpit = breaching(INCLUSION)
+    cockpit.fly(1.0)
+    send_north(cockpit, north_m=0.0)
+    cockpit.until(lambda: not breached(cockpit), 20.0)
+    send_north(cockpit)
+    cockpit.until(lambda: cockpit.vehicle.state.status.failsafe, 40.0)
+    assert cockpit.texts().count("Failsafe activated") == 2
+
+
+def test_a_return_goes_on_when_the_vehicle_is_inside_again() -> None:
+    cockpit = breaching(INCLUSION, GF_ACTION=3)
+    cockpit.until(lambda: cockpit.vehicle.state.body.north_m < 20.0, 60.0)
+    assert (breached(cockpit), mode(cockpit)) == (False, Mode.RTL)
+
+
+def test_a_failsafe_that_asks_for_less_does_not_end_it() -> None:
+    """The worst of all failsafes is flown."""
+    cockpit = breaching(INCLUSION, GF_ACTION=3, COM_FAIL_ACT_T=0.0)
+    cockpit.vehicle.commander.force_mode(Mode.LOITER)
+    cockpit.fly(0.1)
+    assert mode(cockpit) is Mode.RTL
+    cockpit.vehicle.commander.force_mode(Mode.LAND)
+    cockpit.fly(0.1)
+    assert mode(cockpit) is Mode.LAND
+    cockpit.vehicle.commander.resume(Mode.OFFBOARD)
+    cockpit.fly(0.1)
+    assert mode(cockpit) is Mode.RTL

@@ -1,0 +1,46 @@
+"""Disarmed, a mode that cannot run is said by an event, once (scenarios 01, 18 and 21)."""
+
+from __future__ import annotations
+
+from app.simulator.events import EVENTS
+from app.simulator.wire import Mode
+from tests.unit.simulator.cockpit import Cockpit
+from tests.unit.simulator.offboard_sender import Sender
+
+WARNING = EVENTS["commander_failsafe_enter_generic_warn"][0]
+
+
+def warned_of(cockpit: Cockpit) -> list[int]:
+    """The modes in the events' first argument."""
+    return [int.from_bytes(e.arguments[:4], "little") for e in cockpit.messages("EVENT") if e.id == WARNING]
+
+
+def test_a_mode_that_cannot_run_is_said_once_each_time_it_is_asked_for() -> None:
+    cockpit = Cockpit()
+    assert warned_of(cockpit) == [], "nothing at power-up"
+    cockpit.set_mode(Mode.MISSION)
+    cockpit.fly(2.0)
+    assert warned_of(cockpit) == [Mode.MISSION]
+    cockpit.set_mode(Mode.LOITER)
+    cockpit.set_mode(Mode.OFFBOARD)
+    assert warned_of(cockpit) == [Mode.MISSION, Mode.OFFBOARD]
+    assert cockpit.texts() == []
+
+
+def test_missing_sticks_are_another_matter() -> None:
+    cockpit = Cockpit()
+    cockpit.set_mode(Mode.POSCTL)
+    assert warned_of(cockpit) == []
+
+
+def test_after_a_landing_offboard_is_wanted_again_and_has_no_stream() -> None:
+    """But a failsafe that brought it down has said so before."""
+    sender = Sender("quad", COM_OBL_RC_ACT=4).airborne()
+    sender.cockpit.set_mode(Mode.LAND)
+    sender.cockpit.until(lambda: not sender.cockpit.armed, 60.0)
+    sender.cockpit.fly(0.1)
+    assert warned_of(sender.cockpit) == [Mode.OFFBOARD]
+    other = Sender("quad", COM_OBL_RC_ACT=4).airborne()
+    other.cockpit.until(lambda: not other.cockpit.armed, 60.0)
+    other.cockpit.fly(0.1)
+    assert warned_of(other.cockpit) == []

@@ -1,0 +1,225 @@
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import type { Offboard } from "../api/types";
+import type { Answer, ClientFrame } from "./frames";
+import type { StopReason } from "./sender";
+import { HANDS_OFF, Session, type HandsOn } from "./session";
+import { neutral, speedsOf, type Setpoint } from "./setpoint";
+import type { WireEvents } from "./wire";
+
+const STILL = neutral(speedsOf("slow", null), "multicopter");
+const ON: Setpoint = { ...STILL, forward_m_s: 1.5 };
+const GRANTED: Answer = { type: "granted", id: 1, holder: "ann", expires_in_s: 10 };
+const DONE: Answer = { type: "done", id: 1, what: "enter", audit: [] };
+const REFUSED: Answer = { type: "refused", id: 1, code: "offboard.lease_held", detail: "ben has it", hint: "wait", extra: {} };
+
+class FakeWire {
+  static all: FakeWire[] = [];
+  readonly frames: ClientFrame[] = [];
+  closed = false;
+  #waits: ((answer: Answer) => void)[] = [];
+
+  constructor(readonly events: WireEvents) {
+    FakeWire.all.push(this);
+  }
+
+  post(frame: ClientFrame): number {
+    this.frames.push(frame);
+    if (frame.type === "setpoint") setTimeout(() => this.events.onAnswer({ type: "taken", id: number, clamped: [] }), 2);
+    const number = this.frames.length;
+    return number;
+  }
+
+  ask(frame: ClientFrame): Promise<Answer> {
+    this.post(frame);
+    return new Promise((resolve) => this.#waits.push(resolve));
+  }
+
+  async answer(answer: Answer): Promise<void> {
+    this.#waits.shift()?.(answer);
+    await vi.advanceTimersByTimeAsync(0);
+  }
+
+  close(): void {
+    this.closed = true;
+  }
+
+  count(type: ClientFrame["type"]): number {
+    return this.frames.filter((frame) => frame.type === type).length;
+  }
+}
+
+let now: HandsOn;
+let asked: Setpoint | StopReason;
+let present: boolean;
+let fresh: number;
+let session: Session;
+
+const wire = () => FakeWire.all.at(-1) as FakeWire;
+
+async function leased(): Promise<void> {
+  session.take("v1");
+  wire().events.onOpen();
+  await wire().answer(GRANTED);
+}
+
+async function flying(): Promise<void> {
+  await leased();
+  void session.enter(false);
+  await wire().answer(DONE);
+}
+
+beforeEach(() => {
+  vi.useFakeTimers();
+  FakeWire.all = [];
+  [now, asked, present, fresh] = [HANDS_OFF, ON, true, 0];
+  session = new Session({
+    connect: (_, events) => new FakeWire(events),
+    now: () => Date.now(),
+    ask: () => asked,
+    neutral: () => STILL,
+    isPresent: () => present,
+    onFreshHands: () => (fresh += 1),
+    onChange: (next) => (now = next),
+  });
+});
+
+afterEach(() => {
+  session.giveBack();
+  vi.useRealTimers();
+});
+
+describe("a session", () => {
+  it("takes the lease, and sends no setpoint for it", async () => {
+    await leased();
+    await vi.advanceTimersByTimeAsync(7000);
+    expect([now.phase, wire().count("setpoint"), wire().count("renew")]).toEqual(["leased", 0, 2]);
+  });
+
+  it("tells why the lease is refused, closes, and asks no more", async () => {
+    session.take("v1");
+    wire().events.onOpen();
+    await wire().answer(REFUSED);
+    expect(now).toMatchObject({ phase: "off", refusal: { doing: "Take the lease of v1", code: "offboard.lease_held", detail: "ben has it", hint: "wait" } });
+    await vi.advanceTimersByTimeAsync(60_000);
+    expect([wire().closed, FakeWire.all.length]).toEqual([true, 1]);
+  });
+
+  it("keeps the lease only while somebody looks at the page", async () => {
+    await leased();
+    present = false;
+    await vi.advanceTimersByTimeAsync(20_000);
+    expect(wire().count("renew")).toBe(0);
+  });
+
+  it("speaks from the entry on, with hands that start fresh", async () => {
+    await leased();
+    void session.enter(true);
+    await vi.advanceTimersByTimeAsync(1000);
+    expect([now.phase, fresh, wire().count("setpoint")]).toEqual(["entering", 1, 21]);
+    expect(wire().frames).toContainEqual({ type: "enter", sticks_held: true });
+    await wire().answer(DONE);
+    expect(now.phase).toBe("flying");
+  });
+
+  it("stays silent after a refused entry and keeps the lease", async () => {
+    await leased();
+    void session.enter(false);
+    await wire().answer({ ...REFUSED, code: "offboard.audit_failed" });
+    const before = wire().count("setpoint");
+    await vi.advanceTimersByTimeAsync(4000);
+    expect([now.phase, now.refusal?.code, wire().count("setpoint") - before, wire().count("renew")]).toEqual(["leased", "offboard.audit_failed", 0, 1]);
+  });
+
+  it.each(["hidden", "window_left", "focus_left"] as const)("falls silent for good when nobody is there (%s): the dead-man does the rest", async (reason) => {
+    await flying();
+    session.unattended(reason);
+    const before = wire().count("setpoint");
+    asked = ON;
+    await vi.advanceTimersByTimeAsync(900);
+    expect([now.phase, now.fellSilent, wire().count("setpoint") - before]).toEqual(["silent", true, 0]);
+    wire().events.onState({ state: "idle", lease: null, reason: "the client was silent for 1.0 s", sent: null, cadence: null } as Offboard);
+    wire().events.onClosed(4410, "the lease has ended");
+    expect(now.phase).toBe("off");
+    expect(now.ended).toMatch(/\w+\. The client was silent for 1\.0 s\.$/);
+    await vi.advanceTimersByTimeAsync(60_000);
+    expect(FakeWire.all.length).toBe(1);
+  });
+
+  it("notices at the next moment that nobody is there, even if no event told it", async () => {
+    await flying();
+    asked = "focus_left";
+    await vi.advanceTimersByTimeAsync(60);
+    expect(now.phase).toBe("silent");
+  });
+
+  it("breaks an entry off when nobody is there, so that no mode is entered in which nobody flies", async () => {
+    await leased();
+    void session.enter(false);
+    session.unattended("hidden");
+    expect([now.phase, wire().closed]).toEqual(["off", true]);
+    await wire().answer(DONE);
+    expect([now.phase, wire().count("setpoint")]).toEqual(["off", 1]);
+  });
+
+  it("closes at once with the page", async () => {
+    await flying();
+    session.unattended("page_closed");
+    expect([now.phase, wire().closed]).toEqual(["off", true]);
+  });
+
+  it("gives up a silent socket of which nothing is heard", async () => {
+    await flying();
+    session.unattended("window_left");
+    await vi.advanceTimersByTimeAsync(3100);
+    expect([now.phase, wire().closed]).toEqual(["off", true]);
+    expect(now.ended).toContain("failsafe");
+  });
+
+  it("never opens again by itself after a loss, and flies again only with a new lease and a new entry", async () => {
+    await flying();
+    wire().events.onClosed(1006, "");
+    expect([now.phase, now.ended]).toEqual(["off", "The connection was lost."]);
+    await vi.advanceTimersByTimeAsync(60_000);
+    expect(FakeWire.all.length).toBe(1);
+    await leased();
+    await vi.advanceTimersByTimeAsync(2000);
+    expect([FakeWire.all.length, now.phase, wire().count("setpoint")]).toEqual([2, "leased", 0]);
+  });
+
+  it("holds one lease at a time", async () => {
+    await leased();
+    session.take("v2");
+    expect([FakeWire.all.length, now.vehicle]).toEqual([1, "v1"]);
+  });
+
+  it("stands still while it leaves, and goes on flying if that is refused", async () => {
+    await flying();
+    void session.leave("mission");
+    await vi.advanceTimersByTimeAsync(60);
+    expect(wire().frames.at(-1)).toEqual({ type: "setpoint", setpoint: STILL });
+    await wire().answer({ ...REFUSED, code: "conflict" });
+    expect([now.phase, now.refusal?.code]).toEqual(["flying", "conflict"]);
+    void session.leave("hold");
+    await wire().answer({ ...DONE, what: "leave" });
+    const before = wire().count("setpoint");
+    await vi.advanceTimersByTimeAsync(500);
+    expect([now.phase, now.fellSilent, wire().closed, wire().count("setpoint") - before]).toEqual(["off", false, true, 0]);
+  });
+
+  it("lets go of all controls when a setpoint is refused: the same again would count as silence", async () => {
+    await flying();
+    const before = fresh;
+    wire().events.onAnswer({ ...REFUSED, id: 3, code: "limit.fence" });
+    expect([fresh - before, now.refusal?.doing, now.phase]).toEqual([1, "Setpoint", "flying"]);
+  });
+
+  it("ignores a socket that it has given up", async () => {
+    await flying();
+    const old = wire();
+    session.giveBack();
+    session.take("v1");
+    old.events.onClosed(4410, "");
+    old.events.onAnswer(REFUSED);
+    expect([now.phase, now.refusal]).toEqual(["opening", null]);
+  });
+});

@@ -1,0 +1,203 @@
+/**
+ * One person's way through offboard control: lease, entry, flying, leaving. Whatever ends it, it stays ended: a new lease
+ * is asked for by hand. It knows no DOM and no socket: both come from its host.
+ */
+
+import type { AuditEntry, Clamp, Offboard } from "../api/types";
+import type { Answer, Destination } from "./frames";
+import { SetpointSender, type StopReason } from "./sender";
+import type { Setpoint } from "./setpoint";
+import type { Wire, WireEvents } from "./wire";
+import { closeWords, stopWords } from "./words";
+
+/** `silent`: nothing is sent any more, and the service's dead-man acts. */
+export type Phase = "off" | "opening" | "leased" | "entering" | "flying" | "leaving" | "silent";
+
+export interface Refusal {
+  /** What was tried: "Take the lease of v1". */
+  readonly doing: string;
+  readonly code: string;
+  readonly detail: string;
+  readonly hint: string;
+}
+
+export interface HandsOn {
+  readonly phase: Phase;
+  readonly vehicle: string | null;
+  /** What the service says of it, newest. */
+  readonly offboard: Offboard | null;
+  readonly refusal: Refusal | null;
+  /** What the newest setpoint was clamped by. */
+  readonly clamped: readonly Clamp[];
+  readonly audit: readonly AuditEntry[];
+  readonly answer_ms: number | null;
+  /** Nobody was at the controls any more, and the dead-man ended it or will. */
+  readonly fellSilent: boolean;
+  /** Why the last one ended, in words. */
+  readonly ended: string;
+}
+
+export const HANDS_OFF: HandsOn = { phase: "off", vehicle: null, offboard: null, refusal: null, clamped: [], audit: [], answer_ms: null, fellSilent: false, ended: "" };
+
+export interface SessionHost {
+  connect(vehicle: string, events: WireEvents): Wire;
+  now(): number;
+  /** What the hands at the controls ask for, or why there are none. */
+  ask(): Setpoint | StopReason;
+  /** What makes the vehicle stand still. */
+  neutral(): Setpoint;
+  /** Somebody looks at the page: the lease is kept. */
+  isPresent(): boolean;
+  /** From now on controls count from their middle, and only what is pressed anew. */
+  onFreshHands(): void;
+  onChange(next: HandsOn): void;
+}
+
+export const RATE_HZ = 20;
+const RENEW_MS = 3000; // a lease lasts 10 s
+/** After this the service's dead-man has long acted; if nothing was heard of it, the network is gone. */
+const SILENT_MS = 3000;
+
+export class Session {
+  #now: HandsOn = HANDS_OFF;
+  #wire: Wire | null = null;
+  #renewals: ReturnType<typeof setInterval> | undefined;
+  #patience: ReturnType<typeof setTimeout> | undefined;
+  readonly #sender: SetpointSender;
+
+  constructor(private readonly host: SessionHost) {
+    this.#sender = new SetpointSender(
+      {
+        now: () => host.now(),
+        ask: () => (this.#now.phase === "leaving" ? host.neutral() : host.ask()),
+        send: (setpoint) => this.#wire?.post({ type: "setpoint", setpoint }) ?? 0,
+        onStop: (reason) => this.unattended(reason),
+      },
+      RATE_HZ,
+    );
+  }
+
+  take(vehicle: string): void {
+    if (this.#wire !== null) return;
+    this.#set({ ...HANDS_OFF, phase: "opening", vehicle });
+    const wire: Wire = this.host.connect(vehicle, {
+      onOpen: () => void this.#askForLease(wire),
+      onState: (offboard) => wire === this.#wire && this.#set({ offboard, answer_ms: this.#sender.answer_ms }),
+      onAnswer: (answer) => wire === this.#wire && this.#onSetpointAnswer(answer),
+      onClosed: (code, reason) => wire === this.#wire && this.#end(closeWords(code, reason, this.#now)),
+    });
+    this.#wire = wire;
+  }
+
+  async enter(sticksHeld: boolean): Promise<void> {
+    const wire = this.#wire;
+    if (wire === null || this.#now.phase !== "leased") return;
+    this.#keepLease(false);
+    this.host.onFreshHands();
+    this.#set({ phase: "entering", refusal: null, clamped: [], audit: [] });
+    this.#sender.start();
+    const answer = await wire.ask({ type: "enter", sticks_held: sticksHeld });
+    if (wire !== this.#wire || !this.#is("entering")) return;
+    if (answer.type === "done") return this.#set({ phase: "flying", audit: answer.audit });
+    this.#sender.stop();
+    this.#keepLease(true);
+    this.#set({ phase: "leased", refusal: refusalOf(`Enter offboard control of ${this.#now.vehicle}`, answer) });
+  }
+
+  async leave(to: Destination): Promise<void> {
+    const wire = this.#wire;
+    if (wire === null || this.#now.phase !== "flying") return;
+    this.host.onFreshHands();
+    this.#set({ phase: "leaving", refusal: null });
+    const answer = await wire.ask({ type: "leave", to });
+    if (wire !== this.#wire) return;
+    if (answer.type === "done") return this.#end(LEFT[to], true);
+    if (this.#is("leaving")) this.#set({ phase: "flying", refusal: refusalOf(`Leave to ${to}`, answer) });
+  }
+
+  /** Give the lease back, or stop asking for it. A vehicle that is flown is told to hold: the socket's end says so. */
+  giveBack(): void {
+    if (this.#wire !== null) this.#end("The lease was given back.", true);
+  }
+
+  /** Nobody is at the controls any more. */
+  unattended(reason: StopReason): void {
+    const words = stopWords(reason);
+    switch (this.#now.phase) {
+      case "flying":
+      case "leaving":
+        this.#sender.stop();
+        this.#set({ phase: "silent", fellSilent: true, ended: words });
+        clearTimeout(this.#patience);
+        this.#patience = setTimeout(() => this.#end(`${words} The service did not answer: the vehicle's own failsafe acts.`, true), SILENT_MS);
+        break;
+      case "entering": // it must not come into a mode in which nobody flies it
+        this.#end(`${words} The entry was broken off, and the lease given back.`, true);
+        break;
+      default:
+    }
+    if (reason === "page_closed" && this.#wire !== null) this.#end(words, true);
+  }
+
+  async #askForLease(wire: Wire): Promise<void> {
+    const answer = await wire.ask({ type: "take", rate_hz: RATE_HZ });
+    if (wire !== this.#wire) return;
+    if (answer.type === "granted") {
+      this.#keepLease(true);
+      return this.#set({ phase: "leased" });
+    }
+    const refusal = refusalOf(`Take the lease of ${this.#now.vehicle}`, answer);
+    this.#end("", true);
+    this.#set({ refusal });
+  }
+
+  #onSetpointAnswer(answer: Answer): void {
+    if (answer.id !== null) this.#sender.answered(answer.id);
+    if (answer.type === "taken") {
+      if (!sameClamps(answer.clamped, this.#now.clamped)) this.#set({ clamped: answer.clamped, answer_ms: this.#sender.answer_ms });
+    } else if (answer.type === "refused" && this.#sender.sending) {
+      this.host.onFreshHands(); // the same again would be refused again, and count as silence
+      this.#set({ refusal: refusalOf("Setpoint", answer) });
+    }
+  }
+
+  #keepLease(keep: boolean): void {
+    clearInterval(this.#renewals);
+    if (keep) this.#renewals = setInterval(() => this.host.isPresent() && void this.#wire?.ask({ type: "renew" }), RENEW_MS);
+  }
+
+  #end(why: string, close = false): void {
+    this.#sender.stop();
+    this.#keepLease(false);
+    clearTimeout(this.#patience);
+    const wire = this.#wire;
+    this.#wire = null;
+    if (close) wire?.close();
+    this.#set({ phase: "off", ended: why, offboard: null, clamped: [], answer_ms: null });
+  }
+
+  /** Phases change while an answer is waited for. */
+  #is(phase: Phase): boolean {
+    return this.#now.phase === phase;
+  }
+
+  #set(change: Partial<HandsOn>): void {
+    this.#now = { ...this.#now, ...change };
+    this.host.onChange(this.#now);
+  }
+}
+
+const LEFT: Readonly<Record<Destination, string>> = {
+  hold: "Left to Hold, as asked.",
+  mission: "Left to the mission, which goes on.",
+  return: "Left to a return.",
+};
+
+function refusalOf(doing: string, answer: Answer): Refusal {
+  if (answer.type === "refused") return { doing, code: answer.code, detail: answer.detail, hint: answer.hint };
+  return { doing, code: "answer.unreadable", detail: `the service answered “${answer.type}”`, hint: "" };
+}
+
+function sameClamps(one: readonly Clamp[], other: readonly Clamp[]): boolean {
+  return one.length === other.length && one.every(({ detail }, i) => detail === other[i]?.detail);
+}

@@ -1,0 +1,81 @@
+/** What happens at the controls, in words. Pure. */
+
+import type { Offboard, OffboardState } from "../api/types";
+import { metres, speed } from "../format/units";
+import { asSentence } from "../format/words";
+import type { StopReason } from "./sender";
+
+const STOPS: Readonly<Record<StopReason, string>> = {
+  hidden: "The page was hidden.",
+  window_left: "The window lost the focus.",
+  focus_left: "The focus left the controls.",
+  page_closed: "The page was closed.",
+  stood_still: "The page stood still for more than a second.",
+  no_answer: "The service did not answer for more than a second.",
+};
+
+export function stopWords(reason: StopReason): string {
+  return STOPS[reason];
+}
+
+const CLOSES: Readonly<Record<number, string>> = {
+  1001: "The service stops.",
+  1006: "The connection was lost.",
+  4401: "A valid token is needed.",
+  4403: "Only a pilot may fly by hand.",
+  4404: "There is no such vehicle.",
+};
+
+/** Why the service ended it: its own reason if it gave one, after what the page knows. */
+export function closeWords(code: number, reason: string, last: { readonly ended: string; readonly offboard: Offboard | null }): string {
+  const given = last.offboard?.lease === null ? last.offboard.reason : "";
+  const why = CLOSES[code] ?? sentenceOf(given || reason || `closed with ${code}`);
+  return `${last.ended} ${why}`.trim();
+}
+
+function sentenceOf(text: string): string {
+  const words = asSentence(text);
+  return /[.!?]$/.test(words) ? words : `${words}.`;
+}
+
+/** The steps of an entry, in order. */
+export const ENTRY_STEPS: readonly (readonly [OffboardState, string])[] = [
+  ["checking", "Check"],
+  ["holding", "Hold"],
+  ["streaming", "Stream"],
+  ["switching", "Switch"],
+  ["active", "Hands on"],
+];
+
+const PARTS: readonly (readonly [key: string, plus: string, minus: string])[] = [
+  ["forward_m_s", "forward", "back"],
+  ["right_m_s", "right", "left"],
+  ["north_m_s", "north", "south"],
+  ["east_m_s", "east", "west"],
+  ["down_m_s", "down", "up"],
+];
+
+/** A setpoint as somebody would say it. Forms that this page never sends keep their own name. */
+export function setpointWords(setpoint: Readonly<Record<string, unknown>>): string {
+  const parts = PARTS.flatMap(([key, plus, minus]) => {
+    const value = setpoint[key];
+    return typeof value === "number" && Math.abs(value) >= 0.05 ? [`${speed(Math.abs(value))} ${value > 0 ? plus : minus}`] : [];
+  });
+  const turn = setpoint["yawspeed_deg_s"];
+  if (typeof turn === "number" && Math.abs(turn) >= 0.5) parts.push(`turn ${Math.abs(turn).toFixed(0)}°/s ${turn > 0 ? "right" : "left"}`);
+  if (parts.length > 0) return parts.join(", ");
+  const type = String(setpoint["type"]);
+  if (type.startsWith("velocity")) return "stand still";
+  const altitude = setpoint["altitude_m"];
+  if (type === "position_global" && typeof altitude === "number") return `go to a place, ${metres(altitude)} AMSL`;
+  return type.replaceAll("_", " ");
+}
+
+export type Stage = "speaks" | "silent" | "gone";
+
+/** Where the dead-man is; null while it has nothing to watch. `fellSilent`: the last one was ended by it. */
+export function stageOf(offboard: Offboard | null, fellSilent: boolean): Stage | null {
+  if (offboard?.state === "idle" && fellSilent) return "gone";
+  if (offboard === null || offboard.sent === null) return null;
+  return offboard.sent.by === "client" ? "speaks" : "silent";
+}

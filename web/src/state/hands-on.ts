@@ -1,0 +1,20 @@
+/** Who is flown by hand from this page, and how far that is. */
+
+import { computed, signal } from "@preact/signals";
+import type { Offboard, Vehicle } from "../api/types";
+import { HANDS_OFF, type HandsOn } from "../hands-on/session";
+import { selectedVehicle } from "./selection";
+import { vehicles } from "./store";
+
+export const handsOn = signal<HandsOn>(HANDS_OFF);
+/** The controls count. */
+export const engaged = computed(() => handsOn.value.phase === "entering" || handsOn.value.phase === "flying");
+
+/** The vehicle that the panel is about: the one that is flown, else the chosen one. */
+export const handsVehicle = computed<Vehicle | null>(() => {
+  const flown = handsOn.value.vehicle;
+  return handsOn.value.phase === "off" || flown === null ? selectedVehicle.value : (vehicles.value[flown] ?? null);
+});
+
+/** From the own socket while there is one, else from the stream, as everybody sees it. */
+export const offboardNow = computed<Offboard | null>(() => handsOn.value.offboard ?? handsVehicle.value?.state.offboard ?? null);

@@ -1,0 +1,89 @@
+/** The one session of this page: what hands ask for goes in, and losing somebody's attention ends it at once. */
+
+import { batch, computed, effect } from "@preact/signals";
+import { readToken } from "../api/token";
+import { isPresent, watchAttention, whyUnattended } from "../hands-on/attention";
+import { isNeutral, NEUTRAL } from "../hands-on/axes";
+import { NONE_HELD } from "../hands-on/keys";
+import { Session } from "../hands-on/session";
+import { neutral, placeOf, velocityOf, type Setpoint } from "../hands-on/setpoint";
+import type { StopReason } from "../hands-on/sender";
+import { openWire } from "../hands-on/wire";
+import type { Point } from "../map/geometry";
+import { freshHands, goTo, goToArmed, held, heldAxes, readPads } from "./controls";
+import { engaged, handsOn, handsVehicle } from "./hands-on";
+import { speeds, sticksHeld } from "./offboard-facts";
+import { panel, vehicleId } from "./selection";
+
+/** What all controls together ask for; nothing unless they are engaged. */
+export const asked = computed(() => (engaged.value ? heldAxes.value : NEUTRAL));
+
+const session = new Session({
+  connect: (vehicle, events) => openWire(vehicle, readToken(), events),
+  now: () => performance.now(),
+  ask,
+  neutral: standStill,
+  isPresent,
+  onFreshHands: freshHands,
+  onChange: (next) => (handsOn.value = next),
+});
+
+export const takeLease = (vehicle: string): void => session.take(vehicle);
+export const enter = (): Promise<void> => session.enter(sticksHeld.value);
+export const leave = (to: "hold" | "mission" | "return"): Promise<void> => session.leave(to);
+export const giveBack = (): void => session.giveBack();
+
+function vehicleType() {
+  return handsVehicle.value?.vehicle_type ?? "multicopter";
+}
+
+function standStill(): Setpoint {
+  return neutral(speeds.value, vehicleType());
+}
+
+function ask(): Setpoint | StopReason {
+  const away = whyUnattended();
+  if (away !== null) return away;
+  readPads();
+  const axes = asked.value;
+  if (!isNeutral(axes)) {
+    goTo.value = null; // a hand at the controls is newer than the place
+    return velocityOf(axes, speeds.value, vehicleType());
+  }
+  const place = goTo.value;
+  return place === null ? standStill() : placeOf(place.at, place.altitude_m);
+}
+
+/** A click on the map with the go-to tool in hand: one destination, at the altitude of now. True if it was meant. */
+export function goThere(at: Point): boolean {
+  if (!goToArmed.value) return false;
+  const altitude_m = handsVehicle.value?.state.absolute_altitude_m ?? null;
+  batch(() => {
+    goToArmed.value = false;
+    if (handsOn.value.phase === "flying" && altitude_m !== null) goTo.value = { at, altitude_m };
+  });
+  return true;
+}
+
+const PAD_LOOK_MS = 250;
+
+/** Looking at another panel or vehicle gives the lease back. */
+export function watchHandsOn(): void {
+  watchAttention((reason) => {
+    held.value = NONE_HELD; // a release outside of the page is never told
+    if (reason !== "focus_left" || engaged.value) session.unattended(reason);
+  });
+  effect(() => {
+    if (!engaged.value) freshHands();
+  });
+  effect(() => {
+    const { vehicle, phase } = handsOn.value;
+    if (phase === "off" || phase === "silent") return;
+    if (panel.value !== "hands" || (vehicleId.value !== null && vehicleId.value !== vehicle)) session.giveBack();
+  });
+  effect(() => {
+    if (panel.value !== "hands") return undefined;
+    const timer = setInterval(() => !document.hidden && !engaged.value && readPads(), PAD_LOOK_MS);
+    return () => clearInterval(timer);
+  });
+}

@@ -1,0 +1,86 @@
+/** What the service knows of flying a vehicle by hand: what it follows, its limits, and what an entry would find now. */
+
+import { computed, effect, signal } from "@preact/signals";
+import { api } from "../api/client";
+import type { EntryCheck, OffboardDetail } from "../api/types";
+import { speedsOf } from "../hands-on/setpoint";
+import { pace } from "./controls";
+import { handsOn, handsVehicle } from "./hands-on";
+import { report } from "./notices";
+import { panel } from "./selection";
+import { live } from "./store";
+
+const answer = signal<{ readonly vehicle: string; readonly detail: OffboardDetail } | null>(null);
+/** Null until it is known for the vehicle that the panel is about. */
+export const detail = computed(() => (answer.value?.vehicle === handsVehicle.value?.id ? (answer.value?.detail ?? null) : null));
+export const speeds = computed(() => speedsOf(pace.value, detail.value?.limits ?? null));
+
+export const entryCheck = signal<EntryCheck | null>(null);
+export const checking = signal(false);
+/** Somebody says so: an entry then allows a loss action that needs sticks. */
+export const sticksHeld = signal(false);
+
+/** Whether the vehicle follows a form of setpoint as it flies now. */
+export function follows(form: string): boolean {
+  return detail.value?.capabilities.some((row) => row.form === form && row.taken) ?? false;
+}
+
+/** As text: what a vehicle follows changes with what it flies as, and with nothing else. */
+const detailKey = computed(() => {
+  const vehicle = handsVehicle.value;
+  return panel.value === "hands" && live.value && vehicle !== null ? [vehicle.id, vehicle.vehicle_type, vehicle.firmware, vehicle.state.vtol_state].join("\n") : "";
+});
+
+/** What a check depends on: asked anew when it changes. */
+const checkKey = computed(() => {
+  if (handsOn.value.phase !== "leased" || handsVehicle.value === null) return "";
+  const { id, run_id, state } = handsVehicle.value;
+  return JSON.stringify([id, run_id, state.armed, state.connected, state.mode, state.vtol_state, sticksHeld.value]);
+});
+
+export function watchOffboardFacts(): void {
+  effect(() => {
+    const key = detailKey.value;
+    if (key !== "") void readDetail(key);
+  });
+  effect(() => {
+    if (checkKey.value === "") forgetCheck();
+    else void checkEntry();
+  });
+}
+
+async function readDetail(key: string): Promise<void> {
+  const vehicle = key.split("\n")[0] ?? "";
+  try {
+    const detail = await api.offboard(vehicle);
+    if (key === detailKey.peek()) answer.value = { vehicle, detail };
+  } catch (error) {
+    report(`Read what ${vehicle} follows`, error);
+  }
+}
+
+let questions = 0;
+
+function forgetCheck(): void {
+  questions += 1;
+  entryCheck.value = null;
+  checking.value = false;
+}
+
+/** Asks what an entry would find now. The newest answer counts. */
+export async function checkEntry(): Promise<void> {
+  const vehicle = handsOn.peek().vehicle;
+  if (vehicle === null) return;
+  const mine = ++questions;
+  checking.value = true;
+  try {
+    const found = await api.entryCheck(vehicle, sticksHeld.peek());
+    if (mine === questions) entryCheck.value = found;
+  } catch (error) {
+    if (mine !== questions) return;
+    entryCheck.value = null;
+    report(`Check ${vehicle} before an entry`, error);
+  } finally {
+    if (mine === questions) checking.value = false;
+  }
+}

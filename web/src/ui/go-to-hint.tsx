@@ -1,0 +1,17 @@
+import { goToArmed } from "../state/controls";
+import { handsVehicle } from "../state/hands-on";
+
+/** On the map: what the next click does. */
+export function GoToHint() {
+  if (!goToArmed.value) return null;
+  return (
+    <div class="map-edit">
+      <p class="map-hint" role="status">
+        <span>Click where {handsVehicle.value?.id ?? "it"} shall go, at its own speed and the altitude of now.</span>
+        <button type="button" class="small" onClick={() => (goToArmed.value = false)}>
+          Cancel
+        </button>
+      </p>
+    </div>
+  );
+}

@@ -1,0 +1,101 @@
+import type { VehicleType } from "../api/types";
+import { metres, speed } from "../format/units";
+import { plain } from "../format/words";
+import { PACES } from "../hands-on/setpoint";
+import { knobsOf } from "../hands-on/sticks";
+import { metresBetween } from "../map/geometry";
+import { vehiclePoint } from "../map/camera";
+import { goTo, goToArmed, leftKnob, padName, padState, pace, rightKnob } from "../state/controls";
+import { handsOn, handsVehicle } from "../state/hands-on";
+import { asked, leave } from "../state/hands-session";
+import { follows, speeds } from "../state/offboard-facts";
+import { currentRun } from "../state/runs";
+import { runs } from "../state/store";
+import { HandsKeys } from "./hands-keys";
+import { HandsStick } from "./hands-stick";
+import { HoldButton } from "./hold-button";
+import { Icon } from "./icons";
+
+/** Everything that moves the vehicle. */
+export function HandsControls({ vehicle }: { vehicle: string }) {
+  const knobs = knobsOf(asked.value);
+  const type: VehicleType | null = handsVehicle.value?.vehicle_type ?? null;
+  return (
+    <>
+      <div class="sticks">
+        <HandsStick name={type === "rover" ? "" : "Climb and turn"} knob={leftKnob} shown={knobs.left} disabled={type === "rover"} />
+        <HandsStick name="Move" knob={rightKnob} shown={knobs.right} disabled={false} />
+      </div>
+      <div class="pace" role="group" aria-label="Speed">
+        {PACES.map((choice) => (
+          <button key={choice} type="button" aria-pressed={pace.value === choice} onClick={() => (pace.value = choice)}>
+            {plain(choice)}
+          </button>
+        ))}
+        <small>
+          up to {speed(speeds.value.speed_m_s)}, climb {speed(speeds.value.climb_m_s)}
+        </small>
+      </div>
+      <GoTo vehicle={vehicle} />
+      <HandsKeys />
+      <Gamepad />
+    </>
+  );
+}
+
+/** To Hold at once, by one press; what flies on is held to confirm. */
+export function WaysOut({ vehicle }: { vehicle: string }) {
+  const subject = handsVehicle.value;
+  const run = subject === null ? null : currentRun(subject, runs.value);
+  const waiting = handsOn.value.phase !== "flying";
+  return (
+    <div class="actions ways-out" role="group" aria-label="Ways out">
+      <button type="button" class="primary" disabled={waiting} onClick={() => void leave("hold")}>
+        Leave to hold
+      </button>
+      {run?.state === "paused" && <HoldButton verb="Back to the mission:" vehicle={vehicle} tone="ok" disabled={waiting} onConfirm={() => void leave("mission")} />}
+      <HoldButton verb="Return" vehicle={vehicle} tone="warn" disabled={waiting} onConfirm={() => void leave("return")} />
+    </div>
+  );
+}
+
+function GoTo({ vehicle }: { vehicle: string }) {
+  const place = goTo.value;
+  const here = vehiclePoint(handsVehicle.value);
+  if (!follows("position_global")) return null;
+  return (
+    <div class="go-to">
+      <button type="button" class="small" aria-pressed={goToArmed.value} disabled={handsOn.value.phase !== "flying"} onClick={() => (goToArmed.value = !goToArmed.value)}>
+        <Icon name="follow" size={15} />
+        Go to a place
+      </button>
+      {place === null ? (
+        <small>{goToArmed.value ? "Click on the map." : "One click on the map, at the vehicle's own speed."}</small>
+      ) : (
+        <>
+          <span role="status">
+            {vehicle} goes there{here === null ? "" : `, ${metres(metresBetween(here, place.at))} left`}
+          </span>
+          <button type="button" class="small" onClick={() => (goTo.value = null)}>
+            Stop
+          </button>
+        </>
+      )}
+    </div>
+  );
+}
+
+const PAD_WORDS = { none: "No gamepad. Press a button on one to connect it.", waits: "counts as soon as its sticks were in the middle.", counts: "counts: left stick climbs and turns, right stick moves." } as const;
+
+function Gamepad() {
+  const state = padState.value;
+  return (
+    <p class={`gamepad ${state}`} data-state={state}>
+      <Icon name="gamepad" size={18} />
+      <span>
+        {state !== "none" && <b>{padName.value} </b>}
+        {PAD_WORDS[state]}
+      </span>
+    </p>
+  );
+}

@@ -1,0 +1,53 @@
+import { asSentence } from "../format/words";
+import { enter, giveBack } from "../state/hands-session";
+import { checkEntry, checking, entryCheck, sticksHeld } from "../state/offboard-facts";
+import { live } from "../state/store";
+import { HoldButton } from "./hold-button";
+import { Icon } from "./icons";
+
+/** With the lease: what an entry would find now, as the vehicle says it, and the entry. */
+export function HandsEntry({ vehicle }: { vehicle: string }) {
+  const found = entryCheck.value;
+  return (
+    <>
+      <section aria-labelledby="entry-title" class="entry-check">
+        <h4 id="entry-title">
+          Before {vehicle} is flown by hand
+          <button type="button" class="small" disabled={checking.value} onClick={() => void checkEntry()}>
+            Check again
+          </button>
+        </h4>
+        {found === null && <p>{checking.value ? "Reading its parameters…" : "Not checked."}</p>}
+        {found !== null && found.reason !== "" && (
+          <p class="entry-reason">
+            <Icon name="error" size={16} />
+            <span>
+              {asSentence(found.reason)}.{found.hint !== "" && <small> {asSentence(found.hint)}.</small>}
+            </span>
+          </p>
+        )}
+        <ul class="audit">
+          {found?.audit.map(({ parameter, value, blocks, meaning }) => (
+            <li key={parameter} class={blocks ? "blocks" : value === null ? "unknown" : ""}>
+              <Icon name={blocks ? "error" : value === null ? "minus" : "check"} size={15} />
+              <code>{parameter}</code>
+              <b>{value ?? "–"}</b>
+              <small>{asSentence(meaning)}</small>
+            </li>
+          ))}
+        </ul>
+        <label class="check-line">
+          <input type="checkbox" checked={sticksHeld.value} onChange={(event) => (sticksHeld.value = event.currentTarget.checked)} />
+          <span>A pilot holds the sticks of the RC sender</span>
+        </label>
+      </section>
+      <div class="actions">
+        <HoldButton verb="Take control of" vehicle={vehicle} tone="warn" disabled={found?.ready !== true || !live.value} onConfirm={() => void enter()} />
+        <button type="button" class="small" onClick={giveBack}>
+          Give the lease back
+        </button>
+      </div>
+      <p class="hint">{vehicle} is told to hold, then follows this page until you leave. Take your hands off or look elsewhere, and it holds.</p>
+    </>
+  );
+}

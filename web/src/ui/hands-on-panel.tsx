@@ -1,0 +1,114 @@
+import { useLayoutEffect, useRef } from "preact/hooks";
+import { flies, pressed, released } from "../hands-on/keys";
+import { asSentence, plain } from "../format/words";
+import { held } from "../state/controls";
+import { engaged, handsOn, handsVehicle, offboardNow } from "../state/hands-on";
+import { leave } from "../state/hands-session";
+import { detail } from "../state/offboard-facts";
+import { HandsControls, WaysOut } from "./hands-controls";
+import { HandsEntry } from "./hands-entry";
+import { HandsLease } from "./hands-lease";
+import { HandsReadout } from "./hands-readout";
+import { HandsSteps } from "./hands-steps";
+import { Icon } from "./icons";
+
+const FIELDS = "input, select, textarea";
+
+/** Flying by hand. Its keys count only while the focus is in here and the controls are engaged. */
+export function HandsOnPanel() {
+  const root = useRef<HTMLDivElement>(null);
+  const { phase } = handsOn.value;
+  useLayoutEffect(() => {
+    if (phase !== "entering") return;
+    root.current?.focus(); // the button that began it is gone
+    root.current?.scrollIntoView({ block: "start" });
+  }, [phase]);
+  useLayoutEffect(() => {
+    if (engaged.value && document.activeElement === document.body) root.current?.focus(); // a button went away by itself
+  });
+  const vehicle = handsVehicle.value;
+  if (vehicle === null) return <NoVehicle />;
+  return (
+    <div class={`panel-body hands-on ${engaged.value ? "engaged" : ""}`} data-phase={phase} role="group" aria-label={`Fly ${vehicle.id} by hand`} tabIndex={-1} ref={root} onKeyDown={onKeyDown} onKeyUp={onKeyUp}>
+      <Head />
+      <Refusal />
+      {phase === "off" && <HandsLease vehicle={vehicle.id} />}
+      {phase === "opening" && <p role="status">Asking for the lease of {vehicle.id}…</p>}
+      {phase === "leased" && <HandsEntry vehicle={vehicle.id} />}
+      {(phase === "entering" || phase === "leaving") && <HandsSteps />}
+      {(phase === "entering" || phase === "flying") && <WaysOut vehicle={vehicle.id} />}
+      {phase === "silent" && <HandsOffNote vehicle={vehicle.id} />}
+      <HandsReadout />
+      {(phase === "entering" || phase === "flying") && <HandsControls vehicle={vehicle.id} />}
+    </div>
+  );
+}
+
+function onKeyDown(event: KeyboardEvent): void {
+  if (!engaged.value || (event.target instanceof Element && event.target.closest(FIELDS) !== null)) return;
+  held.value = pressed(held.value, event);
+  if (event.code === "Escape" && !event.repeat) void leave("hold");
+  if (flies(event.code) && !event.ctrlKey && !event.altKey && !event.metaKey) event.preventDefault(); // else the panel scrolls
+}
+
+function onKeyUp(event: KeyboardEvent): void {
+  held.value = released(held.value, event.code);
+}
+
+function NoVehicle() {
+  return (
+    <div class="panel-body empty-panel">
+      <Icon name="hands" size={40} />
+      <h3>No vehicle chosen</h3>
+      <p>Choose a vehicle in the fleet or on the map to fly it by hand.</p>
+    </div>
+  );
+}
+
+function Head() {
+  const vehicle = handsVehicle.value;
+  if (vehicle === null) return null;
+  const state = offboardNow.value?.state ?? "idle";
+  const on = engaged.value && state === "active";
+  const off = state === "idle" || handsOn.value.phase === "silent";
+  return (
+    <header class="hands-head">
+      <h3>{vehicle.id} by hand</h3>
+      <span class={`hands-state ${on ? "on" : ""}`} role="status">
+        {on ? "Hands on" : off ? "Hands off" : plain(state)}
+      </span>
+      <Followed vehicle={vehicle.id} />
+    </header>
+  );
+}
+
+/** What of this page the vehicle does not follow, with the reason. */
+function Followed({ vehicle }: { vehicle: string }) {
+  const row = detail.value?.capabilities.find(({ form }) => form === "velocity_body");
+  if (row === undefined || row.taken) return null;
+  return <p class="hands-note tone-warn">No sticks or keys for {vehicle}: {row.reason}. Programs can fly it with other setpoints (docs/offboard.md).</p>;
+}
+
+function Refusal() {
+  const { refusal } = handsOn.value;
+  if (refusal === null) return null;
+  return (
+    <div class="hands-note tone-danger" role="alert">
+      <b>{refusal.doing}: refused</b>
+      <p>{asSentence(refusal.detail)}.</p>
+      {refusal.hint !== "" && <p>{asSentence(refusal.hint)}.</p>}
+      <code>{refusal.code}</code>
+    </div>
+  );
+}
+
+function HandsOffNote({ vehicle }: { vehicle: string }) {
+  return (
+    <div class="hands-note tone-warn" role="alert">
+      <b>Hands off</b>
+      <p>
+        {handsOn.value.ended} Nothing is sent to {vehicle} any more: it stands still, then holds.
+      </p>
+    </div>
+  );
+}

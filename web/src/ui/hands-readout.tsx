@@ -1,0 +1,78 @@
+import type { Cadence, SentSetpoint } from "../api/types";
+import { UNKNOWN } from "../format/units";
+import { setpointWords, stageOf, type Stage } from "../hands-on/words";
+import { handsOn, offboardNow } from "../state/hands-on";
+
+/** What really leaves, as the service tells it, and where its dead-man is. */
+export function HandsReadout() {
+  const offboard = offboardNow.value;
+  const stage = stageOf(offboard, handsOn.value.fellSilent);
+  if (offboard === null || stage === null) return null;
+  return (
+    <section class="readout" aria-label="What is really sent">
+      <DeadMan stage={stage} />
+      {offboard.sent !== null && <Sent sent={offboard.sent} cadence={offboard.cadence} />}
+      <Clamps />
+    </section>
+  );
+}
+
+const STAGES: readonly (readonly [Stage, string, string])[] = [
+  ["speaks", "Follows", "setpoints arrive"],
+  ["silent", "Stands still", "silent for 0.4 s"],
+  ["gone", "Hold", "1 s, or no lease"],
+];
+
+function DeadMan({ stage }: { stage: Stage | null }) {
+  return (
+    <ol class="dead-man" aria-label="Dead-man" data-stage={stage ?? ""}>
+      {STAGES.map(([name, what, when]) => (
+        <li key={name} class={name === stage ? `current ${name}` : ""} aria-current={name === stage ? "step" : undefined}>
+          <b>{what}</b>
+          <small>{when}</small>
+        </li>
+      ))}
+    </ol>
+  );
+}
+
+function Sent({ sent, cadence }: { sent: SentSetpoint; cadence: Cadence | null }) {
+  return (
+    <dl class="facts sent" data-by={sent.by}>
+      <div class="sent-words">
+        <dt>Sent {sent.by === "client" ? "for the client" : "by the dead-man"}</dt>
+        <dd title={`${sent.message}, type mask ${sent.type_mask}`}>{setpointWords(sent.setpoint)}</dd>
+      </div>
+      <div>
+        <dt>Rate held</dt>
+        <dd>{cadence?.held_hz == null ? UNKNOWN : `${cadence.held_hz.toFixed(1)} of ${cadence.wanted_hz} Hz`}</dd>
+      </div>
+      <div>
+        <dt>Interval p99</dt>
+        <dd title={`longest of the last ones: ${ms(cadence?.max_ms)}`}>{ms(cadence?.p99_ms)}</dd>
+      </div>
+      <div>
+        <dt>Answer</dt>
+        <dd title="how long the service takes to answer this page">{ms(handsOn.value.answer_ms)}</dd>
+      </div>
+    </dl>
+  );
+}
+
+function Clamps() {
+  const { clamped } = handsOn.value;
+  if (clamped.length === 0) return null;
+  return (
+    <ul class="clamps" aria-label="Clamped" role="status">
+      {clamped.map(({ code, detail }) => (
+        <li key={code}>
+          <code>{code}</code> {detail}
+        </li>
+      ))}
+    </ul>
+  );
+}
+
+function ms(value: number | null | undefined): string {
+  return value == null ? UNKNOWN : `${value.toFixed(0)} ms`;
+}
