@@ -21,7 +21,8 @@ from app.domain.events import EventKind
 from app.domain.journal_chain import JournalHead
 from app.domain.ports import TokenStore
 from app.services.access import Access
-from app.services.clock import SystemClock
+from app.services.attachments import Attachments
+from app.services.clock import Clock, SystemClock
 from app.services.comparisons import Comparisons
 from app.services.fleet import Fleet
 from app.services.hang_watch import hang_watch
@@ -34,8 +35,10 @@ from app.services.simulation import Simulation
 from app.services.tasks import Tasks
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
-from app.storage import Verification, open_storage, open_tokens, verify_journal
+from app.services.webhooks import Webhooks, WebhookSettings
+from app.storage import Storage, Verification, open_storage, open_tokens, verify_journal
 from app.vehicles import MavsdkLinkSource, SimulatorControlSocket
+from app.webhooks import open_sender
 
 log = structlog.get_logger(__name__)
 
@@ -78,11 +81,13 @@ async def running(settings: Settings) -> AsyncIterator[str]:
         telemetry = TelemetryFeed(fleet, settings.telemetry_period_s)
         stack.push_async_callback(telemetry.close)
         await telemetry.start()
+        webhooks = await stack.enter_async_context(_webhooks(storage, journal, clock, settings))
         services = ApiServices(
             journal=journal,
             plans=Plans(storage.plans, journal, clock),
-            proofs=Proofs(runs, storage.plans, journal, clock, storage.gateway_id),
             comparisons=Comparisons(runs, journal),
+            attachments=Attachments(runs, storage.attachments, journal, clock),
+            proofs=Proofs(runs, storage.plans, storage.attachments, journal, clock, storage.gateway_id),
             access=access,
             fleet=fleet,
             telemetry=telemetry,
@@ -91,6 +96,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
             offboard=offboard,
             tasks=Tasks(offboard, fleet, clock),
             simulation=Simulation(_simulator_control(settings), fleet, journal),
+            webhooks=webhooks,
             answers=storage.answers,
             clock=clock,
         )
@@ -132,6 +138,18 @@ def _offboard_settings(settings: Settings) -> OffboardSettings:
     return OffboardSettings(
         rate_hz=settings.offboard_rate_hz, limits=settings.offboard_limits, gap_s=settings.offboard_gap_s
     )
+
+
+@asynccontextmanager
+async def _webhooks(storage: Storage, journal: Journal, clock: Clock, settings: Settings) -> AsyncIterator[Webhooks]:
+    how = WebhookSettings(http_anywhere=settings.webhook_http_anywhere)
+    async with open_sender(version=__version__) as sender:
+        webhooks = Webhooks(storage.webhooks, storage.plans, journal, sender, clock, storage.gateway_id, how)
+        await webhooks.begin()
+        try:
+            yield webhooks
+        finally:
+            await webhooks.close()
 
 
 def _api_settings(settings: Settings, gateway_id: str) -> ApiSettings:

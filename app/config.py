@@ -61,6 +61,7 @@ class Settings(BaseSettings):
     `offboard_limits` is JSON and bounds what pilots and programs may ask of a vehicle by hand; see docs/offboard.md.
     `offboard_gap_s`: standing still for so long ends every offboard lease; keep it below COM_OF_LOSS_T of all vehicles.
     `hang_exit_s`: a process that hangs so long ends itself, so that vehicles see the link lost; 0 turns that off.
+    `webhook_http_anywhere` lets webhooks use plain http to other machines too, where it can be read and altered.
     `bootstrap_token` is an admin token for containers: the first real tokens are made with it.
     """
 
@@ -82,6 +83,7 @@ class Settings(BaseSettings):
     offboard_gap_s: float = Field(default=0.8, ge=0.2, le=10.0)
     offboard_limits: OffboardLimits = Field(default_factory=OffboardLimits)
     hang_exit_s: float = Field(default=15.0, ge=0.0, le=600.0)
+    webhook_http_anywhere: bool = False
     telemetry_period_s: float = Field(default=0.2, ge=0.02, le=10.0)
 
     @field_validator("connections", "allowed_hosts", "allowed_origins", mode="before")

@@ -28,6 +28,7 @@ from app.domain.events import Event, EventKind, NewEvent
 from app.domain.ports import StoredPlan, Unsubscribe, VehicleLink
 from app.domain.run import Run
 from app.services.access import Access
+from app.services.attachments import Attachments
 from app.services.clock import SystemClock
 from app.services.comparisons import Comparisons
 from app.services.fleet import Fleet
@@ -40,7 +41,9 @@ from app.services.simulation import Simulation
 from app.services.tasks import Tasks
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
+from app.services.webhooks import Webhooks
 from app.storage import open_storage
+from app.webhooks import open_sender
 from bench.fanout_clients import last_marker
 
 BURSTS = (1, 10, 100)
@@ -105,7 +108,7 @@ def numbered(events: Sequence[NewEvent], first: int) -> list[Event]:
 async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
     """The real application, its vehicles and its disk left out."""
     clock = SystemClock()
-    async with open_storage(folder / "bench.db") as storage:
+    async with open_storage(folder / "bench.db") as storage, open_sender(version="bench") as sender:
         journal = Journal(ListStore(), clock)
         await journal.start()
         fleet = Fleet(NoVehicles(), journal)
@@ -114,8 +117,9 @@ async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
         services = ApiServices(
             journal=journal,
             plans=Plans(storage.plans, journal, clock),
-            proofs=Proofs(runs, storage.plans, journal, clock, "gw-1"),
             comparisons=Comparisons(runs, journal),
+            attachments=Attachments(runs, storage.attachments, journal, clock),
+            proofs=Proofs(runs, storage.plans, storage.attachments, journal, clock, "gw-1"),
             access=Access(storage.tokens, clock, None),
             fleet=fleet,
             telemetry=TelemetryFeed(fleet, 3600.0),
@@ -124,6 +128,7 @@ async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
             offboard=offboard,
             tasks=Tasks(offboard, fleet, clock),
             simulation=Simulation(None, fleet, journal),
+            webhooks=Webhooks(storage.webhooks, storage.plans, journal, sender, clock, "gw-1"),
             answers=storage.answers,
             clock=clock,
         )

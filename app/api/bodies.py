@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Collection
-from typing import Final, TypeVar
+from typing import Any, Final, TypeVar
 
 from aiohttp import web
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from app.api.problems import ApiError
-from app.api.routing import JSON, Body, QueryT
+from app.api.routing import Body, QueryT
 from app.domain.finding import Finding, Severity, json_pointer
 from app.domain.plan import Plan, parse_plan
 
@@ -47,24 +46,22 @@ _EMPTY = json_body(Empty)
 NO_BODY: Final = Body(model=Empty, parse=_nothing, codes=_EMPTY.codes, required=False)
 
 
-async def read_body(
-    request: web.Request, *, required: bool, timeout_s: float, media: Collection[str] = (JSON,)
-) -> bytes:
-    """The body's bytes.
+async def read_body(request: web.Request, body: Body[Any], *, timeout_s: float) -> bytes:
+    """The body's bytes; HTTPRequestEntityTooLarge beyond the service's bound, or the body's own.
 
     Raises:
         ApiError: it is of another content type, is missing, breaks off, or does not come in time.
     """
     if not request.can_read_body:
-        if required:
+        if body.required:
             raise ApiError("request.malformed", "the body is empty", hint="send a document")
         return b""
     # Forms and text/plain are what a foreign web page can send without asking first: never taken.
-    if request.content_type not in media:
+    if request.content_type not in body.media:
         raise ApiError(
             "request.content_type",
             f"the content type is {request.headers.get('Content-Type', 'missing')}",
-            hint=f"send Content-Type: {' or '.join(media)}",
+            hint=f"send Content-Type: {' or '.join(body.media)}",
         )
     if request.headers.get("Content-Encoding", "identity").lower() != "identity":
         raise ApiError(
@@ -72,6 +69,8 @@ async def read_body(
         )
     try:
         async with asyncio.timeout(timeout_s):
+            if body.max_bytes is not None:
+                request = request.clone(client_max_size=body.max_bytes)
             return await request.read()
     except web.RequestPayloadError as error:
         raise ApiError("request.malformed", f"the body cannot be read: {error}") from None

@@ -26,7 +26,7 @@ def make_endpoint(route: AnyRoute, *, access: Access, idempotency: Idempotency, 
         query = read_query(request, route.query)
         raw = b""
         if route.method != "GET":
-            raw = await read_body(request, required=route.takes_body, timeout_s=body_timeout_s, media=route.body.media)
+            raw = await read_body(request, route.body, timeout_s=body_timeout_s)
         call = Call(request, principal, query, route.body.parse(raw))
         if not route.idempotent:
             return await route.handler(call)

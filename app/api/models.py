@@ -7,7 +7,6 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field
 
 from app.domain.events import Event
-from app.domain.run import Run
 from app.services.plans import PlanHead
 from app.services.views import VehicleView
 
@@ -26,13 +25,6 @@ class ListQuery(RequestModel):
     """How many."""
 
     limit: Limit = 50
-
-
-class RunsQuery(ListQuery):
-    """Which runs. `open`: only those that are not over."""
-
-    vehicle: Identifier | None = None
-    open: bool = False
 
 
 class EventsQuery(RequestModel):
@@ -85,12 +77,6 @@ class PlansView(BaseModel):
     """Plans without their documents, newest first."""
 
     plans: list[PlanHead]
-
-
-class RunsView(BaseModel):
-    """Runs, newest first."""
-
-    runs: list[Run]
 
 
 class EventsView(BaseModel):

@@ -18,6 +18,7 @@ _HEADERS: Final = {
     "Location": "Where the new or changed resource is",
     "ETag": "The version of the resource, for If-None-Match",
     "Content-Disposition": "A file name for the document",
+    "Link": "The next page, rel=next; none behind the last one",
 }
 _ModelKey = tuple[Any, str]
 """A model and its mode, validation or serialization."""
@@ -126,7 +127,9 @@ def _header_parameters(route: AnyRoute) -> list[dict[str, Any]]:
 
 
 def _responses(route: AnyRoute, references: dict[_ModelKey, dict[str, Any]]) -> dict[str, Any]:
-    responses = {str(answer.status): _good(answer, references) for answer in route.answers}
+    responses: dict[str, Any] = {}
+    for answer in route.answers:
+        _merge(responses.setdefault(str(answer.status), {}), _good(answer, references))
     by_status: dict[int, list[str]] = {}
     for code in route.problem_codes:
         by_status.setdefault(PROBLEMS[code].status, []).append(code)
@@ -138,6 +141,15 @@ def _responses(route: AnyRoute, references: dict[_ModelKey, dict[str, Any]]) -> 
         described["content"][CONTENT_TYPE] = problem
         described["x-problem-codes"] = codes
     return responses
+
+
+def _merge(response: dict[str, Any], further: dict[str, Any]) -> None:
+    """A status may have several forms: each is a media type of one response."""
+    both = [text for text in (response.get("description"), further["description"]) if text]
+    response["description"] = " / ".join(both)
+    for part in ("content", "headers"):
+        if part in further:
+            response[part] = {**response.get(part, {}), **further[part]}
 
 
 def _good(answer: Answer, references: dict[_ModelKey, dict[str, Any]]) -> dict[str, Any]:

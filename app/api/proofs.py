@@ -24,13 +24,15 @@ async def get_proof(call: Call[NoQuery, Empty]) -> web.Response:
 
 async def get_sheet(call: Call[NoQuery, Empty]) -> web.Response:
     """GET /runs/{run_id}/proof-sheet."""
-    issued = await call.request.app[PROOFS].of(call.path_value("run_id"))
+    proofs = call.request.app[PROOFS]
+    issued = await proofs.of(call.path_value("run_id"))
+    pictures = await proofs.pictures(issued)
     name = re.sub(r"[^A-Za-z0-9_-]", "-", issued.proof.run_id)
     headers = {
         "Content-Security-Policy": POLICY,
         "Content-Disposition": f'inline; filename="proof-{name}.html"',
     }
-    text = await asyncio.to_thread(proof_sheet, issued.proof, issued.plan)
+    text = await asyncio.to_thread(proof_sheet, issued.proof, issued.plan, pictures)
     return web.Response(text=text, content_type="text/html", headers=headers)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from app.api import (
+    attachments,
     comparisons,
     consents,
     documents,
@@ -22,6 +23,7 @@ from app.api import (
     simulator,
     tasks,
     vehicles,
+    webhooks,
 )
 from app.api.routing import AnyRoute
 
@@ -37,7 +39,9 @@ ROUTES: Final[tuple[AnyRoute, ...]] = (
     *comparisons.ROUTES,
     *consents.ROUTES,
     *proofs.ROUTES,
+    *attachments.ROUTES,
     *events.ROUTES,
+    *webhooks.ROUTES,
     *simulator.ROUTES,
     *principal.ROUTES,
     *schemas.ROUTES,

@@ -31,7 +31,7 @@ class NoQuery(BaseModel):
 class Body(Generic[BodyT]):
     """A body: its model for the description, and how bytes become it. `codes` are what `parse` may answer.
 
-    `media` are the content types that are taken; the model describes the JSON one.
+    `media` are the content types that are taken; the model describes the JSON one. `max_bytes`: a bound of its own.
     """
 
     model: type[BaseModel]
@@ -39,6 +39,7 @@ class Body(Generic[BodyT]):
     codes: tuple[str, ...]
     required: bool = True
     media: tuple[str, ...] = (JSON,)
+    max_bytes: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +75,7 @@ class Route(Generic[QueryT, BodyT]):
     `idempotent`: an Idempotency-Key makes a repetition answer as the first time did.
     """
 
-    method: Literal["GET", "POST", "DELETE"]
+    method: Literal["GET", "POST", "PATCH", "DELETE"]
     path: str
     handler: Callable[[Call[QueryT, BodyT]], Awaitable[web.StreamResponse]]
     summary: str

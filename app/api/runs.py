@@ -8,8 +8,9 @@ from aiohttp import web
 
 from app.api.answers import json_answer
 from app.api.bodies import NO_BODY, Empty, json_body
-from app.api.models import EventsQuery, EventsView, RunRequest, RunsQuery, RunsView
+from app.api.models import EventsQuery, EventsView, RunRequest
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
+from app.api.run_list import CSV, RunsQuery, RunsView, asks_for_csv, runs_csv
 from app.api.services import JOURNAL, RUNS
 from app.domain.run import Run
 from app.services.access import Role
@@ -25,12 +26,17 @@ async def create_run(call: Call[NoQuery, RunRequest]) -> web.Response:
 
 async def list_runs(call: Call[RunsQuery, Empty]) -> web.Response:
     """GET /runs."""
-    runs, query = call.request.app[RUNS], call.query
-    if query.open:
-        found = [run for run in runs.open_runs() if query.vehicle in (None, run.vehicle_id)]
-        found.sort(key=lambda run: run.created_at, reverse=True)
-        return json_answer(RunsView(runs=found[: query.limit]))
-    return json_answer(RunsView(runs=list(await runs.list_runs(query.limit, vehicle_id=query.vehicle))))
+    query = call.query
+    found = await call.request.app[RUNS].list_runs(query.limit + 1, query.wanted())
+    page = list(found[: query.limit])
+    older_than = page[-1].id if len(found) > query.limit else None
+    if not asks_for_csv(call.request.headers.getall("Accept", [])):
+        return json_answer(RunsView(runs=page, next=older_than), headers={"Vary": "Accept"})
+    headers = {"Vary": "Accept", "Content-Disposition": 'attachment; filename="runs.csv"'}
+    if older_than is not None:
+        following = call.request.rel_url.update_query({"older_than": older_than})
+        headers["Link"] = f'<{following}>; rel="next"'
+    return web.Response(text=runs_csv(page), content_type=CSV, charset="utf-8", headers=headers)
 
 
 async def get_run(call: Call[NoQuery, Empty]) -> web.Response:
@@ -84,6 +90,7 @@ def _accepted(run: Run) -> web.Response:
     return json_answer(run, status=202, headers={"Location": f"{API}/runs/{run.id}"})
 
 
+_PAGED = ("Link", "Content-Disposition")
 _ACCEPTED = Answer(202, "The run as it is now; follow it at Location or by the stream", Run, headers=("Location",))
 _ACTION_ERRORS = (
     "not_found",
@@ -122,8 +129,11 @@ ROUTES: tuple[AnyRoute, ...] = (
         role=Role.VIEWER,
         query=RunsQuery,
         body=NO_BODY,
-        answers=(Answer(200, "The runs", RunsView),),
-        errors=("storage.failed",),
+        answers=(
+            Answer(200, "The runs", RunsView),
+            Answer(200, "The same as a table (Accept: text/csv)", media=CSV, schema={"type": "string"}, headers=_PAGED),
+        ),
+        errors=("not_found", "storage.failed"),
     ),
     Route(
         method="GET",

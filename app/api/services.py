@@ -10,6 +10,7 @@ from aiohttp import web
 
 from app.domain.ports import AnswerStore
 from app.services.access import Access
+from app.services.attachments import Attachments
 from app.services.clock import Clock
 from app.services.comparisons import Comparisons
 from app.services.fleet import Fleet
@@ -22,6 +23,7 @@ from app.services.simulation import Simulation
 from app.services.tasks import Tasks
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
+from app.services.webhooks import Webhooks
 
 ReadinessCheck = Callable[[], str | None]
 """None when ready, else the reason in a sentence."""
@@ -33,6 +35,7 @@ class ApiServices:
 
     journal: Journal
     plans: Plans
+    attachments: Attachments
     proofs: Proofs
     comparisons: Comparisons
     access: Access
@@ -43,12 +46,14 @@ class ApiServices:
     offboard: Offboard
     tasks: Tasks
     simulation: Simulation
+    webhooks: Webhooks
     answers: AnswerStore
     clock: Clock
     readiness: Mapping[str, ReadinessCheck] = field(default_factory=dict)
 
 
 ACCESS: Final = web.AppKey("access", Access)
+ATTACHMENTS: Final = web.AppKey("attachments", Attachments)
 CLOCK: Final = web.AppKey("clock", Clock)
 COMPARISONS: Final = web.AppKey("comparisons", Comparisons)
 COMMANDS: Final = web.AppKey("commands", VehicleCommands)
@@ -59,12 +64,14 @@ PLANS: Final = web.AppKey("plans", Plans)
 PROOFS: Final = web.AppKey("proofs", Proofs)
 RUNS: Final = web.AppKey("runs", Runs)
 SIMULATION: Final = web.AppKey("simulation", Simulation)
+WEBHOOKS: Final = web.AppKey("webhooks", Webhooks)
 TASKS: Final = web.AppKey("tasks", Tasks)
 
 
 def install(app: web.Application, services: ApiServices) -> None:
     """Put each service under its own key: a handler that names no key cannot reach the service."""
     app[ACCESS] = services.access
+    app[ATTACHMENTS] = services.attachments
     app[CLOCK] = services.clock
     app[COMPARISONS] = services.comparisons
     app[COMMANDS] = services.commands
@@ -75,4 +82,5 @@ def install(app: web.Application, services: ApiServices) -> None:
     app[PROOFS] = services.proofs
     app[RUNS] = services.runs
     app[SIMULATION] = services.simulation
+    app[WEBHOOKS] = services.webhooks
     app[TASKS] = services.tasks

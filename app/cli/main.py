@@ -15,6 +15,7 @@ from app.cli.fly import fly
 from app.cli.hold import hold
 from app.cli.openapi import openapi
 from app.cli.plan_report import findings_of, show_findings
+from app.cli.run_list import list_filtered
 from app.cli.runs import runs_app
 from app.cli.schema import schema
 from app.cli.serve import serve
@@ -25,6 +26,7 @@ from app.cli.up import up
 from app.cli.validate import validate
 from app.cli.vehicles import vehicles
 from app.cli.verify_journal import verify_journal
+from app.cli.webhook import webhook_app
 from app.domain.errors import WaydropError
 from app.domain.plan import PlanInvalid
 from app.interchange.findings import ConversionRefused
@@ -61,8 +63,10 @@ app.command()(convert)
 app.command()(fly)
 app.command()(vehicles)
 app.command()(hold)
+runs_app.command("list")(list_filtered)
 app.add_typer(runs_app, name="runs")
 app.add_typer(token_app, name="token")
+app.add_typer(webhook_app, name="webhook")
 app.command("verify-journal")(verify_journal)
 app.command()(schema)
 app.command()(openapi)

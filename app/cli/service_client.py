@@ -48,14 +48,20 @@ class ServiceClient:
         """The JSON document at a path below /api/v1."""
         return await self._request("GET", path, params={key: str(value) for key, value in query.items()})
 
-    async def text(self, path: str) -> str:
+    async def text(self, path: str, *, accept: str = "*/*", **query: str | int) -> str:
         """What a path below /api/v1 gives, as text."""
-        return str(await self._request("GET", path, read=aiohttp.ClientResponse.text))
+        params = {key: str(value) for key, value in query.items()}
+        headers = {"Accept": accept}
+        return str(await self._request("GET", path, read=aiohttp.ClientResponse.text, params=params, headers=headers))
 
     async def post(self, path: str, document: Any = None) -> Any:
         """POST a JSON document; safe to send twice, for it carries an Idempotency-Key."""
         headers = {"Idempotency-Key": str(uuid4())}
         return await self._request("POST", path, json={} if document is None else document, headers=headers)
+
+    async def patch(self, path: str, document: Any) -> Any:
+        """PATCH a resource with a JSON document."""
+        return await self._request("PATCH", path, json=document)
 
     async def delete(self, path: str) -> Any:
         """DELETE a resource."""

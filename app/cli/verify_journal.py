@@ -27,7 +27,7 @@ AnchorOption = Annotated[
 
 
 def verify_journal(anchor: AnchorOption = None, data_dir: DataDirOption = None) -> None:
-    """Prove that no event, plan or run of the journal was altered. Prints SEQ:HASH of its newest event: keep it."""
+    """Prove that no event, plan, run or attachment was altered. Prints SEQ:HASH of its newest event: keep it."""
     from app.application import verify
 
     anchors = [_anchor(text) for text in anchor or []]
@@ -38,11 +38,12 @@ def verify_journal(anchor: AnchorOption = None, data_dir: DataDirOption = None) 
         raise typer.Exit(ExitStatus.UNUSABLE) from error
     for alteration in found.alterations:
         err().print(f"[bold red]altered[/]: {escape(alteration)}")
-    events, plans, runs = count(found.head.seq, "event"), count(found.plans, "plan"), count(found.runs, "run")
+    looked_at = [count(found.head.seq, "event"), count(found.plans, "plan"), count(found.runs, "run")]
+    looked_at += [count(found.attachments, "attachment")] if found.attachments else []
     verdict = (
         "as written" if not found.alterations else f"NOT as written: {count(len(found.alterations), 'alteration')}"
     )
-    err().print(f"{found.gateway}: {events}, {plans}, {runs}: {verdict}", markup=False)
+    err().print(f"{found.gateway}: {', '.join(looked_at)}: {verdict}", markup=False)
     if found.alterations:
         raise typer.Exit(ExitStatus.NOT_ACHIEVED)
     out().out(f"{found.head.seq}:{found.head.hash}", highlight=False)

@@ -90,7 +90,7 @@ def is_new_answer(consent: ConsentRecord | None, answer: Answer) -> bool:
     if consent is None:
         raise ConsentNotAskedError("the plan asks for no consent to this drop")
     if consent.state is ConsentState.PENDING:
-        raise ConsentNotAskedError("nothing is asked yet", hint="wait until the vehicle holds at the drop")
+        raise ConsentNotAskedError("nothing was asked", hint="a drop asks while its vehicle holds there")
     if answer.question not in (None, consent.question):
         raise ConsentNotAskedError(
             f"question {answer.question} is not the one that is asked", question=consent.question

@@ -113,6 +113,12 @@ class StorageError(WaydropError):
     code = "storage.failed"
 
 
+class AttachmentAlteredError(WaydropError):
+    """An attachment's file is not the one that the journal says, or is gone."""
+
+    code = "attachment.altered"
+
+
 class SimulatorNotRunningError(NotFoundError):
     """No simulated vehicles are known to this service."""
 

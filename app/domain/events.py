@@ -60,6 +60,8 @@ class EventKind(StrEnum):
     """data: command, result (MAV_RESULT word), result_code, progress."""
     RUN_DROP = "run.drop"
     """data: the drop record."""
+    RUN_ATTACHMENT = "run.attachment"
+    """data: plan_item_id, name, media_type, size_bytes, sha256, at, by. The file itself lies beside the journal."""
     DROP_CONSENT_ASKED = "drop.consent_asked"
     """data: plan_item_id, question, deadline_at, checked (offset, altitude, battery ...). The vehicle holds."""
     DROP_CONSENT_CLOSED = "drop.consent_closed"
@@ -68,6 +70,8 @@ class EventKind(StrEnum):
     SIMULATOR_FAULT = "simulator.fault"
     """data: fault, value, by, problem. Stored before the simulated vehicle gets the fault, with problem null; once more
     with the reason when it did not."""
+    WEBHOOK_CHANGED = "webhook.changed"
+    """data: webhook_id, change (created, changed, enabled, disabled, deleted), host, by, reason."""
 
 
 class NewEvent(BaseModel):

@@ -11,6 +11,7 @@ from app.domain.events import Event, NewEvent
 from app.domain.mission import Mission, MissionItem, MissionType
 from app.domain.offboard_port import OffboardLink
 from app.domain.run import Run
+from app.domain.run_filter import RunFilter
 from app.domain.vehicle import FirmwareVersion, VehicleFacts, VehicleState, VehicleType
 
 Unsubscribe = Callable[[], None]
@@ -223,7 +224,7 @@ class RunStore(Protocol):
     async def get(self, run_id: str) -> Run | None:
         """One run."""
 
-    async def list_runs(self, *, limit: int, vehicle_id: str | None = None, open_only: bool = False) -> Sequence[Run]:
+    async def list_runs(self, wanted: RunFilter, *, limit: int) -> Sequence[Run]:
         """Newest first."""
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from typing import Any, Final
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from app.domain.attachment import Attachment
 from app.domain.drop import DropRecord
 from app.domain.events import Event, EventKind
 from app.domain.plan import Order
@@ -60,8 +61,14 @@ class Entry(_Part):
     data: dict[str, Any]
 
 
+class AttachmentProof(Attachment):
+    """An attachment, and whether the stored file still is the one that was attached."""
+
+    is_as_attached: bool
+
+
 class Proof(_Part):
-    """One run's proof. Times are Unix seconds. It may change until `is_final`.
+    """One run's proof. Times are Unix seconds. It may change until `is_final`; attachments may come later, too.
 
     `entries` are its commands, acks, drops and states, in order. `waydrop verify-journal --anchor SEQ:HASH` with any of
     them shows whether the journal still says the same.
@@ -81,13 +88,14 @@ class Proof(_Part):
     mission: MissionProof
     vehicle: VehicleProof
     drops: tuple[DropRecord, ...]
+    attachments: tuple[AttachmentProof, ...]
     entries: tuple[Entry, ...]
 
 
 _WHOLE: Final = frozenset(
     {
-        *(EventKind.RUN_COMMAND, EventKind.RUN_ACK, EventKind.RUN_DROP, EventKind.SIMULATOR_FAULT),
-        *(EventKind.DROP_CONSENT_ASKED, EventKind.DROP_CONSENT_CLOSED),
+        *(EventKind.RUN_COMMAND, EventKind.RUN_ACK, EventKind.RUN_DROP, EventKind.RUN_ATTACHMENT),
+        *(EventKind.DROP_CONSENT_ASKED, EventKind.DROP_CONSENT_CLOSED, EventKind.SIMULATOR_FAULT),
     }
 )
 _STATES: Final = frozenset({EventKind.RUN_CREATED, EventKind.RUN_CHANGED})
@@ -101,12 +109,15 @@ class Story:
 
     def __init__(self) -> None:
         self.fold = RunFold()
+        self.attachments: list[Attachment] = []
         self._entries: list[Entry] = []
         self._state: tuple[object, object] | None = None
 
     def take(self, event: Event) -> None:
         """One event of the run."""
         self.fold.take(event.kind, event.data)
+        if event.kind is EventKind.RUN_ATTACHMENT and (attachment := Attachment.read(event.data)) is not None:
+            self.attachments.append(attachment)
         if event.kind in _WHOLE:
             self._add(event, event.data)
         elif event.kind in _STATES:
@@ -123,8 +134,19 @@ class Story:
         self._entries.append(Entry(seq=event.seq, hash=event.hash, time=event.time, kind=event.kind, data=data))
 
 
-def proof_of(run: Run, story: Story, *, gateway: str, document: Mapping[str, Any], issued_at: float) -> Proof:
-    """The proof of a run as its events tell it; `document` is the plan that is stored for it."""
+def proof_of(
+    run: Run,
+    story: Story,
+    *,
+    gateway: str,
+    document: Mapping[str, Any],
+    altered: Container[str],
+    issued_at: float,
+) -> Proof:
+    """The proof of a run as its events tell it.
+
+    `document` is the plan that is stored for it; `altered` are the hashes of attachments whose files are not right.
+    """
     run = story.fold.run() or run  # events of another version may tell less than this one can read
     return Proof(
         gateway=gateway,
@@ -143,6 +165,9 @@ def proof_of(run: Run, story: Story, *, gateway: str, document: Mapping[str, Any
             id=run.vehicle_id, uid=run.vehicle_uid, vehicle_type=run.vehicle_type, firmware=run.firmware
         ),
         drops=run.drops,
+        attachments=tuple(
+            AttachmentProof(**dict(one), is_as_attached=one.sha256 not in altered) for one in story.attachments
+        ),
         entries=story.told(),
     )
 

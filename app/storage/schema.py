@@ -57,7 +57,11 @@ RUNS = sa.Table(
     sa.Column("vehicle_id", sa.Text, nullable=False),
     sa.Column("is_over", sa.Boolean, nullable=False),
     sa.Column("document", sa.Text, nullable=False),
+    sa.Column("state", sa.Text, nullable=False, server_default=sa.text("''")),
+    sa.Column("created_at", sa.Double, nullable=False, server_default=sa.text("0")),
     sa.Index("ix_runs_vehicle_id_position", "vehicle_id", "position"),
+    sa.Index("ix_runs_plan_id_position", "plan_id", "position"),
+    sa.Index("ix_runs_state_position", "state", "position"),
     sa.Index("ix_runs_open", "position", sqlite_where=sa.text("is_over = 0")),
 )
 
@@ -84,3 +88,15 @@ ANSWERS = sa.Table(
     sa.Column("stored_at", sa.Double, nullable=False),
     sa.Index("ix_answers_stored_at", "stored_at"),
 )
+
+WEBHOOKS = sa.Table(
+    "webhooks",
+    METADATA,
+    sa.Column("position", sa.Integer, primary_key=True),
+    sa.Column("id", sa.Text, nullable=False, unique=True),
+    sa.Column("secret", sa.Text, nullable=False),
+    sa.Column("document", sa.Text, nullable=False),
+    sa.Column("progress", sa.Text, nullable=False),
+)
+"""`document` is what an administrator set, `progress` how far it has come: two writers, two columns. The secret signs
+messages, so it is kept as it is."""

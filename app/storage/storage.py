@@ -13,8 +13,11 @@ import sqlalchemy as sa
 from sqlalchemy.dialects.sqlite import insert
 from sqlalchemy.ext.asyncio import AsyncConnection
 
+from app.domain.attachment_port import AttachmentStore
 from app.domain.ports import AnswerStore, EventStore, PlanStore, RunStore, TokenStore
+from app.domain.webhooks.port import WebhookStore
 from app.storage.answers import SqliteAnswerStore
+from app.storage.attachments import DiskAttachmentStore, attachments_folder
 from app.storage.database import Database
 from app.storage.events import SqliteEventStore
 from app.storage.lock import JournalInUseError, exclusive_lock
@@ -23,6 +26,7 @@ from app.storage.plans import SqlitePlanStore
 from app.storage.runs import SqliteRunStore
 from app.storage.schema import GATEWAY
 from app.storage.tokens import SqliteTokenStore
+from app.storage.webhooks import SqliteWebhookStore
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +40,8 @@ class Storage:
     plans: PlanStore
     tokens: TokenStore
     answers: AnswerStore
+    webhooks: WebhookStore
+    attachments: AttachmentStore
 
 
 @asynccontextmanager
@@ -58,6 +64,8 @@ async def open_storage(path: Path) -> AsyncIterator[Storage]:
                 plans=SqlitePlanStore(database),
                 tokens=SqliteTokenStore(database),
                 answers=SqliteAnswerStore(database),
+                webhooks=SqliteWebhookStore(database),
+                attachments=DiskAttachmentStore(database, attachments_folder(path)),
             )
         finally:
             await database.close()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sqlite3
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Final
 
 from pydantic import ValidationError
@@ -17,7 +17,7 @@ from app.domain.run_fold import RunFold
 
 _PLAN_COLUMNS: Final = ("hash", "name", "vehicle_type", "created_at", "created_by")
 _RUN_KINDS: Final = frozenset({EventKind.RUN_CREATED, EventKind.RUN_CHANGED, EventKind.RUN_DROP})
-_RUN_COLUMNS: Final = ("plan_id", "vehicle_id", "is_over")
+_RUN_COLUMNS: Final = ("plan_id", "vehicle_id", "is_over", "state", "created_at")
 
 
 class Told:
@@ -26,12 +26,17 @@ class Told:
     def __init__(self) -> None:
         self._plans: dict[str, dict[str, Any]] = {}
         self._runs: defaultdict[str, RunFold] = defaultdict(RunFold)
+        self._attachments: dict[str, list[str]] = {}
 
     def take(self, kind: str, run_id: str | None, data: str) -> None:
         """One event. `data` is its JSON text."""
         if kind == EventKind.PLAN_CREATED:
             told = object_of(data)
             self._plans[str(told.get("plan_id"))] = told
+        elif kind == EventKind.RUN_ATTACHMENT:
+            told = object_of(data)
+            where = f"attachment {told.get('name')} of drop {told.get('plan_item_id')} of run {run_id}"
+            self._attachments.setdefault(str(told.get("sha256")), []).append(where)
         elif run_id is not None and kind in _RUN_KINDS:
             self._runs[run_id].take(kind, object_of(data))
 
@@ -65,6 +70,17 @@ class Told:
                 yield f"run {row['id']} is not as its events left it: {', '.join(differing)}"
         for run_id in missing:
             yield f"run {run_id} is told of by events, and is missing"
+
+    @property
+    def attachments(self) -> int:
+        """How many files were told of."""
+        return len(self._attachments)
+
+    def altered_attachments(self, is_intact: Callable[[str], bool]) -> Iterator[str]:
+        """Attachments whose file is not the one that was attached; `is_intact` looks at a file by its SHA-256."""
+        for sha256, where in self._attachments.items():
+            if not is_intact(sha256):
+                yield from (f"{one}: the file {sha256} is missing or is not the one that was attached" for one in where)
 
     def _flown_hashes(self) -> dict[str, set[str]]:
         flown: defaultdict[str, set[str]] = defaultdict(set)
@@ -105,5 +121,6 @@ def _differences(row: sqlite3.Row, fold: RunFold) -> list[str]:
         return ["it cannot be read"]
     exempt = set() if fold.knows_when else {"updated_at"}
     fields = [name for name in Run.model_fields if getattr(told, name) != getattr(stored, name) and name not in exempt]
-    columns = [name for name in _RUN_COLUMNS if row[name] != getattr(told, name)]
+    there = set(row.keys())  # a journal that an older version wrote has fewer
+    columns = [name for name in _RUN_COLUMNS if name in there and row[name] != getattr(told, name)]
     return sorted({*fields, *columns})

@@ -1,4 +1,4 @@
-"""Prove that a journal is as it was written: its chain of events, and the plans and runs that the events tell of."""
+"""Prove that a journal is as it was written: its chain of events, and the plans, runs and files that these tell of."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from typing import Final
 
 from app.domain.errors import StorageError
 from app.domain.journal_chain import JournalHead, event_hash
+from app.storage.attachments import attachments_folder, is_intact
 from app.storage.errors import storage_errors
 from app.storage.migrate import APPLICATION_ID
 from app.storage.told import Told
@@ -23,15 +24,16 @@ _HASHED: Final = ("seq", "kind", "time", "vehicle_id", "run_id", "data")
 
 @dataclass(frozen=True, slots=True)
 class Verification:
-    """What was found: the journal's head, how many plans and runs were held against its events, and what was altered.
+    """The journal's head, how many plans, runs and files were held against its events, and what was altered.
 
-    Each alteration is a sentence that names the event, plan or run.
+    Each alteration is a sentence that names the event, plan, run or attachment.
     """
 
     gateway: str
     head: JournalHead
     plans: int
     runs: int
+    attachments: int
     alterations: Sequence[str]
 
 
@@ -65,8 +67,10 @@ def _verify(path: Path, anchors: Sequence[JournalHead]) -> Verification:
         found += [f"event {seq} was there once, and is missing" for seq in sorted(kept)]
         found += told.altered_plans(connection.execute("SELECT * FROM plans ORDER BY position"))
         found += told.altered_runs(connection.execute("SELECT * FROM runs ORDER BY position"))
+        folder = attachments_folder(path)
+        found += told.altered_attachments(lambda sha256: is_intact(folder, sha256))
         plans, runs = (connection.execute(f"SELECT count(*) FROM {name}").fetchone()[0] for name in ("plans", "runs"))
-    return Verification(gateway, head, plans, runs, found)
+    return Verification(gateway, head, plans, runs, told.attachments, found)
 
 
 def _altered(event: sqlite3.Row, gateway: str, head: JournalHead) -> Iterator[str]:

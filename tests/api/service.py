@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager
+from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,9 @@ from aiohttp import web
 
 from app.api import ApiServices, ApiSettings, build_app
 from app.domain.setpoint.dead_man import DeadMan
+from app.domain.webhooks.backoff import Backoff
 from app.services.access import Access, Role
+from app.services.attachments import Attachments
 from app.services.clock import SystemClock
 from app.services.comparisons import Comparisons
 from app.services.fleet import Fleet
@@ -27,7 +29,9 @@ from app.services.simulation import Simulation
 from app.services.tasks import Tasks
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
+from app.services.webhooks import Webhooks, WebhookSettings
 from app.storage.storage import Storage, open_storage
+from app.webhooks import open_sender
 from tests.api.described import assert_described
 from tests.api.fake_links import FakeLink, FakeSource
 
@@ -35,6 +39,9 @@ SETTINGS = ApiSettings(gateway="gw-test", version="0.0-test", body_timeout_s=0.5
 
 PATIENT = OffboardSettings(stream_s=0.2, gap_s=60.0, dead_man=DeadMan(max_age_s=20.0, gone_s=30.0))
 """On a busy machine a client of a test may be silent for long; the dead-man has tests of its own."""
+
+PROMPT = WebhookSettings(backoff=Backoff(first_s=0.01, longest_s=0.05))
+"""Webhooks that try again soon."""
 
 
 @dataclass(frozen=True)
@@ -77,19 +84,21 @@ async def run_service(
     settings: ApiSettings = SETTINGS,
     change: Callable[[ApiServices], ApiServices] = lambda services: services,
     bootstrap_token: str | None = None,
+    hooks: WebhookSettings = PROMPT,
+    webhook_timeout_s: float = 30.0,
     links: int = 2,
 ) -> AsyncIterator[Service]:
     """A service with some vehicles. `change` may put other services in before it starts."""
-    clock = SystemClock()
+    clock, stack = SystemClock(), AsyncExitStack()
     vehicles = tuple(FakeLink(number) for number in range(1, links + 1))
     async with open_storage(await _journal_file(folder)) as storage:
         journal = Journal(storage.events, clock)
-        await journal.start()
         fleet = Fleet(FakeSource(vehicles), journal)
-        await fleet.start()
         telemetry = TelemetryFeed(fleet, period_s=0.02)
-        await telemetry.start()
+        for begun in (journal, fleet, telemetry):
+            await begun.start()
         runs = Runs(fleet, storage.plans, storage.runs, journal, clock)
+        webhooks = await stack.enter_async_context(_webhooks(storage, journal, clock, hooks, webhook_timeout_s))
         offboard = Offboard(fleet, runs, clock, PATIENT)
         services = change(
             ApiServices(
@@ -98,13 +107,15 @@ async def run_service(
                 access=Access(storage.tokens, clock, bootstrap_token),
                 fleet=fleet,
                 telemetry=telemetry,
-                proofs=Proofs(runs, storage.plans, journal, clock, storage.gateway_id),
                 comparisons=Comparisons(runs, journal),
+                attachments=Attachments(runs, storage.attachments, journal, clock),
+                proofs=Proofs(runs, storage.plans, storage.attachments, journal, clock, storage.gateway_id),
                 runs=runs,
                 commands=VehicleCommands(fleet, journal),
                 offboard=offboard,
                 tasks=Tasks(offboard, fleet, clock),
                 simulation=Simulation(None, fleet, journal),
+                webhooks=webhooks,
                 answers=storage.answers,
                 clock=clock,
             )
@@ -114,11 +125,20 @@ async def run_service(
             async with _served(services, settings, vehicles, storage) as service:
                 yield service
         finally:
-            await services.offboard.close()
-            await services.runs.close()
-            await telemetry.close()
-            await fleet.close()
-            await journal.close()
+            await stack.aclose()
+            for part in (services.offboard, services.runs, telemetry, fleet, journal):
+                await part.close()
+
+
+@asynccontextmanager
+async def _webhooks(
+    storage: Storage, journal: Journal, clock: SystemClock, settings: WebhookSettings, timeout_s: float
+) -> AsyncIterator[Webhooks]:
+    async with open_sender(version="0.0-test", total_s=timeout_s) as sender:
+        webhooks = Webhooks(storage.webhooks, storage.plans, journal, sender, clock, storage.gateway_id, settings)
+        await webhooks.begin()
+        yield webhooks
+        await webhooks.close()
 
 
 _EMPTY_JOURNAL: list[bytes] = []

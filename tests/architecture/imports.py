@@ -13,12 +13,13 @@ ALLOWED: dict[str, frozenset[str]] = {
     "services": frozenset({"domain"}),
     "vehicles": frozenset({"domain"}),
     "storage": frozenset({"domain"}),
+    "webhooks": frozenset({"domain"}),
     "api": frozenset({"services", "interchange", "domain"}),
     "simulator": frozenset(),
     "cli": frozenset({"services", "interchange", "domain", "config", "logs", "application"}),
     "config": frozenset({"domain"}),
     "logs": frozenset({"config"}),
-    "application": frozenset({"domain", "services", "vehicles", "storage", "api", "config"}),
+    "application": frozenset({"domain", "services", "vehicles", "storage", "webhooks", "api", "config"}),
     "__main__": frozenset({"cli"}),
 }
 """A layer may always import itself. `__init__` files right in app/ import nothing."""
@@ -30,7 +31,7 @@ EXCLUSIVE: dict[str, frozenset[str]] = {
     "alembic": frozenset({"storage"}),
     "aiosqlite": frozenset({"storage"}),
     "sqlite3": frozenset({"storage"}),
-    "aiohttp": frozenset({"api", "cli"}),
+    "aiohttp": frozenset({"api", "cli", "webhooks"}),
     "typer": frozenset({"cli"}),
     "rich": frozenset({"cli"}),
     "pydantic_settings": frozenset({"config"}),
@@ -104,7 +105,7 @@ def shared_exclusives(sources: Iterable[Source]) -> list[str]:
 
 
 def servers_outside_api(sources: Iterable[Source]) -> list[str]:
-    """Uses of aiohttp's server outside api/: the cli is a client only."""
+    """Uses of aiohttp's server outside api/: the cli and webhooks/ are clients only."""
     found = []
     for source in sources:
         if source.layer == "api":

@@ -10,8 +10,8 @@ from typing import Any
 
 import aiohttp
 
-from tests.e2e.by_hand import truth
-from tests.e2e.test_by_hand import GAP_S, in_mode, paused_in_the_air
+from tests.e2e.by_hand import paused_in_the_air, truth
+from tests.e2e.test_by_hand import GAP_S, in_mode
 from tests.service import Dispatcher, ServiceProcess, until
 from tests.simulated import SimulatedFleet
 

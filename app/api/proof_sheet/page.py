@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
-from datetime import UTC, datetime
+from collections.abc import Iterable, Mapping
 from html import escape
 from pathlib import Path
 from typing import Any, Final
 
+from app.api.proof_sheet.attached import attached
 from app.api.proof_sheet.picture import close_up, overview
+from app.api.proof_sheet.words import shown_time, typed
 from app.domain.consent import ConsentRecord, ConsentState
 from app.domain.drop import Certainty, DropOutcome, DropRecord
 from app.domain.events import EventKind
 from app.domain.proof import Entry, Proof
 
-_POLICY_OF_A_COPY: Final = "default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
+_POLICY_OF_A_COPY: Final = (
+    "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
+)
 """In the page itself too, since a saved copy has no headers. A <meta> takes neither frame-ancestors nor sandbox."""
 POLICY: Final = f"{_POLICY_OF_A_COPY}; frame-ancestors 'none'; sandbox allow-downloads allow-modals"
 """No script runs; the page's own style is in the page, so that a saved copy looks the same."""
@@ -46,8 +49,8 @@ _DROP_STEP: Final = ("plan_item_id", "phase", "attempts", "acknowledged_result",
 _STYLE: Final = Path(__file__).with_name("sheet.css").read_text(encoding="utf-8")
 
 
-def proof_sheet(proof: Proof, plan: dict[str, Any]) -> str:
-    """The sheet of a proof; `plan` is the document that was flown, for the map."""
+def proof_sheet(proof: Proof, plan: dict[str, Any], pictures: Mapping[str, bytes]) -> str:
+    """The sheet of a proof; `plan` is the document that was flown, `pictures` are small attachments by SHA-256."""
     name = proof.plan.name or proof.plan.id
     parts = [
         "<!doctype html>",
@@ -55,11 +58,11 @@ def proof_sheet(proof: Proof, plan: dict[str, Any]) -> str:
         f'<meta http-equiv="Content-Security-Policy" content="{_POLICY_OF_A_COPY}">',
         f"<title>Proof of delivery: {escape(name)}</title>",
         f'<meta name="viewport" content="width=device-width"><style>{_STYLE}</style></head><body>',
-        f"<h1>Proof of delivery</h1><p>{_typed(name)}, run {escape(proof.run_id)}</p>",
+        f"<h1>Proof of delivery</h1><p>{typed(name)}, run {escape(proof.run_id)}</p>",
         "" if proof.is_final else '<p class="draft">The run goes on: this is what is known so far.</p>',
         _head(proof),
         overview(plan, proof.drops) or "",
-        *(_drop(drop) for drop in proof.drops),
+        *(_drop(drop, attached(proof.attachments, drop.plan_item_id, pictures)) for drop in proof.drops),
         "" if proof.drops else "<p>The plan has no drop.</p>",
         _entries(proof),
         "</body></html>",
@@ -69,7 +72,7 @@ def proof_sheet(proof: Proof, plan: dict[str, Any]) -> str:
 
 def _head(proof: Proof) -> str:
     order = proof.plan.order
-    ended = _time(proof.ended_at)
+    ended = shown_time(proof.ended_at)
     return _list(
         [
             ("Order", order and order.id),
@@ -77,7 +80,7 @@ def _head(proof: Proof) -> str:
             ("Notes", order and order.notes),
             ("Flight", f"{proof.state.value}{': ' + proof.reason if proof.reason else ''}"),
             ("Asked for by", proof.requested_by or None),
-            ("Took off, ended", f"{_time(proof.started_at) or 'not'}, {ended or 'not yet'}"),
+            ("Took off, ended", f"{shown_time(proof.started_at) or 'not'}, {ended or 'not yet'}"),
             (
                 "Vehicle",
                 f"{proof.vehicle.id}, {_words(proof.vehicle.vehicle_type)}, PX4 {proof.vehicle.firmware or 'unknown'}",
@@ -92,12 +95,12 @@ def _head(proof: Proof) -> str:
                 "Mission",
                 proof.mission.hash and f"SHA-256 {proof.mission.hash}, PX4's id {proof.mission.id or 'not given'}",
             ),
-            ("Issued", f"{_time(proof.issued_at)} by gateway {proof.gateway}"),
+            ("Issued", f"{shown_time(proof.issued_at)} by gateway {proof.gateway}"),
         ]
     )
 
 
-def _drop(drop: DropRecord) -> str:
+def _drop(drop: DropRecord, attachments: str) -> str:
     how = "supervised: Waydrop commanded it" if drop.supervised else "embedded in the mission"
     rows = _list(
         [
@@ -105,10 +108,13 @@ def _drop(drop: DropRecord) -> str:
             ("Reason", drop.reason or None),
             ("How", how),
             ("Consent", _consent(drop.consent)),
-            ("Commanded", drop.commanded_at and f"{_time(drop.commanded_at)}, attempts: {drop.attempts}"),
-            ("Acknowledged", drop.acknowledged_at and f"{_time(drop.acknowledged_at)}: {drop.acknowledged_result}"),
-            ("Gripper's output", drop.output_at and f"{drop.output_us} µs at {_time(drop.output_at)}"),
-            ("Sensed", _time(drop.sensed_at) or "nothing sensed"),
+            ("Commanded", drop.commanded_at and f"{shown_time(drop.commanded_at)}, attempts: {drop.attempts}"),
+            (
+                "Acknowledged",
+                drop.acknowledged_at and f"{shown_time(drop.acknowledged_at)}: {drop.acknowledged_result}",
+            ),
+            ("Gripper's output", drop.output_at and f"{drop.output_us} µs at {shown_time(drop.output_at)}"),
+            ("Sensed", shown_time(drop.sensed_at) or "nothing sensed"),
             ("Planned at", _place(drop.planned_latitude_deg, drop.planned_longitude_deg)),
             ("Measured at", _place(drop.latitude_deg, drop.longitude_deg)),
             ("Off the planned point", _number(drop.offset_m, "m")),
@@ -119,9 +125,9 @@ def _drop(drop: DropRecord) -> str:
             ("Battery", _number(drop.battery_percent, "%")),
         ]
     )
-    title = f"Drop: {_typed(drop.plan_item_id)}"
+    title = f"Drop: {typed(drop.plan_item_id)}"
     outcome = f'<p class="outcome">{_OUTCOMES[drop.outcome]}</p>'
-    return f'<section class="drop"><h2>{title}</h2>{outcome}{rows}{close_up(drop) or ""}</section>'
+    return f'<section class="drop"><h2>{title}</h2>{outcome}{rows}{close_up(drop) or ""}{attachments}</section>'
 
 
 def _entries(proof: Proof) -> str:
@@ -138,28 +144,16 @@ def _entries(proof: Proof) -> str:
 def _row(entry: Entry) -> str:
     named = entry.data if entry.kind is not EventKind.RUN_DROP else {name: entry.data.get(name) for name in _DROP_STEP}
     told = {name: value for name, value in named.items() if value not in (None, "")}
-    data = _typed(json.dumps(told, ensure_ascii=False, separators=(", ", ": "))[1:-1])
+    data = typed(json.dumps(told, ensure_ascii=False, separators=(", ", ": "))[1:-1])
     return (
-        f"<tr><td>{_time(entry.time, clock_only=True)}</td>"
+        f"<tr><td>{shown_time(entry.time, clock_only=True)}</td>"
         f"<td><b>{entry.kind.value}</b> {data}<br><code>{entry.seq}:{entry.hash}</code></td></tr>"
     )
 
 
-def _typed(text: str) -> str:
-    """Text that may come from outside: whichever way it turns the writing, what is around it stays as it is."""
-    return f"<bdi>{escape(text)}</bdi>"
-
-
 def _list(rows: Iterable[tuple[str, object]]) -> str:
-    told = "".join(f"<dt>{escape(name)}</dt><dd>{_typed(str(value))}</dd>" for name, value in rows if value is not None)
+    told = "".join(f"<dt>{escape(name)}</dt><dd>{typed(str(value))}</dd>" for name, value in rows if value is not None)
     return f"<dl>{told}</dl>"
-
-
-def _time(seconds: float | None, *, clock_only: bool = False) -> str | None:
-    if seconds is None:
-        return None
-    moment = datetime.fromtimestamp(seconds, UTC)
-    return moment.strftime("%H:%M:%S" if clock_only else "%Y-%m-%d %H:%M:%S UTC")
 
 
 def _place(latitude_deg: float | None, longitude_deg: float | None) -> str | None:
@@ -188,8 +182,8 @@ def _consent(consent: ConsentRecord | None) -> str | None:
     if consent is None:
         return None
     by = f" by {consent.answered_by}" if consent.answered_by else ""
-    at = f" at {_time(consent.answered_at)}" if consent.answered_at is not None else ""
-    asked = f"; asked at {_time(consent.asked_at)}" if consent.asked_at is not None else ""
+    at = f" at {shown_time(consent.answered_at)}" if consent.answered_at is not None else ""
+    asked = f"; asked at {shown_time(consent.asked_at)}" if consent.asked_at is not None else ""
     why = f": {consent.reason}" if consent.reason else ""
     return f"{_CONSENTS[consent.state]}{by}{at}{why}{asked}"
 

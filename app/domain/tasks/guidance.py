@@ -19,11 +19,11 @@ CRUISE_M_S: Final = {FlightKind.ROTARY: 5.0, FlightKind.WING: 15.0, FlightKind.R
 LEAD_S: Final = {FlightKind.ROTARY: 0.4, FlightKind.WING: 1.0, FlightKind.ROVER: 0.2, FlightKind.AIRSHIP: 0.0}
 """A vehicle follows this much late: the course is looked at from where it will be."""
 CROSS_GAIN_PER_S: Final = 0.9
-SLOWING_PER_S: Final = 0.5
-"""So it never leads, in the limiter's LOOK_AHEAD_S, beyond the place where it ends."""
+SLOWING_PER_S: Final = 0.45
+"""So it never leads, in the limiter's LOOK_AHEAD_S, beyond the place where it ends; the climb neither."""
 SLOWEST_M_S: Final = 0.5
 """At a corner that is not the end."""
-CLIMB_GAIN_PER_S: Final = 0.8
+CLIMB_GAIN_PER_S: Final = 0.45
 CLIMB_M_S: Final = 2.0
 DESCEND_M_S: Final = 1.5
 ARRIVED_M: Final = 1.0

@@ -19,6 +19,7 @@ from app.domain.ports import PlanStore, RunStore, StoredPlan, VehicleLink
 from app.domain.prediction import Timeline, predict
 from app.domain.rules import Severity, check_plan
 from app.domain.run import Run, RunState
+from app.domain.run_filter import ALL_RUNS, RunFilter
 from app.services.clock import Clock
 from app.services.fleet import Fleet, FleetVehicle
 from app.services.journal import Journal
@@ -57,7 +58,7 @@ class Runs:
 
     async def begin(self) -> None:
         """Take up what an earlier process left open. Raises StorageError."""
-        for run in await self._store.list_runs(limit=1000, open_only=True):
+        for run in await self._store.list_runs(RunFilter(open_only=True), limit=1000):
             self._waiting[run.id] = run
             self._own(run.id, self._take_up(run))
 
@@ -98,9 +99,11 @@ class Runs:
             raise NotFoundError(f"no run {run_id!r}", hint="GET /api/v1/runs lists them")
         return run
 
-    async def list_runs(self, limit: int, vehicle_id: str | None = None) -> Sequence[Run]:
-        """Newest first."""
-        return await self._store.list_runs(limit=limit, vehicle_id=vehicle_id)
+    async def list_runs(self, limit: int, wanted: RunFilter = ALL_RUNS) -> Sequence[Run]:
+        """Newest first. Raises NotFoundError if `wanted.older_than` is no run."""
+        if wanted.older_than is not None:
+            await self.get(wanted.older_than)
+        return await self._store.list_runs(wanted, limit=limit)
 
     def open_runs(self) -> Sequence[Run]:
         """Runs that are not over, as stored."""

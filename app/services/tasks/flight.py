@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Mapping
+from dataclasses import replace
 from enum import StrEnum
 from typing import Final
 
@@ -12,7 +13,7 @@ from app.domain.events import EventKind
 from app.domain.setpoint.capability import FlightKind
 from app.domain.tasks.course import Ground, PointCourse
 from app.domain.tasks.forms import Goto, WhenEmpty
-from app.domain.tasks.guidance import Fix, Steering, Wish, stand, steer
+from app.domain.tasks.guidance import CRUISE_M_S, Fix, Steering, Wish, stand, steer
 from app.domain.tasks.origin import EkfOrigin
 from app.domain.tasks.queue import QueuedTask, TaskQueue
 from app.services.fleet import Fleet
@@ -25,6 +26,7 @@ from app.services.tasks.gripper import STANDS_M_S, Action, work_gripper
 STEERED: Final = (OffboardState.STREAMING, OffboardState.SWITCHING, OffboardState.ACTIVE)
 HARMLESS: Final = frozenset({"limit.speed", "limit.climb", "limit.descend"})
 """What may be clamped of a task: it takes longer. Any other clamp leads somewhere else, so the task stops."""
+SLOWER: Final = (1.0, 0.5, 0.25, 0.125)
 STOPS_IN_S: Final = 1.0
 """A vehicle that is to stand is told the place where it can."""
 TARGET_TOLD_S: Final = 5.0
@@ -181,13 +183,29 @@ class TaskFlight:
 
     def _fly(self, entry: QueuedTask, kind: FlightKind, fix: Fix, now_s: float) -> None:
         up_m = fix.up_m if entry.up_m is None else entry.up_m
-        seen = steer(kind, _wish(entry, up_m, now_s), fix)
-        for clamp in self.control.steer(seen.setpoint):
-            if clamp.code not in HARMLESS:
-                raise SetpointRefusedError(clamp.detail, refusal=clamp.code)
+        seen = self._steer(_wish(entry, up_m, now_s), kind, fix)
         self.queue, self.seen = self.queue.begun(up_m, seen.reference.leg), seen
         if seen.arrived and self.control.state is OffboardState.ACTIVE:
             self._arrive(entry, fix)
+
+    def _steer(self, wish: Wish, kind: FlightKind, fix: Fix) -> Steering:
+        """As fast as asked, or slower where a velocity would soon lead out of the fence or a limit.
+
+        Raises:
+            SetpointRefusedError: it leads there however slow it is, or cannot be slower.
+        """
+        speed = wish.speed_m_s or CRUISE_M_S[kind]
+        for share in (1.0,) if kind is FlightKind.WING else SLOWER:
+            seen = steer(kind, replace(wish, speed_m_s=speed * share), fix)
+            try:
+                beyond = [clamp for clamp in self.control.steer(seen.setpoint) if clamp.code not in HARMLESS]
+            except SetpointRefusedError as refused:
+                error = refused
+                continue
+            if not beyond:
+                return seen
+            error = SetpointRefusedError(beyond[0].detail, refusal=beyond[0].code)
+        raise error
 
     def _arrive(self, entry: QueuedTask, fix: Fix) -> None:
         task = entry.task
@@ -204,6 +222,9 @@ class TaskFlight:
         try:
             self._tell_gripper(task_id, action, "sent")
             await work_gripper(self.control.link, action)
+        except asyncio.CancelledError:
+            self._tell_gripper(task_id, action, "not known: its task ended before the answer")
+            raise
         except WaydropError as error:
             self._tell_gripper(task_id, action, error.detail)
             self._gripping = None

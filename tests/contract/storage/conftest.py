@@ -10,6 +10,7 @@ from typing import Protocol
 import pytest
 
 from app.domain.ports import AnswerStore, EventStore, PlanStore, RunStore, TokenStore
+from app.domain.webhooks.port import WebhookStore
 from app.storage import open_storage
 
 
@@ -28,6 +29,8 @@ class Stores(Protocol):
     def tokens(self) -> TokenStore: ...
     @property
     def answers(self) -> AnswerStore: ...
+    @property
+    def webhooks(self) -> WebhookStore: ...
 
 
 Opener = Callable[[], AbstractAsyncContextManager[Stores]]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from app.domain.run import Run, RunState
+from app.domain.run_filter import ALL_RUNS, RunFilter
 from tests.contract.storage.conftest import Opener, Stores
 from tests.contract.storage.samples import plan, run
 
@@ -38,9 +39,9 @@ async def test_runs_are_listed_newest_first_and_a_change_moves_none(stores: Stor
     for number in (3, 1, 2):
         await store(stores, run(number))
     await store(stores, run(3, state=RunState.UPLOADING))
-    listed = await stores.runs.list_runs(limit=10)
+    listed = await stores.runs.list_runs(ALL_RUNS, limit=10)
     assert [one.id for one in listed] == ["run-2", "run-1", "run-3"]
-    assert [one.id for one in await stores.runs.list_runs(limit=2)] == ["run-2", "run-1"]
+    assert [one.id for one in await stores.runs.list_runs(ALL_RUNS, limit=2)] == ["run-2", "run-1"]
 
 
 async def test_runs_are_listed_by_vehicle_and_by_being_open(stores: Stores) -> None:
@@ -52,13 +53,14 @@ async def test_runs_are_listed_by_vehicle_and_by_being_open(stores: Stores) -> N
         run(3, vehicle_id="v2", state=RunState.LANDED),
         run(4, vehicle_id="v2", state=RunState.FAILED),
     )
-    assert {one.id for one in await stores.runs.list_runs(limit=10, vehicle_id="v1")} == {"run-1", "run-2"}
-    assert {one.id for one in await stores.runs.list_runs(limit=10, open_only=True)} == {"run-2", "run-3"}
-    assert [one.id for one in await stores.runs.list_runs(limit=10, vehicle_id="v1", open_only=True)] == ["run-2"]
+    assert {one.id for one in await stores.runs.list_runs(RunFilter(vehicle_id="v1"), limit=10)} == {"run-1", "run-2"}
+    assert {one.id for one in await stores.runs.list_runs(RunFilter(open_only=True), limit=10)} == {"run-2", "run-3"}
+    both = RunFilter(vehicle_id="v1", open_only=True)
+    assert [one.id for one in await stores.runs.list_runs(both, limit=10)] == ["run-2"]
 
 
 async def test_a_run_that_ends_is_open_no_more(stores: Stores) -> None:
     await stores.events.append([], plans=[plan()])
     await store(stores, run(state=RunState.FLYING))
     await store(stores, run(state=RunState.ABORTED))
-    assert list(await stores.runs.list_runs(limit=10, open_only=True)) == []
+    assert list(await stores.runs.list_runs(RunFilter(open_only=True), limit=10)) == []

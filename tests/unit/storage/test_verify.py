@@ -193,6 +193,8 @@ async def test_verifying_changes_nothing_and_makes_no_journal(journal: Path, tmp
 
 async def test_a_journal_from_before_the_chain_is_chained_at_its_upgrade(journal: Path) -> None:
     kept = await head(journal)
+    alter(journal, *(f"DROP INDEX ix_runs_{column}_position" for column in ("plan_id", "state")), "DROP TABLE webhooks")
+    alter(journal, *(f"ALTER TABLE runs DROP COLUMN {column}" for column in ("state", "created_at")))
     alter(journal, "ALTER TABLE events DROP COLUMN hash", "UPDATE alembic_version SET version_num = 'v0001'")
     with pytest.raises(StorageError, match="did not chain") as refused:
         await verify_journal(journal)
@@ -224,6 +226,8 @@ async def test_a_run_that_lost_or_gained_a_field_is_found(journal: Path, change:
     [
         "runs SET is_over = 1",
         "runs SET vehicle_id = 'v2'",
+        "runs SET state = 'completed'",
+        "runs SET created_at = 0",
         "plans SET name = 'another'",
         "plans SET created_by = 'nobody'",
         "plans SET created_at = 0",

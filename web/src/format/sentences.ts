@@ -39,6 +39,8 @@ const SAY: Readonly<Record<EventKind, Say>> = {
   "run.drop": sayDrop,
   "drop.consent_asked": (e, v) => ({ text: `${v} holds at “${str(e.data["plan_item_id"])}” and waits for an operator's consent.`, tone: "warn" }),
   "drop.consent_closed": sayConsent,
+  "run.attachment": (e) => ({ text: `“${str(e.data["name"])}” was attached to “${str(e.data["plan_item_id"])}”${after(" by ", e.data["by"])}.`, tone: "info" }),
+  "webhook.changed": (e) => ({ text: `A webhook to ${str(e.data["host"])} was ${lower(e.data["change"])}${after(" by ", e.data["by"])}.`, tone: e.data["change"] === "disabled" ? "warn" : "neutral" }),
   "simulator.fault": sayFault,
   "page.missing": (e) => ({ text: `Events ${str(e.data["first"])} to ${str(e.data["last"])} are no longer kept by the service.`, tone: "warn" }),
 };

@@ -77,5 +77,5 @@ export type Stage = "speaks" | "silent" | "gone";
 export function stageOf(offboard: Offboard | null, fellSilent: boolean): Stage | null {
   if (offboard?.state === "idle" && fellSilent) return "gone";
   if (offboard === null || offboard.sent === null) return null;
-  return offboard.sent.by === "client" ? "speaks" : "silent";
+  return offboard.sent.by === "dead_man" ? "silent" : "speaks"; // a task speaks for its client
 }

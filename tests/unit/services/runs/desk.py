@@ -15,6 +15,7 @@ from app.domain.mission import Mission
 from app.domain.plan import Plan, parse_plan, plan_hash
 from app.domain.ports import StoredPlan, Unsubscribe, VehicleLink
 from app.domain.run import Run, RunState
+from app.domain.run_filter import RunFilter
 from app.services.clock import SystemClock
 from app.services.fleet import Fleet
 from app.services.journal import Journal
@@ -67,8 +68,8 @@ class MemoryRuns:
     async def get(self, run_id: str) -> Run | None:
         return self._events.runs.get(run_id)
 
-    async def list_runs(self, *, limit: int, vehicle_id: str | None = None, open_only: bool = False) -> Sequence[Run]:
-        return [r for r in self._events.runs.values() if not (open_only and r.is_over)][:limit]
+    async def list_runs(self, wanted: RunFilter, *, limit: int) -> Sequence[Run]:
+        return [r for r in self._events.runs.values() if not (wanted.open_only and r.is_over)][:limit]
 
 
 @dataclass

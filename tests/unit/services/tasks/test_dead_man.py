@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -9,10 +10,11 @@ from shapely import Polygon
 
 from app.domain.errors import LeaseLostError
 from app.domain.fence_area import FenceArea
+from app.domain.setpoint.message import LocalTarget
 from app.domain.vehicle import FlightMode, VehicleType
 from app.services.offboard_view import OffboardState
 from tests.unit.services.offboard.cockpit import SETTINGS, Cockpit, cockpit
-from tests.unit.services.tasks.queued import author, changes, flying, queue, report
+from tests.unit.services.tasks.queued import author, changes, flying, put_at, queue, report
 
 
 async def pass_s(quad: Cockpit, seconds: float) -> None:
@@ -104,11 +106,28 @@ async def test_a_task_that_leads_out_of_the_fence_read_at_the_entry_stands_and_s
         assert quad.control.surroundings is not None
         small = FenceArea(Polygon([(-5, -5), (5, -5), (5, 5), (-5, 5)]), None)
         quad.control.enclose(replace(quad.control.surroundings, fence=small))
+        await quad.ticks(2)
+        assert report(quad).state == "flying", "there is room yet"
+        put_at(quad, 4.0, 0.0)
         await quad.until(lambda: report(quad).state == "paused", "it must stand")
         assert "fence" in report(quad).reason
         assert (await changes(quad))[-1] == ("blocked", "t1")
         await quad.ticks(2)
         assert author(quad) == "task", "it stands where it is, within the fence"
+
+
+async def test_near_the_fence_it_is_flown_slower_and_not_stopped() -> None:
+    async with cockpit() as quad:
+        await flying(quad, "circle", radius_m=25.0)
+        assert quad.control.surroundings is not None
+        room = FenceArea(Polygon([(-90, -90), (36, -90), (36, 90), (-90, 90)]), None)
+        quad.control.enclose(replace(quad.control.surroundings, fence=room))
+        put_at(quad, 37.0, 27.0)  # north-east on the circle: the tangent leads out of the fence, the circle does not
+        await quad.ticks(4)
+        newest = quad.sent[-1]
+        assert report(quad).state == "flying"
+        assert isinstance(newest, LocalTarget)
+        assert 0.1 < math.hypot(newest.velocity[0], newest.velocity[1]) < 5.0
 
 
 async def test_a_wing_that_is_paused_circles_and_does_not_fly_on() -> None:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import asyncio
+from collections.abc import AsyncGenerator
+
 import pytest
 
-from app.domain.commands import MavResult
+from app.domain.commands import CommandAck, CommandRequest, MavResult
 from app.domain.errors import LinkTimeoutError
 from tests.unit.services.offboard.cockpit import cockpit
 from tests.unit.services.tasks.queued import changes, flying, put_at, queue, report
@@ -47,6 +50,26 @@ async def test_any_other_answer_stops_the_queue_and_is_not_tried_again_unasked(a
         assert (await changes(quad))[-1] == ("blocked", "t1")
         quad.desk.resume(quad.lease)
         await quad.until(lambda: len(quad.vehicle.releases) == 2, "a pilot may try again")
+
+
+async def test_a_release_whose_task_ends_before_the_answer_is_not_known_and_says_so() -> None:
+    async with cockpit() as quad:
+        sent = asyncio.Event()
+
+        async def silent(request: CommandRequest) -> AsyncGenerator[CommandAck, None]:
+            sent.set()
+            await asyncio.Event().wait()
+            yield CommandAck(request.command, 0)
+
+        quad.vehicle.command = silent  # type: ignore[method-assign]
+        await flying(quad, "goto", gripper="release")
+        put_at(quad, 20.0, 10.0)
+        await asyncio.wait_for(sent.wait(), 10.0)
+        quad.control.release(quad.lease, "released by its holder")
+        await quad.ticks(0)
+        results = [event["result"] for event in await quad.told("tasks.gripper")]
+        assert results[0] == "sent"
+        assert results[1].startswith("not known")
 
 
 async def test_a_grab_is_a_grab() -> None:

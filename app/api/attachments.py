@@ -1,0 +1,119 @@
+"""/runs/{run_id}/drops/{item_id}/attachments: photos, signatures and documents of a drop."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, Final
+from urllib.parse import quote
+
+from aiohttp import web
+from pydantic import BaseModel, Field
+
+from app.api.answers import json_answer
+from app.api.bodies import NO_BODY, Empty
+from app.api.models import RequestModel
+from app.api.routing import API, Answer, AnyRoute, Body, Call, NoQuery, Route
+from app.api.services import ATTACHMENTS
+from app.domain.attachment import MAX_NAME_CHARS, SIGNATURES, Attachment
+from app.services.access import Role
+
+MAX_BYTES: Final = 8 * 1024 * 1024
+_PATH: Final = f"{API}/runs/{{run_id}}/drops/{{item_id}}/attachments"
+_FILE: Final = {"type": "string", "format": "binary"}
+
+
+class AttachmentQuery(RequestModel):
+    """What to call the file."""
+
+    name: Annotated[str, Field(max_length=MAX_NAME_CHARS, description="a file name, for people")] = "attachment"
+
+
+class AttachmentsView(BaseModel):
+    """A drop's attachments, in the order in which they came."""
+
+    attachments: list[Attachment]
+
+
+FILE_BODY: Final = Body(
+    model=Empty, parse=lambda raw: raw, codes=("request.malformed",), media=tuple(SIGNATURES), max_bytes=MAX_BYTES
+)
+
+
+async def add_attachment(call: Call[AttachmentQuery, bytes]) -> web.Response:
+    """POST /runs/{run_id}/drops/{item_id}/attachments."""
+    attachment, is_new = await call.request.app[ATTACHMENTS].add(
+        call.path_value("run_id"),
+        call.path_value("item_id"),
+        name=call.query.name,
+        media_type=call.request.content_type,
+        content=call.body,
+        by=call.principal.name,
+    )
+    location = f"{call.request.path}/{attachment.sha256}"
+    return json_answer(attachment, status=201 if is_new else 200, headers={"Location": location})
+
+
+async def list_attachments(call: Call[NoQuery, Empty]) -> web.Response:
+    """GET /runs/{run_id}/drops/{item_id}/attachments."""
+    found = await call.request.app[ATTACHMENTS].of_drop(call.path_value("run_id"), call.path_value("item_id"))
+    return json_answer(AttachmentsView(attachments=list(found)))
+
+
+async def get_attachment(call: Call[NoQuery, Empty]) -> web.Response:
+    """GET /runs/{run_id}/drops/{item_id}/attachments/{sha256}."""
+    names = (call.path_value(name) for name in ("run_id", "item_id", "sha256"))
+    attachment, content = await call.request.app[ATTACHMENTS].get(*names)
+    headers = {"Content-Disposition": _disposition(attachment.name)}
+    return web.Response(body=content, content_type=attachment.media_type, headers=headers)
+
+
+def _disposition(name: str) -> str:
+    """Saved and never shown in place: the file is a stranger's."""
+    plain = re.sub(r"[^A-Za-z0-9._-]", "_", name)
+    return f"attachment; filename=\"{plain}\"; filename*=UTF-8''{quote(name, safe='')}"
+
+
+ROUTES: tuple[AnyRoute, ...] = (
+    Route(
+        method="POST",
+        path=_PATH,
+        handler=add_attachment,
+        summary="Attach a photo, a signature or a document to a drop's evidence: the file is the body, at most 8 MiB",
+        tag="runs",
+        role=Role.DISPATCHER,
+        query=AttachmentQuery,
+        body=FILE_BODY,
+        answers=(
+            Answer(201, "It is attached", Attachment, headers=("Location",)),
+            Answer(200, "This file was attached before", Attachment, headers=("Location",)),
+        ),
+        errors=("not_found", "conflict", "input.invalid", "storage.failed"),
+        idempotent=True,
+    ),
+    Route(
+        method="GET",
+        path=_PATH,
+        handler=list_attachments,
+        summary="A drop's attachments",
+        tag="runs",
+        role=Role.VIEWER,
+        query=NoQuery,
+        body=NO_BODY,
+        answers=(Answer(200, "The attachments", AttachmentsView),),
+        errors=("not_found", "storage.failed"),
+    ),
+    Route(
+        method="GET",
+        path=f"{_PATH}/{{sha256}}",
+        handler=get_attachment,
+        summary="One attachment's file, if it is still the one that was attached",
+        tag="runs",
+        role=Role.VIEWER,
+        query=NoQuery,
+        body=NO_BODY,
+        answers=tuple(
+            Answer(200, "The file", media=media, schema=_FILE, headers=("Content-Disposition",)) for media in SIGNATURES
+        ),
+        errors=("not_found", "attachment.altered", "storage.failed"),
+    ),
+)

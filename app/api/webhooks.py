@@ -1,0 +1,140 @@
+"""/webhooks: where deliveries are told to. For administrators: their URLs may hold secrets, and we send to them."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from aiohttp import web
+from pydantic import BaseModel
+
+from app.api.answers import json_answer
+from app.api.bodies import NO_BODY, Empty, json_body
+from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
+from app.api.services import WEBHOOKS
+from app.services.access import Role
+from app.services.webhooks.changes import WebhookChange, WebhookOrder
+from app.services.webhooks.views import WebhookTestView, WebhookView
+
+_ONE: Final = f"{API}/webhooks/{{webhook_id}}"
+
+
+class WebhooksView(BaseModel):
+    """All webhooks, oldest first."""
+
+    webhooks: list[WebhookView]
+
+
+class NewWebhookView(WebhookView):
+    """A new webhook with its secret. It is told here and never again."""
+
+    secret: str
+
+
+async def create_webhook(call: Call[NoQuery, WebhookOrder]) -> web.Response:
+    """POST /webhooks."""
+    view, secret = await call.request.app[WEBHOOKS].create(call.body, by=call.principal.name)
+    made = NewWebhookView(**dict(view), secret=secret)
+    return json_answer(made, status=201, headers={"Location": f"{API}/webhooks/{view.webhook.id}"})
+
+
+async def list_webhooks(call: Call[NoQuery, Empty]) -> web.Response:
+    """GET /webhooks."""
+    return json_answer(WebhooksView(webhooks=list(call.request.app[WEBHOOKS].list_webhooks())))
+
+
+async def get_webhook(call: Call[NoQuery, Empty]) -> web.Response:
+    """GET /webhooks/{webhook_id}."""
+    return json_answer(call.request.app[WEBHOOKS].get(call.path_value("webhook_id")))
+
+
+async def change_webhook(call: Call[NoQuery, WebhookChange]) -> web.Response:
+    """PATCH /webhooks/{webhook_id}."""
+    hooks = call.request.app[WEBHOOKS]
+    return json_answer(await hooks.change(call.path_value("webhook_id"), call.body, by=call.principal.name))
+
+
+async def delete_webhook(call: Call[NoQuery, Empty]) -> web.Response:
+    """DELETE /webhooks/{webhook_id}."""
+    await call.request.app[WEBHOOKS].delete(call.path_value("webhook_id"), by=call.principal.name)
+    return web.Response(status=204)
+
+
+async def test_webhook(call: Call[NoQuery, Empty]) -> web.Response:
+    """POST /webhooks/{webhook_id}/test."""
+    return json_answer(await call.request.app[WEBHOOKS].test(call.path_value("webhook_id")))
+
+
+ROUTES: tuple[AnyRoute, ...] = (
+    Route(
+        method="POST",
+        path=f"{API}/webhooks",
+        handler=create_webhook,
+        summary="Tell deliveries to another system, signed",
+        tag="webhooks",
+        role=Role.ADMIN,
+        query=NoQuery,
+        body=json_body(WebhookOrder),
+        answers=(Answer(201, "The webhook, with its secret this once", NewWebhookView, headers=("Location",)),),
+        errors=("conflict", "input.invalid", "storage.failed"),
+        # no Idempotency-Key: the answer that would be kept for a day is the secret
+    ),
+    Route(
+        method="GET",
+        path=f"{API}/webhooks",
+        handler=list_webhooks,
+        summary="All webhooks and how they stand",
+        tag="webhooks",
+        role=Role.ADMIN,
+        query=NoQuery,
+        body=NO_BODY,
+        answers=(Answer(200, "The webhooks", WebhooksView),),
+    ),
+    Route(
+        method="GET",
+        path=_ONE,
+        handler=get_webhook,
+        summary="One webhook and how it stands",
+        tag="webhooks",
+        role=Role.ADMIN,
+        query=NoQuery,
+        body=NO_BODY,
+        answers=(Answer(200, "The webhook", WebhookView),),
+        errors=("not_found",),
+    ),
+    Route(
+        method="PATCH",
+        path=_ONE,
+        handler=change_webhook,
+        summary="Change, enable or disable a webhook, or let it skip what it missed",
+        tag="webhooks",
+        role=Role.ADMIN,
+        query=NoQuery,
+        body=json_body(WebhookChange),
+        answers=(Answer(200, "The webhook as it is now", WebhookView),),
+        errors=("not_found", "input.invalid", "storage.failed"),
+    ),
+    Route(
+        method="DELETE",
+        path=_ONE,
+        handler=delete_webhook,
+        summary="Remove a webhook",
+        tag="webhooks",
+        role=Role.ADMIN,
+        query=NoQuery,
+        body=NO_BODY,
+        answers=(Answer(204, "It is gone"),),
+        errors=("not_found", "storage.failed"),
+    ),
+    Route(
+        method="POST",
+        path=f"{_ONE}/test",
+        handler=test_webhook,
+        summary="Send one test message now, and say how that went",
+        tag="webhooks",
+        role=Role.ADMIN,
+        query=NoQuery,
+        body=NO_BODY,
+        answers=(Answer(200, "How it went", WebhookTestView),),
+        errors=("not_found",),
+    ),
+)

@@ -1,0 +1,110 @@
+"""`waydrop webhook`: where a service tells its deliveries to."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Annotated, Any
+
+import typer
+from rich.table import Table
+
+from app.cli.exit_status import ExitStatus
+from app.cli.runs import JsonOption
+from app.cli.service_client import ServerOption, ServiceClient, TokenOption, service_client
+from app.cli.terminal import err, out, write_json
+from app.domain.webhooks.lifecycle import DeliveryEvent
+from app.services.webhooks.views import WebhookView
+
+webhook_app = typer.Typer(help="Where deliveries are told to; needs the role admin.", no_args_is_help=True)
+HookArgument = Annotated[str, typer.Argument(metavar="WEBHOOK", help="The webhook's id.")]
+
+
+@webhook_app.command()
+def create(
+    url: Annotated[str, typer.Argument(help="Where messages are posted to: https://dispatch.example/waydrop")],
+    server: ServerOption,
+    token: TokenOption = None,
+    event: Annotated[list[DeliveryEvent] | None, typer.Option(help="Tell only this; repeatable.")] = None,
+    description: Annotated[str, typer.Option(help="Whose it is.")] = "",
+    after: Annotated[int | None, typer.Option(min=0, help="Begin behind this event; 0: with the first.")] = None,
+) -> None:
+    """Make a webhook. Its secret goes to stdout, once."""
+    order: dict[str, Any] = {"url": url, "events": event or [], "description": description, "after": after}
+    made = asyncio.run(_ask(server, token, "POST", "", order))
+    err().print(f"webhook {made['webhook']['id']} to {url}; its secret is not shown again:", markup=False)
+    out().out(made["secret"], highlight=False)
+
+
+@webhook_app.command("list")
+def list_webhooks(server: ServerOption, token: TokenOption = None, as_json: JsonOption = False) -> None:
+    """List webhooks and how they stand."""
+    answer = asyncio.run(_ask(server, token, "GET", ""))
+    if as_json:
+        write_json(answer)
+    elif not answer["webhooks"]:
+        err().print("no webhooks")
+    else:
+        out().print(_table([WebhookView.model_validate(row) for row in answer["webhooks"]]))
+
+
+@webhook_app.command("test")
+def send_test(webhook: HookArgument, server: ServerOption, token: TokenOption = None) -> None:
+    """Send one test message now."""
+    went = asyncio.run(_ask(server, token, "POST", f"/{webhook}/test"))
+    how = f"HTTP {went['status']}" if went["status"] is not None else went["problem"]
+    err().print(f"{'delivered' if went['delivered'] else 'NOT delivered'}: {how}", markup=False)
+    if not went["delivered"]:
+        raise typer.Exit(ExitStatus.NOT_ACHIEVED)
+
+
+@webhook_app.command()
+def enable(
+    webhook: HookArgument,
+    server: ServerOption,
+    token: TokenOption = None,
+    skip_missed: Annotated[bool, typer.Option("--skip-missed", help="Leave out what was not delivered yet.")] = False,
+) -> None:
+    """Go on where it stopped."""
+    asyncio.run(_ask(server, token, "PATCH", f"/{webhook}", {"enabled": True, "skip_missed": skip_missed}))
+    err().print(f"webhook {webhook} is enabled", markup=False)
+
+
+@webhook_app.command()
+def disable(webhook: HookArgument, server: ServerOption, token: TokenOption = None) -> None:
+    """Send nothing until it is enabled again; nothing is lost meanwhile."""
+    asyncio.run(_ask(server, token, "PATCH", f"/{webhook}", {"enabled": False}))
+    err().print(f"webhook {webhook} is disabled", markup=False)
+
+
+@webhook_app.command()
+def delete(webhook: HookArgument, server: ServerOption, token: TokenOption = None) -> None:
+    """Remove it."""
+    asyncio.run(_ask(server, token, "DELETE", f"/{webhook}"))
+    err().print(f"webhook {webhook} is deleted", markup=False)
+
+
+async def _ask(server: str, token: str | None, method: str, path: str, document: Any = None) -> Any:
+    async with service_client(server, token) as client:
+        return await _send(client, method, f"/webhooks{path}", document)
+
+
+async def _send(client: ServiceClient, method: str, path: str, document: Any) -> Any:
+    match method:
+        case "GET":
+            return await client.get(path)
+        case "PATCH":
+            return await client.patch(path, document)
+        case "DELETE":
+            return await client.delete(path)
+        case _:
+            return await client.post(path, document)
+
+
+def _table(rows: list[WebhookView]) -> Table:
+    table = Table()
+    for name in ("webhook", "url", "state", "events behind", "last problem"):
+        table.add_column(name, no_wrap=name == "webhook")
+    for row in rows:
+        problem = row.webhook.disabled_reason or row.progress.last_problem
+        table.add_row(row.webhook.id, row.webhook.url, row.state.value, str(row.events_behind), problem)
+    return table

@@ -1,0 +1,79 @@
+"""An attachment of a drop: a photo, a signature or a document that the dispatcher's own app adds to the evidence."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Mapping
+from typing import Any, Final
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from app.domain.errors import InvalidInputError
+
+MAX_NAME_CHARS: Final = 100
+MAX_PER_DROP: Final = 20
+PICTURES: Final = frozenset({"image/jpeg", "image/png"})
+SIGNATURES: Final[dict[str, bytes]] = {
+    "image/jpeg": b"\xff\xd8\xff",
+    "image/png": b"\x89PNG\r\n\x1a\n",
+    "application/pdf": b"%PDF-",
+}
+"""The media types that are taken, and the bytes that a file of each begins with. None of them is run by a browser."""
+
+_SHA256: Final = re.compile(r"[0-9a-f]{64}")
+
+
+class Attachment(BaseModel):
+    """One attachment, as its event tells it (run.attachment): the journal's chain covers the file by `sha256`.
+
+    `name` is what the uploader called it and never a path here; `size_bytes` and `sha256` are of the file as it came;
+    `at` is Unix seconds, `by` who uploaded it.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    plan_item_id: str
+    name: str
+    media_type: str
+    size_bytes: int
+    sha256: str
+    at: float
+    by: str
+
+    @classmethod
+    def read(cls, data: Mapping[str, Any]) -> Attachment | None:
+        """The attachment that an event's data tells; None for one that this version cannot read."""
+        try:
+            return cls.model_validate(data)
+        except ValidationError:
+            return None
+
+
+def checked_name(name: str) -> str:
+    """The name without its folders. Raises InvalidInputError unless it can stand in a list and in a header."""
+    plain = re.split(r"[/\\]", name.strip())[-1].strip()
+    if not plain or plain.strip(".") == "" or len(plain) > MAX_NAME_CHARS or not plain.isprintable():
+        raise InvalidInputError(
+            f"an attachment's name has 1 to {MAX_NAME_CHARS} printable characters", hint="such as doorstep.jpg"
+        )
+    return plain
+
+
+def checked_content(media_type: str, content: bytes) -> str:
+    """The SHA-256 of a file that is what it says.
+
+    Raises:
+        InvalidInputError: it is of no type that is taken, or does not begin as a file of its type does.
+    """
+    begin = SIGNATURES.get(media_type)
+    if begin is None:
+        raise InvalidInputError(f"{media_type} is not taken", hint=f"one of {', '.join(SIGNATURES)}")
+    if not content.startswith(begin):
+        raise InvalidInputError(f"the file is no {media_type}", hint="send the Content-Type that the file has")
+    return hashlib.sha256(content).hexdigest()
+
+
+def is_sha256(text: str) -> bool:
+    """Whether a text can name a stored file; nothing else is ever looked for on the disk."""
+    return _SHA256.fullmatch(text) is not None

@@ -1,0 +1,135 @@
+"""The lifecycle of a delivery as other systems follow it: read from one run's events, told once each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Final
+
+from app.domain.attachment import Attachment
+from app.domain.drop import Certainty, DropOutcome, DropRecord
+from app.domain.events import Event, EventKind
+from app.domain.run import Run, RunState
+from app.domain.run_fold import RunFold
+
+
+class DeliveryEvent(StrEnum):
+    """What a webhook may be told. docs/webhooks.md has the table."""
+
+    CREATED = "delivery.created"
+    """A run was ordered: its mission goes to the vehicle."""
+    READY = "delivery.ready"
+    """The mission is on the vehicle and verified. Again after a start that failed on the ground, with the reason."""
+    DEPARTED = "delivery.departed"
+    """The vehicle took off; again after each landing on the way."""
+    ARRIVED = "delivery.arrived"
+    """The vehicle is at a supervised drop."""
+    PAUSED = "delivery.paused"
+    """The vehicle holds its position until it is told to go on."""
+    RESUMED = "delivery.resumed"
+    """It flies its mission on."""
+    RETURNING = "delivery.returning"
+    """The vehicle returns before the end of its mission."""
+    LANDED = "delivery.landed"
+    """It landed; the run is not over yet."""
+    COMPLETED = "delivery.completed"
+    """The run is over as planned. Whether the parcel was released is what each drop says."""
+    ABORTED = "delivery.aborted"
+    """The run was ended before its time."""
+    FAILED = "delivery.failed"
+    """The run ended by a failure: `reason`."""
+    LOST = "delivery.lost"
+    """The vehicle is not seen any more."""
+    DROP_RELEASED = "drop.released"
+    """A drop ended with the parcel released; `drop.certainty` says how sure that is."""
+    DROP_KEPT = "drop.kept"
+    """A drop ended with the parcel on board."""
+    DROP_UNKNOWN = "drop.unknown"
+    """A drop ended and nobody knows how: `drop.reason`."""
+    DROP_ATTACHMENT = "drop.attachment"
+    """A photo, signature or document was attached to a drop."""
+    TEST = "webhook.test"
+    """Sent when an administrator asks for it; about no run. Every webhook gets it."""
+
+
+_S = RunState
+_BY_STATE: Final = {
+    _S.CREATED: DeliveryEvent.CREATED,
+    _S.UPLOADED: DeliveryEvent.READY,
+    _S.AT_DROP: DeliveryEvent.ARRIVED,
+    _S.PAUSED: DeliveryEvent.PAUSED,
+    _S.RETURNING: DeliveryEvent.RETURNING,
+    _S.LANDED: DeliveryEvent.LANDED,
+    _S.COMPLETED: DeliveryEvent.COMPLETED,
+    _S.ABORTED: DeliveryEvent.ABORTED,
+    _S.FAILED: DeliveryEvent.FAILED,
+    _S.LOST: DeliveryEvent.LOST,
+}
+_BY_OUTCOME: Final = {
+    DropOutcome.RELEASED: DeliveryEvent.DROP_RELEASED,
+    DropOutcome.KEPT: DeliveryEvent.DROP_KEPT,
+    DropOutcome.UNKNOWN: DeliveryEvent.DROP_UNKNOWN,
+}
+_TOLD: Final = frozenset({EventKind.RUN_CREATED, EventKind.RUN_CHANGED, EventKind.RUN_DROP, EventKind.RUN_ATTACHMENT})
+
+
+def may_be_news(event: Event) -> bool:
+    """Whether an event can be part of a lifecycle at all: most cannot, and need not be looked at."""
+    return event.run_id is not None and event.kind in _TOLD
+
+
+@dataclass(frozen=True, slots=True)
+class News:
+    """One thing to tell of a run, with the run as it was then."""
+
+    type: DeliveryEvent
+    run: Run
+    drop: DropRecord | None = None
+    attachment: Attachment | None = None
+
+
+class Lifecycle:
+    """Takes one run's events in order, and says what each one is news of.
+
+    The same events give the same news, whatever was sent before: a restart begins again with the run's first event.
+    """
+
+    def __init__(self) -> None:
+        self._fold = RunFold()
+        self._state: RunState | None = None
+        self._drops: dict[str, tuple[DropOutcome, Certainty]] = {}
+
+    def take(self, event: Event) -> tuple[News, ...]:
+        """What this event tells that the ones before did not; most tell nothing."""
+        if not may_be_news(event):
+            return ()
+        self._fold.take(event.kind, event.data)
+        run = self._fold.run()
+        if run is None:
+            return ()
+        if event.kind is EventKind.RUN_ATTACHMENT:
+            attachment = Attachment.read(event.data)
+            return () if attachment is None else (News(DeliveryEvent.DROP_ATTACHMENT, run, attachment=attachment),)
+        return (*self._of_drops(run), *self._of_state(run))
+
+    def _of_drops(self, run: Run) -> Iterator[News]:
+        for drop in run.drops:
+            ended = (drop.outcome, drop.certainty)
+            if drop.outcome in _BY_OUTCOME and self._drops.get(drop.plan_item_id) != ended:
+                self._drops[drop.plan_item_id] = ended
+                yield News(_BY_OUTCOME[drop.outcome], run, drop=drop)
+
+    def _of_state(self, run: Run) -> Iterator[News]:
+        before, self._state = self._state, run.state
+        if run.state is before:
+            return
+        told = _flying_after(before) if run.state is RunState.FLYING else _BY_STATE.get(run.state)
+        if told is not None:
+            yield News(told, run)
+
+
+def _flying_after(before: RunState | None) -> DeliveryEvent | None:
+    if before is RunState.AT_DROP:
+        return None
+    return DeliveryEvent.RESUMED if before in (RunState.PAUSED, RunState.RETURNING) else DeliveryEvent.DEPARTED

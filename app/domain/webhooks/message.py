@@ -1,0 +1,93 @@
+"""What is sent: one JSON document for each thing that is news of a delivery."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pydantic import BaseModel, ConfigDict
+
+from app.domain.attachment import Attachment
+from app.domain.drop import Certainty, DropOutcome, DropRecord
+from app.domain.events import Event
+from app.domain.run import Run, RunState
+from app.domain.webhooks.lifecycle import DeliveryEvent, News
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True)
+
+
+class DropSummary(_Part):
+    """How one drop of the run stands."""
+
+    plan_item_id: str
+    outcome: DropOutcome
+    certainty: Certainty
+
+
+class RunSummary(_Part):
+    """The run as it was at this moment. `order_id` is the plan's `order.id`, null without one."""
+
+    id: str
+    plan_id: str
+    plan_hash: str
+    order_id: str | None
+    vehicle_id: str
+    state: RunState
+    reason: str
+    requested_by: str
+    created_at: float
+    started_at: float | None
+    ended_at: float | None
+    drops: tuple[DropSummary, ...]
+
+    @classmethod
+    def of(cls, run: Run, order_id: str | None) -> RunSummary:
+        """The summary of a run."""
+        copied = {name: getattr(run, name) for name in cls.model_fields if name not in ("order_id", "drops")}
+        drops = tuple(
+            DropSummary(plan_item_id=drop.plan_item_id, outcome=drop.outcome, certainty=drop.certainty)
+            for drop in run.drops
+        )
+        return cls(order_id=order_id, drops=drops, **copied)
+
+
+class Message(_Part):
+    """The body of one request. Times are Unix seconds.
+
+    `id` is the same in each repetition: a receiver that has it already answers 2xx and does nothing. `seq` and `hash`
+    are the event's link in the journal's chain: keep them, and `waydrop verify-journal --anchor SEQ:HASH` shows later
+    whether the journal still says the same. `drop` or `attachment` is given where `type` is about one.
+    """
+
+    id: str
+    type: DeliveryEvent
+    time: float
+    gateway: str
+    seq: int | None = None
+    hash: str | None = None
+    run: RunSummary | None = None
+    drop: DropRecord | None = None
+    attachment: Attachment | None = None
+
+    def body(self) -> bytes:
+        """The bytes that are signed and sent; the same each time."""
+        return self.model_dump_json().encode()
+
+
+def messages_of(event: Event, news: Sequence[News], order_id: str | None) -> tuple[Message, ...]:
+    """The messages of one event. Its id is GATEWAY:SEQ; further ones of the same event have a number behind it."""
+    return tuple(
+        Message(
+            id=f"{event.gateway}:{event.seq}" + (f".{number}" if number else ""),
+            type=one.type,
+            time=event.time,
+            gateway=event.gateway,
+            seq=event.seq,
+            hash=event.hash,
+            run=RunSummary.of(one.run, order_id),
+            drop=one.drop,
+            attachment=one.attachment,
+        )
+        for number, one in enumerate(news)
+    )

@@ -1,0 +1,81 @@
+"""Photos, signatures and documents that the dispatcher's own app adds to a drop's evidence."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Sequence
+
+from app.domain.attachment import MAX_PER_DROP, Attachment, checked_content, checked_name
+from app.domain.attachment_port import AttachmentStore
+from app.domain.errors import ConflictError, NotFoundError
+from app.domain.events import EventKind
+from app.domain.run import Run
+from app.services.clock import Clock
+from app.services.journal import Journal
+from app.services.runs import Runs
+
+
+class Attachments:
+    """A file is on the disk before its event is stored: whatever the journal says was attached, was there."""
+
+    def __init__(self, runs: Runs, store: AttachmentStore, journal: Journal, clock: Clock) -> None:
+        self._runs = runs
+        self._store = store
+        self._journal = journal
+        self._clock = clock
+        self._turn = asyncio.Lock()
+
+    async def add(
+        self, run_id: str, plan_item_id: str, *, name: str, media_type: str, content: bytes, by: str
+    ) -> tuple[Attachment, bool]:
+        """Attach a file to a drop; the attachment, and whether it is new: the same file is attached once.
+
+        Raises:
+            NotFoundError, ConflictError (the drop has too many), InvalidInputError, StorageError.
+        """
+        run = await self._run_with(run_id, plan_item_id)
+        name = checked_name(name)
+        sha256 = await asyncio.to_thread(checked_content, media_type, content)
+        async with self._turn:
+            attached = await self.of_drop(run_id, plan_item_id)
+            for other in attached:
+                if other.sha256 == sha256:
+                    await self._store.put(sha256, content)  # mends one that was altered on the disk
+                    return other, False
+            if len(attached) >= MAX_PER_DROP:
+                raise ConflictError(f"drop {plan_item_id} has {MAX_PER_DROP} attachments: no more are taken")
+            await self._store.put(sha256, content)
+            attachment = Attachment(
+                plan_item_id=plan_item_id,
+                name=name,
+                media_type=media_type,
+                size_bytes=len(content),
+                sha256=sha256,
+                at=self._clock.now(),
+                by=by,
+            )
+            await self._tell(run, attachment)
+        return attachment, True
+
+    async def of_drop(self, run_id: str, plan_item_id: str) -> Sequence[Attachment]:
+        """A drop's attachments, in order. Raises NotFoundError, StorageError."""
+        await self._run_with(run_id, plan_item_id)
+        return [one for one in await self._store.of_run(run_id) if one.plan_item_id == plan_item_id]
+
+    async def get(self, run_id: str, plan_item_id: str, sha256: str) -> tuple[Attachment, bytes]:
+        """One attachment with its file. Raises NotFoundError, AttachmentAlteredError, StorageError."""
+        for attachment in await self.of_drop(run_id, plan_item_id):
+            if attachment.sha256 == sha256:
+                return attachment, await self._store.get(sha256)
+        raise NotFoundError(f"drop {plan_item_id} has no attachment {sha256}", hint="its proof lists them")
+
+    async def _run_with(self, run_id: str, plan_item_id: str) -> Run:
+        run = await self._runs.get(run_id)
+        if all(drop.plan_item_id != plan_item_id for drop in run.drops):
+            raise NotFoundError(f"run {run_id} has no drop {plan_item_id!r}", hint="GET the run to see its drops")
+        return run
+
+    async def _tell(self, run: Run, attachment: Attachment) -> None:
+        data = attachment.model_dump(mode="json")
+        event = self._journal.new_event(EventKind.RUN_ATTACHMENT, vehicle_id=run.vehicle_id, run_id=run.id, **data)
+        await self._journal.record(event)

@@ -1,0 +1,147 @@
+"""The delivery of one webhook's messages: read from the journal, sent in order, one at a time, until each is taken."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Sequence
+from contextlib import aclosing
+
+import structlog
+
+from app.domain.errors import StorageError
+from app.domain.webhooks.hook import Progress, StoredWebhook, Webhook
+from app.domain.webhooks.message import Message
+from app.domain.webhooks.port import Reply, WebhookSender, WebhookStore
+from app.domain.webhooks.signature import EVENT, SIGNATURE, WEBHOOK, signature
+from app.services.clock import Clock
+from app.services.fanout import SubscriptionClosedError, SubscriptionOverflowError
+from app.services.journal import Journal
+from app.services.replay import follow
+from app.services.webhooks.settings import WebhookSettings
+from app.services.webhooks.stories import Stories
+
+log = structlog.get_logger(__name__)
+GONE = 410
+
+
+class ReceiverGoneError(Exception):
+    """The receiver answered 410: it wants no more of this."""
+
+
+class HookDelivery:
+    """`progress` is the newest; on disk it may be a message older, which is then sent a second time after a crash.
+
+    Live events wait in a bounded queue while a message is under way. While a receiver fails nothing waits in memory:
+    what it missed is read from the journal, page by page, when it answers again.
+    """
+
+    def __init__(
+        self,
+        stored: StoredWebhook,
+        journal: Journal,
+        stories: Stories,
+        store: WebhookStore,
+        sender: WebhookSender,
+        clock: Clock,
+        settings: WebhookSettings,
+    ) -> None:
+        self.hook: Webhook = stored.hook
+        self.progress: Progress = stored.progress
+        self._secret = stored.secret
+        self._saved_cursor = stored.progress.cursor
+        self._retry_at = clock.monotonic()
+        self._journal = journal
+        self._stories = stories
+        self._store = store
+        self._sender = sender
+        self._clock = clock
+        self._settings = settings
+
+    async def run(self) -> None:
+        """Deliver until the journal is closed. Raises ReceiverGoneError."""
+        while True:
+            try:
+                seq, left = await self._deliver_until_trouble()
+                while left:
+                    await asyncio.sleep(self._wait_s())
+                    left = await self._send_all(left)
+                await self._done_with(seq, save=True)
+            except SubscriptionOverflowError:
+                continue  # the receiver is slower than the events come: go on from the disk
+            except SubscriptionClosedError:
+                return
+            except StorageError as error:
+                log.error("webhook cannot read the journal", webhook=self.hook.id, error=error.detail)
+                await asyncio.sleep(self._settings.disk_again_s)
+
+    async def send_once(self, message: Message) -> Reply:
+        """Send a message now, outside the order, and leave the progress alone."""
+        body, now = message.body(), self._clock.now()
+        headers = {
+            "Content-Type": "application/json",
+            SIGNATURE: signature(self._secret, int(now), body),
+            EVENT: message.id,
+            WEBHOOK: self.hook.id,
+        }
+        return await self._sender.post(self.hook.url, headers, body)
+
+    async def _deliver_until_trouble(self) -> tuple[int, Sequence[Message]]:
+        """The event whose messages were not all taken, and those. What waited in memory is let go."""
+        settings, cursor = self._settings, self.progress.cursor
+        live = follow(self._journal, cursor, capacity=settings.queue_events, page_events=settings.page_events)
+        async with aclosing(live) as events:
+            async for event in events:
+                messages = [one for one in await self._stories.messages(event) if self.hook.wants(one.type)]
+                if left := await self._send_all(messages):
+                    return event.seq, left
+                await self._done_with(event.seq, save=bool(messages))
+        raise SubscriptionClosedError("the journal is closed")
+
+    async def _send_all(self, messages: Sequence[Message]) -> Sequence[Message]:
+        """Send one after the other; those from the first one on that was not taken."""
+        for number, message in enumerate(messages):
+            reply = await self.send_once(message)
+            now = self._clock.now()
+            if not reply.is_good:
+                await self._failed(message, reply, now)
+                return messages[number:]
+            self.progress = self.progress.delivered(message.id, reply.status or 0, now=now)
+        return ()
+
+    async def _failed(self, message: Message, reply: Reply, now: float) -> None:
+        gone = reply.status == GONE
+        settings = self._settings
+        wait_s = settings.backoff.wait_s(
+            self.progress.failures + 1, chance=settings.chance(), asked_s=reply.retry_after_s
+        )
+        problem = reply.problem or _in_words(reply.status)
+        self.progress = self.progress.failed(reply.status, problem, now=now, retry_s=None if gone else wait_s)
+        self._retry_at = self._clock.monotonic() + wait_s
+        log.warning("webhook not delivered", webhook=self.hook.id, message=message.id, problem=problem, gone=gone)
+        await self._save()
+        if gone:
+            raise ReceiverGoneError
+
+    def _wait_s(self) -> float:
+        return max(0.0, self._retry_at - self._clock.monotonic())
+
+    async def _done_with(self, seq: int, *, save: bool) -> None:
+        self.progress = self.progress.moved_to(seq)
+        if save or seq - self._saved_cursor >= self._settings.save_each_events:
+            await self._save()
+
+    async def _save(self) -> None:
+        try:
+            await self._store.save_progress(self.hook.id, self.progress)
+        except StorageError as error:  # after a crash a message would come again, with the same id
+            log.error("webhook progress not stored", webhook=self.hook.id, error=error.detail)
+        else:
+            self._saved_cursor = self.progress.cursor
+
+
+def _in_words(status: int | None) -> str:
+    if status is None:
+        return "no answer"
+    if 300 <= status < 400:
+        return f"HTTP {status}: redirects are not followed; give the webhook its final URL"
+    return f"HTTP {status}"

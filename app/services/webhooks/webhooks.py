@@ -1,0 +1,217 @@
+"""All webhooks: made, changed, tested and removed by administrators; each is delivered in a task of its own."""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+from collections.abc import Sequence
+from typing import Any, Final
+
+import structlog
+
+from app.domain.errors import ConflictError, InvalidInputError, NotFoundError
+from app.domain.events import EventKind
+from app.domain.ports import PlanStore
+from app.domain.webhooks.address import checked_url, host_of
+from app.domain.webhooks.hook import MAX_HOOKS, Progress, StoredWebhook, Webhook
+from app.domain.webhooks.lifecycle import DeliveryEvent
+from app.domain.webhooks.message import Message
+from app.domain.webhooks.port import WebhookSender, WebhookStore
+from app.domain.webhooks.signature import SECRET_PREFIX
+from app.services.clock import Clock
+from app.services.journal import Journal
+from app.services.webhooks.changes import WebhookChange, WebhookOrder
+from app.services.webhooks.delivery import HookDelivery, ReceiverGoneError
+from app.services.webhooks.settings import WebhookSettings
+from app.services.webhooks.stories import Stories
+from app.services.webhooks.views import HookState, WebhookTestView, WebhookView
+
+log = structlog.get_logger(__name__)
+GONE_REASON: Final = "the receiver answered 410 Gone"
+
+
+class Webhooks:
+    """The registry. Changes are made one after the other; a change ends a webhook's task and begins a new one."""
+
+    def __init__(
+        self,
+        store: WebhookStore,
+        plans: PlanStore,
+        journal: Journal,
+        sender: WebhookSender,
+        clock: Clock,
+        gateway_id: str,
+        settings: WebhookSettings | None = None,
+    ) -> None:
+        self._store = store
+        self._plans = plans
+        self._journal = journal
+        self._sender = sender
+        self._clock = clock
+        self._gateway_id = gateway_id
+        self._settings = settings or WebhookSettings()
+        self._deliveries: dict[str, HookDelivery] = {}
+        self._secrets: dict[str, str] = {}
+        self._tasks: dict[str, asyncio.Task[None]] = {}
+        self._turn = asyncio.Lock()
+
+    async def begin(self) -> None:
+        """Go on where the last process stopped. Raises StorageError."""
+        for stored in await self._store.list_webhooks():
+            self._take(stored)
+
+    async def close(self) -> None:
+        """End all deliveries. A message under way may come again after the next start, with the same id. Idempotent."""
+        tasks = tuple(self._tasks.values())
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    async def create(self, order: WebhookOrder, *, by: str) -> tuple[WebhookView, str]:
+        """A new webhook and its secret, which nobody can ask for again. Raises InvalidInputError, ConflictError."""
+        async with self._turn:
+            if len(self._deliveries) >= MAX_HOOKS:
+                raise ConflictError(f"there are {MAX_HOOKS} webhooks already", hint="delete one that nobody uses")
+            newest = self._journal.last_seq
+            if order.after is not None and order.after > newest:
+                raise InvalidInputError(f"after={order.after}: the journal's newest event is {newest}")
+            hook = Webhook(
+                id=f"hook-{secrets.token_hex(6)}",
+                url=checked_url(order.url, http_anywhere=self._settings.http_anywhere),
+                events=order.events,
+                description=order.description,
+                created_at=self._clock.now(),
+                created_by=by,
+            )
+            secret = SECRET_PREFIX + secrets.token_urlsafe(32)
+            cursor = newest if order.after is None else order.after
+            stored = StoredWebhook(hook, secret, Progress(cursor=cursor))
+            await self._tell(hook, "created", by)
+            await self._store.add(stored)
+            self._take(stored)
+            return self._view(hook.id), secret
+
+    def list_webhooks(self) -> Sequence[WebhookView]:
+        """All, oldest first."""
+        return [self._view(hook_id) for hook_id in self._deliveries]
+
+    def get(self, hook_id: str) -> WebhookView:
+        """One. Raises NotFoundError."""
+        self._delivery(hook_id)
+        return self._view(hook_id)
+
+    async def change(self, hook_id: str, change: WebhookChange, *, by: str) -> WebhookView:
+        """Change what is given. Enabled again, it goes on where it stopped. Raises NotFoundError, InvalidInputError."""
+        async with self._turn:
+            delivery = self._delivery(hook_id)
+            hook = self._changed(delivery.hook, change, by)
+            await self._tell(hook, _word(delivery.hook, hook), by)
+            await self._end(hook_id)
+            try:
+                await self._store.change(hook)
+                if change.skip_missed:
+                    delivery.progress = Progress(cursor=self._journal.last_seq)
+                    await self._store.save_progress(hook_id, delivery.progress)
+                delivery.hook = hook
+            finally:  # also as it was, if the disk refuses the change
+                self._take(StoredWebhook(delivery.hook, self._secrets[hook_id], delivery.progress))
+            return self._view(hook_id)
+
+    async def delete(self, hook_id: str, *, by: str) -> None:
+        """Remove it; a message under way is cut off. Raises NotFoundError."""
+        async with self._turn:
+            hook = self._delivery(hook_id).hook
+            await self._tell(hook, "deleted", by)
+            await self._store.delete(hook_id)
+            await self._end(hook_id)
+            del self._deliveries[hook_id], self._secrets[hook_id]
+
+    async def test(self, hook_id: str) -> WebhookTestView:
+        """Send a test message once, now, also to a disabled webhook. Raises NotFoundError."""
+        delivery = self._delivery(hook_id)
+        message = Message(
+            id=f"{self._gateway_id}:test-{secrets.token_hex(6)}",
+            type=DeliveryEvent.TEST,
+            time=self._clock.now(),
+            gateway=self._gateway_id,
+        )
+        reply = await delivery.send_once(message)
+        return WebhookTestView(
+            delivered=reply.is_good, status=reply.status, problem=reply.problem, message_id=message.id
+        )
+
+    def _changed(self, hook: Webhook, change: WebhookChange, by: str) -> Webhook:
+        given: dict[str, Any] = change.model_dump(exclude_none=True, exclude={"skip_missed"})
+        if change.url is not None:
+            given["url"] = checked_url(change.url, http_anywhere=self._settings.http_anywhere)
+        if change.enabled is not None:
+            given["disabled_reason"] = "" if change.enabled else f"disabled by {by}"
+        return hook.model_copy(update=given)
+
+    def _take(self, stored: StoredWebhook) -> None:
+        hook = stored.hook
+        stories = Stories(self._journal, self._plans)
+        self._secrets[hook.id] = stored.secret
+        delivery = HookDelivery(stored, self._journal, stories, self._store, self._sender, self._clock, self._settings)
+        self._deliveries[hook.id] = delivery
+        if hook.enabled:
+            task = asyncio.create_task(self._deliver(delivery), name=f"webhook {hook.id}")
+            task.add_done_callback(lambda done: _log_defect(hook.id, done))
+            self._tasks[hook.id] = task
+
+    async def _deliver(self, delivery: HookDelivery) -> None:
+        try:
+            await delivery.run()
+        except ReceiverGoneError:
+            hook = delivery.hook.model_copy(update={"enabled": False, "disabled_reason": GONE_REASON})
+            delivery.hook = hook
+            await self._store.change(hook)
+            await self._tell(hook, "disabled", "the receiver")
+
+    async def _end(self, hook_id: str) -> None:
+        task = self._tasks.pop(hook_id, None)
+        if task is not None:
+            task.cancel()
+            await asyncio.wait({task})
+
+    async def _tell(self, hook: Webhook, change: str, by: str) -> None:
+        event = self._journal.new_event(
+            EventKind.WEBHOOK_CHANGED,
+            webhook_id=hook.id,
+            change=change,
+            host=host_of(hook.url),
+            by=by,
+            reason=hook.disabled_reason,
+        )
+        await self._journal.record(event)
+
+    def _delivery(self, hook_id: str) -> HookDelivery:
+        if hook_id not in self._deliveries:
+            raise NotFoundError(f"no webhook {hook_id!r}", hint="GET /api/v1/webhooks lists them")
+        return self._deliveries[hook_id]
+
+    def _view(self, hook_id: str) -> WebhookView:
+        delivery = self._deliveries[hook_id]
+        behind = max(0, self._journal.last_seq - delivery.progress.cursor)
+        return WebhookView(
+            webhook=delivery.hook, state=self._state(delivery), progress=delivery.progress, events_behind=behind
+        )
+
+    def _state(self, delivery: HookDelivery) -> HookState:
+        if not delivery.hook.enabled:
+            return HookState.DISABLED
+        task = self._tasks.get(delivery.hook.id)
+        if task is None or task.done():
+            return HookState.STOPPED
+        return HookState.RETRYING if delivery.progress.failures else HookState.DELIVERING
+
+
+def _word(before: Webhook, after: Webhook) -> str:
+    if before.enabled == after.enabled:
+        return "changed"
+    return "enabled" if after.enabled else "disabled"
+
+
+def _log_defect(hook_id: str, task: asyncio.Task[None]) -> None:
+    if not task.cancelled() and (error := task.exception()) is not None:
+        log.error("a webhook's task failed: it goes on at a change or a restart", webhook=hook_id, exc_info=error)

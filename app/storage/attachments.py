@@ -1,0 +1,110 @@
+"""Attachments on disk: files beside the journal, named by their SHA-256; implements AttachmentStore."""
+
+from __future__ import annotations
+
+import asyncio
+import hashlib
+import json
+import os
+import secrets
+from collections.abc import Sequence
+from pathlib import Path
+
+import sqlalchemy as sa
+
+from app.domain.attachment import Attachment, is_sha256
+from app.domain.errors import AttachmentAlteredError, StorageError
+from app.domain.events import EventKind
+from app.storage.database import Database
+from app.storage.schema import EVENTS
+
+
+def attachments_folder(journal: Path) -> Path:
+    """The folder of a journal's attachments."""
+    return journal.with_name("attachments")
+
+
+def file_path(folder: Path, sha256: str) -> Path:
+    """Where a file lies: AB/ABCD..., so that no folder gets too long. ValueError for what is no hash."""
+    if not is_sha256(sha256):
+        raise ValueError(f"{sha256!r} is no SHA-256")
+    return folder / sha256[:2] / sha256
+
+
+def is_intact(folder: Path, sha256: str) -> bool:
+    """Whether the file is there and has this hash. Blocking."""
+    try:
+        with file_path(folder, sha256).open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest() == sha256
+    except (OSError, ValueError):
+        return False
+
+
+class DiskAttachmentStore:
+    """AttachmentStore on a folder and the journal's events. Files are never changed, and never deleted by Waydrop."""
+
+    def __init__(self, database: Database, folder: Path) -> None:
+        self._database = database
+        self._folder = folder
+
+    async def put(self, sha256: str, content: bytes) -> None:
+        """See AttachmentStore. One that was altered on the disk is replaced by the right one."""
+        try:
+            await asyncio.to_thread(self._put, sha256, content)
+        except OSError as error:
+            raise StorageError(
+                f"attachments in {self._folder}: {error.strerror or error}",
+                hint="free space, and let the user that runs Waydrop write there",
+            ) from error
+
+    async def get(self, sha256: str) -> bytes:
+        """See AttachmentStore."""
+        content = await asyncio.to_thread(self._get, sha256)
+        if content is None or hashlib.sha256(content).hexdigest() != sha256:
+            raise AttachmentAlteredError(
+                f"the stored file {sha256} is not the one that was attached, or is gone",
+                hint="restore it from a backup; waydrop verify-journal names all that were altered",
+            )
+        return content
+
+    async def is_intact(self, sha256: str) -> bool:
+        """See AttachmentStore."""
+        return await asyncio.to_thread(is_intact, self._folder, sha256)
+
+    async def of_run(self, run_id: str) -> Sequence[Attachment]:
+        """See AttachmentStore."""
+        of_run = sa.select(EVENTS.c.data).where(EVENTS.c.run_id == run_id).order_by(EVENTS.c.seq)
+        rows = await self._database.read(of_run.where(EVENTS.c.kind == EventKind.RUN_ATTACHMENT.value))
+        found = [Attachment.read(json.loads(row["data"])) for row in rows]
+        return tuple([attachment for attachment in found if attachment is not None])
+
+    def _put(self, sha256: str, content: bytes) -> None:
+        path = file_path(self._folder, sha256)
+        if is_intact(self._folder, sha256):
+            return
+        path.parent.mkdir(parents=True, exist_ok=True)
+        unfinished = path.with_name(f".{secrets.token_hex(8)}.part")
+        try:
+            with unfinished.open("xb") as file:
+                file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
+            unfinished.replace(path)
+        finally:
+            unfinished.unlink(missing_ok=True)
+        for folder in (path.parent, self._folder, self._folder.parent):
+            _sync(folder)  # the names too must be on the disk before the event says that the file is there
+
+    def _get(self, sha256: str) -> bytes | None:
+        try:
+            return file_path(self._folder, sha256).read_bytes()
+        except (OSError, ValueError):
+            return None
+
+
+def _sync(folder: Path) -> None:
+    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)

@@ -1,0 +1,66 @@
+"""docs/webhooks.md: its receiver is run as it stands there, and its table has every event."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import re
+import sys
+from asyncio.subprocess import PIPE
+from pathlib import Path
+from typing import Any
+
+from app.domain.webhooks.backoff import Backoff
+from app.domain.webhooks.hook import MAX_HOOKS
+from app.domain.webhooks.lifecycle import DeliveryEvent
+from app.webhooks.http_sender import TOTAL_S
+from tests.api.deliveries import TOLD, a_plan, deliver
+from tests.api.service import Service
+from tests.service import free_tcp_port
+
+PAGE = (Path(__file__).parents[2] / "docs" / "webhooks.md").read_text(encoding="utf-8")
+
+
+async def test_the_receiver_of_the_page_takes_what_is_signed_and_nothing_else(
+    service: Service, plan: dict[str, Any]
+) -> None:
+    program = re.search(r"```python\n(.*?)```", PAGE, re.DOTALL)
+    assert program is not None
+    port = free_tcp_port()
+    url = f"http://127.0.0.1:{port}/"
+    plan_id = await a_plan(service, plan)
+    _, _, made = await service.call("POST", "/api/v1/webhooks", json={"url": url})
+    environment = {**os.environ, "SECRET": made["secret"], "PORT": str(port)}
+    receiver = await asyncio.create_subprocess_exec(
+        sys.executable, "-c", program.group(1), env=environment, stdout=PIPE, stderr=asyncio.subprocess.DEVNULL
+    )
+    try:
+        await deliver(service.services.journal, plan_id, "run-1")
+        assert receiver.stdout is not None
+        async with asyncio.timeout(60):
+            assert [(await receiver.stdout.readline()).decode().strip() for _ in TOLD] == TOLD
+        forged = {"Waydrop-Signature": f"t=1,v1={'0' * 64}", "Waydrop-Event": "x"}
+        async with service.http.post(url, data=b'{"type": "forged"}', headers=forged) as answer:
+            assert answer.status == 401
+    finally:
+        receiver.kill()
+        rest, _ = await receiver.communicate()
+    assert rest == b"", "nothing forged, and nothing twice"
+
+
+def test_the_receiver_is_short_enough_to_be_read() -> None:
+    program = re.search(r"```python\n(.*?)```", PAGE, re.DOTALL)
+    assert program is not None
+    assert len([line for line in program.group(1).splitlines() if line.strip()]) <= 15
+
+
+def test_every_event_is_in_the_table_and_no_other() -> None:
+    listed = re.findall(r"^\| `((?:delivery|drop|webhook)\.[a-z]+)` \|", PAGE, re.MULTILINE)
+    assert sorted(listed) == sorted(DeliveryEvent)
+
+
+def test_the_numbers_of_the_page_are_those_of_the_code() -> None:
+    assert f"At most {MAX_HOOKS} webhooks" in PAGE
+    assert f"within {TOTAL_S:g} s" in PAGE
+    assert f"after {Backoff().first_s:g} s" in PAGE
+    assert Backoff().longest_s == 3600.0

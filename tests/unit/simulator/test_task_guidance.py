@@ -1,0 +1,154 @@
+"""Tasks as the simulated vehicles fly them, in simulated time: how far beside the course, and that they end."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import Any
+
+import pytest
+
+from app.domain.setpoint.capability import FirmwareProfile, FlightKind
+from app.domain.setpoint.encode import Follower, encode
+from app.domain.setpoint.message import LocalTarget
+from app.domain.tasks.admission import course_of
+from app.domain.tasks.course import CircleCourse, Course, LegsCourse
+from app.domain.tasks.guidance import Fix, Wish, stand, steer
+from app.simulator.dialect import Message, mavlink
+from tests.unit.domain.tasks.examples import ORIGIN, task
+from tests.unit.simulator.offboard_sender import Sender
+
+KINDS = {"quad": FlightKind.ROTARY, "vtol": FlightKind.ROTARY, "plane": FlightKind.WING, "rover": FlightKind.ROVER}
+UP_M = {"quad": 10.0, "vtol": 10.0, "plane": 50.0, "rover": 0.0}
+TICK_S = 0.05
+LATE_TICKS = 2
+"""A position is 0.1 s old when it is looked at; the guidance carries it forward."""
+CORNER_M = 6.0
+
+
+class Flight:
+    """One vehicle and the guidance, tick by tick."""
+
+    def __init__(self, airframe: str, wind: tuple[float, float] = (0.0, 0.0)) -> None:
+        self.kind, self.up_m = KINDS[airframe], UP_M[airframe]
+        self.sender = Sender(airframe).airborne(self.up_m)
+        faults = self.sender.cockpit.vehicle.faults
+        faults.wind_north_m_s, faults.wind_east_m_s = wind
+        self._measured: deque[Fix] = deque(maxlen=LATE_TICKS)
+
+    @property
+    def here(self) -> tuple[float, float]:
+        return self.sender.place[0], self.sender.place[1]
+
+    def fix(self) -> Fix:
+        """What the guidance knows: a place that is late, carried forward."""
+        body = self.sender.cockpit.vehicle.state.body
+        self._measured.append(Fix(self.here, body.up_m, (body.v_north_m_s, body.v_east_m_s)))
+        return self._measured[0].ahead((len(self._measured) - 1) * TICK_S)
+
+    def say(self, setpoint: Any) -> None:
+        follower = Follower(self.kind, FirmwareProfile.FLOWN, ORIGIN.altitude_m)
+        target = encode(setpoint, follower)
+        assert isinstance(target, LocalTarget)
+        self.sender.cockpit.send(message(target))
+        self.sender.cockpit.fly(TICK_S)
+
+    def stands(self, ground: tuple[float, float], seconds: float) -> None:
+        for _ in range(round(seconds / TICK_S)):
+            self.say(stand(self.kind, ground, self.up_m, self.fix()))
+
+    def fly(self, course: Course, seconds: float, speed: float | None = None) -> list[float]:
+        """Until it has arrived or so long; metres beside the course from where it was first joined, off corners."""
+        beside: list[float] = []
+        leg = 0
+        for _ in range(round(seconds / TICK_S)):
+            steering = steer(self.kind, Wish(course, self.up_m, leg, speed), self.fix())
+            leg = steering.reference.leg
+            if steering.arrived:
+                return beside
+            self.say(steering.setpoint)
+            cross_m = abs(course.reference(self.here, leg).cross_m)
+            if not is_at_corner(course, self.here) and (beside or cross_m < 0.5):
+                beside.append(cross_m)
+        assert isinstance(course, CircleCourse), f"it must arrive within {seconds} s; it is at {self.here}"
+        return beside
+
+
+def is_at_corner(course: Course, here: tuple[float, float]) -> bool:
+    return isinstance(course, LegsCourse) and min(math.dist(here, point) for point in course.points) < CORNER_M
+
+
+def message(target: LocalTarget) -> Message:
+    """As it goes over the wire."""
+    return mavlink.MAVLink_set_position_target_local_ned_message(
+        *(0, 1, 1, int(target.frame), int(target.type_mask)),
+        *target.position,
+        *target.velocity,
+        *target.acceleration,
+        *(target.yaw_rad, target.yaw_rate_rad_s),
+    )
+
+
+def course(kind: str, **fields: Any) -> Course:
+    return course_of(task(kind, **fields), ORIGIN, 0.0)
+
+
+def at(north_m: float, east_m: float) -> dict[str, float]:
+    return {"north_m": north_m, "east_m": east_m}
+
+
+SQUARE = [at(0, 0), at(80, 0), at(80, 60), at(20, 60)]
+COURSES: dict[str, Course] = {
+    "circle": course("circle", center=at(30, 0), radius_m=20.0),
+    "counter-clockwise": course("circle", center=at(30, 0), radius_m=-20.0),
+    "segment": course("segment", start=at(0, 5), end=at(120, 25)),
+    "path": course("path", points=SQUARE),
+}
+
+
+@pytest.mark.parametrize("pattern", sorted(COURSES))
+@pytest.mark.parametrize(("wind", "most_m"), [((0.0, 0.0), 1.0), ((3.5, 3.5), 2.0)], ids=["calm", "wind"])
+def test_a_multicopter_keeps_to_its_course_at_5_m_s(pattern: str, wind: tuple[float, float], most_m: float) -> None:
+    flight = Flight("quad", wind)
+    flight.stands((0.0, 0.0), 6.0)
+    beside = flight.fly(COURSES[pattern], 40.0 if isinstance(COURSES[pattern], CircleCourse) else 90.0, speed=5.0)
+    assert len(beside) > 100
+    assert max(beside) < most_m
+
+
+def test_a_plane_follows_a_circle_by_its_tangents() -> None:
+    beside = Flight("plane").fly(course("circle", center=at(200, 0), radius_m=-80.0), 80.0)
+    assert len(beside) > 500
+    assert max(beside[200:]) < 5.0
+
+
+def test_a_plane_follows_segments_and_turns_for_the_next() -> None:
+    beside = Flight("plane").fly(course("segment", start=at(100, 50), end=at(500, 50)), 90.0)
+    assert max(beside) < 3.0
+    Flight("plane").fly(course("path", points=[at(100, 0), at(400, 0), at(400, 200)]), 90.0)
+
+
+def test_a_plane_that_stands_circles_the_place() -> None:
+    flight = Flight("plane")
+    away = []
+    for tick in range(round(60.0 / TICK_S)):
+        flight.say(stand(flight.kind, (150.0, 0.0), flight.up_m, flight.fix()))
+        if tick * TICK_S > 45.0:
+            away.append(math.dist(flight.here, (150.0, 0.0)))
+    assert (min(away), max(away)) == pytest.approx((80.0, 80.0), abs=6.0)
+
+
+@pytest.mark.parametrize(("airframe", "pattern"), [("rover", "circle"), ("rover", "path"), ("vtol", "path")])
+def test_a_rover_and_a_hovering_vtol_keep_to_their_courses_too(airframe: str, pattern: str) -> None:
+    beside = Flight(airframe).fly(COURSES[pattern], 60.0 if pattern == "circle" else 200.0, speed=2.5)
+    assert len(beside) > 100
+    assert max(beside) < 1.0
+
+
+@pytest.mark.parametrize("airframe", ["quad", "rover"])
+def test_a_goto_ends_at_its_place_and_what_stands_there_stays(airframe: str) -> None:
+    flight = Flight(airframe)
+    flight.fly(course("goto", point=at(30, -20)), 90.0)
+    flight.stands((30.0, -20.0), 8.0)
+    assert math.dist(flight.here, (30.0, -20.0)) < 0.6
+    assert flight.sender.cockpit.vehicle.state.body.ground_speed_m_s < 0.1

@@ -1,0 +1,81 @@
+"""Attachments on the disk: whole or not at all, and found out when altered."""
+
+from __future__ import annotations
+
+import asyncio
+import hashlib
+from pathlib import Path
+
+import pytest
+
+from app.domain.errors import AttachmentAlteredError, StorageError
+from app.domain.events import EventKind, NewEvent
+from app.storage import open_storage, verify_journal
+from app.storage.attachments import attachments_folder, file_path
+
+PHOTO = b"\xff\xd8\xff photo"
+HASH = hashlib.sha256(PHOTO).hexdigest()
+
+
+@pytest.fixture
+async def journal(tmp_path: Path) -> Path:
+    """A journal whose run has one attachment."""
+    path = tmp_path / "journal.db"
+    data = {"plan_item_id": "drop", "name": "door.jpg", "media_type": "image/jpeg", "size_bytes": 9, "sha256": HASH}
+    async with open_storage(path) as storage:
+        await storage.attachments.put(HASH, PHOTO)
+        event = NewEvent(kind=EventKind.RUN_ATTACHMENT, time=1.0, run_id="r1", data={**data, "at": 1.0, "by": "desk"})
+        await storage.events.append([event])
+    return path
+
+
+def the_file(journal: Path) -> Path:
+    return file_path(attachments_folder(journal), HASH)
+
+
+async def test_an_intact_file_is_counted_and_nothing_else_lies_about(journal: Path) -> None:
+    found = await verify_journal(journal)
+    assert (found.attachments, found.alterations) == (1, [])
+    files = await asyncio.to_thread(lambda: [one for one in attachments_folder(journal).rglob("*") if one.is_file()])
+    assert files == [the_file(journal)]
+
+
+@pytest.mark.parametrize("content", [b"\xff\xd8\xff photx", PHOTO + b"\0", b"", None])
+async def test_an_altered_or_missing_file_is_named_by_verify_journal_and_never_given_out(
+    journal: Path, content: bytes | None
+) -> None:
+    if content is None:
+        await asyncio.to_thread(the_file(journal).unlink)
+    else:
+        await asyncio.to_thread(the_file(journal).write_bytes, content)
+    found = await verify_journal(journal)
+    assert [line.partition(":")[0] for line in found.alterations] == ["attachment door.jpg of drop drop of run r1"]
+    async with open_storage(journal) as storage:
+        with pytest.raises(AttachmentAlteredError):
+            await storage.attachments.get(HASH)
+        await storage.attachments.put(HASH, PHOTO)  # the uploader still had it
+        assert await storage.attachments.get(HASH) == PHOTO
+
+
+async def test_an_event_altered_to_another_file_breaks_the_chain(journal: Path, tmp_path: Path) -> None:
+    other = b"\xff\xd8\xff another"
+    forged = hashlib.sha256(other).hexdigest()
+    async with open_storage(journal) as storage:
+        await storage.attachments.put(forged, other)
+        await storage.attachments._database.write(  # type: ignore[attr-defined]
+            lambda connection: connection.exec_driver_sql("DROP TRIGGER events_never_change")
+        )
+        await storage.attachments._database.write(  # type: ignore[attr-defined]
+            lambda connection: connection.exec_driver_sql(
+                f"UPDATE events SET data = replace(data, '{HASH}', '{forged}')"
+            )
+        )
+    assert any("its hash does not fit" in line for line in (await verify_journal(journal)).alterations)
+
+
+async def test_a_disk_that_takes_nothing_is_a_storage_error(tmp_path: Path) -> None:
+    path = tmp_path / "journal.db"
+    await asyncio.to_thread(attachments_folder(path).write_text, "a file in the folder's place")
+    async with open_storage(path) as storage:
+        with pytest.raises(StorageError, match="attachments"):
+            await storage.attachments.put(HASH, PHOTO)
