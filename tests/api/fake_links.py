@@ -65,8 +65,12 @@ class FakeLink:
 
     def change(self, **changes: object) -> None:
         """Change the state and tell it."""
-        self._state = replace(self._state, **changes)  # type: ignore[arg-type]
+        self.move(**changes)
         self.tell(StateChanged())
+
+    def move(self, **changes: object) -> None:
+        """Change what is telemetry alone: nothing is told."""
+        self._state = replace(self._state, **changes)  # type: ignore[arg-type]
 
     def tell(self, fact: LinkFact) -> None:
         """Say a fact to every listener."""

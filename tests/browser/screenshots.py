@@ -32,6 +32,11 @@ def faulty_plan() -> str:
     return json.dumps(plan, indent=2)
 
 
+def file_name(view: str) -> str:
+    """A view's name as part of a file's."""
+    return view.lower().replace(" ", "-")
+
+
 async def wide(browser: Browser, url: str, folder: Path) -> None:
     """The whole way of a delivery, as in the documentation."""
     async with Dashboard.opened(browser, url) as board:
@@ -60,9 +65,9 @@ async def every_view(browser: Browser, url: str, folder: Path, size: str, scheme
             await board.page.screenshot(path=folder / f"{size}-{scheme}.png")
             await board.page.locator(".plan-item-main").nth(2).click()
             await board.page.screenshot(path=folder / f"{size}-{scheme}-editor.png")
-            for tab in ("Area", "Details", "JSON", "Simulator"):
+            for tab in ("Area", "Details", "JSON", "Hands on", "Simulator"):
                 await board.page.get_by_role("tab", name=tab).click()
-                await board.page.screenshot(path=folder / f"{size}-{scheme}-{tab.lower()}.png")
+                await board.page.screenshot(path=folder / f"{size}-{scheme}-{file_name(tab)}.png")
             return
         views = board.page.get_by_role("navigation", name="Views")
         for view in VIEWS:
@@ -70,7 +75,7 @@ async def every_view(browser: Browser, url: str, folder: Path, size: str, scheme
             if view == "Plan":
                 await board.fill_plan(faulty_plan())
                 await expect(board.page.locator(".finding").first).to_be_visible()
-            await board.page.screenshot(path=folder / f"{size}-{scheme}-{view.lower()}.png")
+            await board.page.screenshot(path=folder / f"{size}-{scheme}-{file_name(view)}.png")
 
 
 async def main(folder: Path) -> None:

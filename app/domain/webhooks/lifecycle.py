@@ -8,6 +8,7 @@ from enum import StrEnum
 from typing import Final
 
 from app.domain.attachment import Attachment
+from app.domain.consent import ConsentState
 from app.domain.drop import Certainty, DropOutcome, DropRecord
 from app.domain.events import Event, EventKind
 from app.domain.run import Run, RunState
@@ -41,6 +42,8 @@ class DeliveryEvent(StrEnum):
     """The run ended by a failure: `reason`."""
     LOST = "delivery.lost"
     """The vehicle is not seen any more."""
+    DROP_CONSENT_ASKED = "drop.consent_asked"
+    """The vehicle holds at a drop and waits for a person's yes, until `drop.consent.deadline_at`."""
     DROP_RELEASED = "drop.released"
     """A drop ended with the parcel released; `drop.certainty` says how sure that is."""
     DROP_KEPT = "drop.kept"
@@ -99,6 +102,7 @@ class Lifecycle:
         self._fold = RunFold()
         self._state: RunState | None = None
         self._drops: dict[str, tuple[DropOutcome, Certainty]] = {}
+        self._questions: dict[str, int] = {}
 
     def take(self, event: Event) -> tuple[News, ...]:
         """What this event tells that the ones before did not; most tell nothing."""
@@ -115,10 +119,20 @@ class Lifecycle:
 
     def _of_drops(self, run: Run) -> Iterator[News]:
         for drop in run.drops:
+            if self._is_new_question(drop):
+                yield News(DeliveryEvent.DROP_CONSENT_ASKED, run, drop=drop)
             ended = (drop.outcome, drop.certainty)
             if drop.outcome in _BY_OUTCOME and self._drops.get(drop.plan_item_id) != ended:
                 self._drops[drop.plan_item_id] = ended
                 yield News(_BY_OUTCOME[drop.outcome], run, drop=drop)
+
+    def _is_new_question(self, drop: DropRecord) -> bool:
+        consent = drop.consent
+        if consent is None or consent.state is not ConsentState.ASKED:
+            return False
+        before = self._questions.get(drop.plan_item_id)
+        self._questions[drop.plan_item_id] = consent.question
+        return consent.question != before
 
     def _of_state(self, run: Run) -> Iterator[News]:
         before, self._state = self._state, run.state

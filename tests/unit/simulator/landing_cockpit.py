@@ -63,6 +63,11 @@ class Bench:
         self._detector = land_detector_for(AIRFRAMES[airframe], self._state, self.params, self.clock, VehicleFaults())
         self._detector.boot()
 
+    def reboot(self) -> None:
+        """The autopilot's clock and its detector begin anew."""
+        self.clock.restart()
+        self._detector.boot()
+
     @property
     def land(self) -> LandDetected:
         return self._state.status.land

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from app.simulator.events import EVENTS
 from app.simulator.mission.fence_item import (
     CIRCLE_EXCLUSION,
     CIRCLE_INCLUSION,
@@ -57,6 +58,11 @@ def mode(cockpit: Cockpit) -> Mode:
     return cockpit.vehicle.state.status.mode
 
 
+def events(cockpit: Cockpit) -> list[str]:
+    names = {number: name for name, (number, _, _) in EVENTS.items()}
+    return [names[event.id] for event in cockpit.messages("EVENT")]
+
+
 def breaching(fence: list[Plan], airframe: str = "quad", firmware: str = "px4-main", **params: Value) -> Cockpit:
     """Flies over the border; returns in the cycle in which that is seen."""
     cockpit = northwards(fence, airframe, firmware, **params)
@@ -84,10 +90,32 @@ def test_each_kind_of_area_is_breached_at_its_border_within_a_fifth_of_a_second(
     assert cockpit.texts()[-2:] == [TEXT, "Failsafe activated"]
 
 
+def test_it_looks_five_times_a_second_in_the_air_and_on_the_ground() -> None:
+    cockpit = Cockpit()
+    assert cockpit.upload(INCLUSION, FENCE) == 0
+    cockpit.fly(1.0)
+    body = cockpit.vehicle.state.body
+    for phase in range(1, 8):
+        cockpit.fly(0.26 + 0.04 * phase)
+        for north_m in (BORDER_M + 1.0, 0.0):
+            body.north_m = north_m
+            assert cockpit.until(lambda north_m=north_m: breached(cockpit) is (north_m > BORDER_M), 1.0) < 0.23
+
+
+def test_without_a_position_nothing_is_seen() -> None:
+    cockpit = northwards(INCLUSION, GF_ACTION=1)
+    cockpit.vehicle.faults.gps_lost = True
+    cockpit.until(lambda: not cockpit.vehicle.state.status.position_valid, 10.0)
+    cockpit.vehicle.state.body.north_m = 60.0
+    cockpit.fly(1.0)
+    assert not breached(cockpit)
+
+
 def test_the_distance_from_home_is_limited_by_gf_max_hor_dist() -> None:
     cockpit = breaching([], GF_MAX_HOR_DIST=BORDER_M)
     assert cockpit.vehicle.state.body.north_m == pytest.approx(BORDER_M, abs=1.5)
     assert cockpit.texts()[-2] == "Geofence: exceeding maximum distance to Home"
+    assert "check_gf_violation_max_hor_dist" in events(cockpit)
 
 
 def test_the_height_above_home_is_limited_by_gf_max_ver_dist() -> None:
@@ -121,11 +149,15 @@ def test_a_fence_that_was_refused_as_it_came_limits_nothing() -> None:
 
 
 def test_one_cannot_arm_outside_the_fence() -> None:
-    cockpit = Cockpit(params={"GF_MAX_VER_DIST": 50.0})
-    cockpit.vehicle.state.status.fence_breached = True
-    assert cockpit.command(Cmd.COMPONENT_ARM_DISARM, 1, wait_s=0.02) == [Result.TEMPORARILY_REJECTED]
+    cockpit = Cockpit(params={"GF_ACTION": 1})
+    cockpit.upload(INCLUSION, FENCE)
+    cockpit.fly(1.0)
+    cockpit.vehicle.state.body.north_m = BORDER_M + 10.0
+    cockpit.fly(1.0)
+    assert cockpit.command(Cmd.COMPONENT_ARM_DISARM, 1) == [Result.TEMPORARILY_REJECTED]
+    assert "Failsafe activated" not in cockpit.texts(), "there is nothing to do on the ground"
+    cockpit.vehicle.params.set("GF_ACTION", 0)
     cockpit.fly(0.3)
-    assert not breached(cockpit), "looked at on the ground, too"
     cockpit.arm()
 
 
@@ -137,6 +169,7 @@ def test_1_warns_and_flies_on() -> None:
     assert cockpit.texts()[-2:] == [TEXT, "Failsafe activated"]
     cockpit.until(lambda: cockpit.vehicle.state.body.north_m > 115.0, 60.0)
     assert cockpit.texts().count("Failsafe activated") == 1
+    assert "commander_failsafe_enter_generic_warn" in events(cockpit)
     assert cockpit.last("HEARTBEAT").system_status == 4
 
 
@@ -155,16 +188,22 @@ def test_3_returns_and_5_lands_after_a_hold_of_com_fail_act_t(action: int, then:
     cockpit = breaching(INCLUSION, GF_ACTION=action, COM_FAIL_ACT_T=4.0)
     assert mode(cockpit) is Mode.LOITER
     assert "".join(cockpit.texts()[-2:]).endswith("Failsafe activated, entering Hold for 4 seconds")
+    assert events(cockpit)[-1] == "commander_failsafe_enter_generic_hold"
     assert cockpit.until(lambda: mode(cockpit) is not Mode.LOITER, 10.0) == pytest.approx(4.0, abs=0.03)
     assert mode(cockpit) is then
     assert "Failsafe activated" in cockpit.texts()
+    assert "commander_failsafe_enter_generic" in events(cockpit)
     cockpit.until(lambda: not cockpit.armed, 120.0)
     home_m = cockpit.distance_to(0.0, 0.0)  # in hold it flew on to where it had been sent: the mode was the same
     assert home_m < 1.0 if then is Mode.RTL else BORDER_M < home_m < 100.0
+    cockpit.fly(0.1)
+    assert mode(cockpit) is Mode.LOITER, "disarmed the failsafe is over"
 
 
 def test_without_that_time_it_returns_at_once() -> None:
-    assert mode(breaching(INCLUSION, GF_ACTION=3, COM_FAIL_ACT_T=0.0)) is Mode.RTL
+    cockpit = breaching(INCLUSION, GF_ACTION=3, COM_FAIL_ACT_T=0.0)
+    assert mode(cockpit) is Mode.RTL
+    assert "entering Hold" not in "".join(cockpit.texts())
 
 
 def test_a_vehicle_that_lands_is_not_made_to_return() -> None:
@@ -214,6 +253,15 @@ def test_the_next_breach_acts_again() -> None:
     send_north(cockpit)
     cockpit.until(lambda: cockpit.vehicle.state.status.failsafe, 40.0)
     assert cockpit.texts().count("Failsafe activated") == 2
+
+
+def test_a_hold_over_the_border_is_one_breach_however_often_it_drifts_across() -> None:
+    cockpit = breaching(INCLUSION)
+    body = cockpit.vehicle.state.body
+    for north_m in (BORDER_M - 1.0, BORDER_M + 1.0, BORDER_M - 1.0, BORDER_M + 1.0):
+        body.north_m = north_m
+        cockpit.fly(0.5)
+    assert cockpit.texts().count("Failsafe activated") == 1
 
 
 def test_a_return_goes_on_when_the_vehicle_is_inside_again() -> None:

@@ -84,6 +84,25 @@ def test_the_flight_time_counts_from_the_take_off_to_the_disarming_and_is_stored
     assert flight_us(bench) == 15_000_000
 
 
+def test_a_reboot_in_the_air_loses_the_flight_time_until_then() -> None:
+    bench = Bench("quad")
+    bench.feed(DISARMED, 2.0)
+    bench.feed(FLYING, 10.0)
+    bench.reboot()
+    bench.feed(FLYING, 3.0)
+    bench.feed(DISARMED, 1.0)
+    assert flight_us(bench) == 3_000_000
+
+
+@pytest.mark.parametrize("airframe", ["quad", "plane", "vtol", "rover", "airship"])
+def test_after_a_reboot_it_has_landed_until_the_contrary_is_seen(airframe: str) -> None:
+    bench = Bench(airframe, LNDFW_TRIG_TIME=5.0, LNDMC_TRIG_TIME=5.0)
+    bench.feed(FLYING, 3.0)
+    assert not bench.land.landed
+    bench.reboot()
+    assert bench.feed(DISARMED, 0.02).landed
+
+
 def test_landings_on_the_way_do_not_stop_the_flight_time() -> None:
     bench = Bench("quad")
     bench.feed(FLYING, 4.0)

@@ -142,6 +142,27 @@ def test_flown_by_hand_no_descent_is_asked_for_and_minimum_thrust_is_the_sticks(
     free.seconds_until("maybe_landed", True, replace(MANUAL, throttle=0.2))
 
 
+def test_minimum_thrust_is_a_tenth_of_the_range_to_hover_where_the_climb_is_controlled() -> None:
+    """MPC_THR_MIN 0.12, hover at 0.5: up to 0.158; by hand MPC_MANTHR_MIN alone counts."""
+    for throttle, lands in ((0.15, True), (0.165, False)):
+        bench = Bench("quad").flown()
+        assert bench.feed(replace(STANDING, throttle=throttle), 3.0).maybe_landed is lands
+    assert not Bench("quad").flown().feed(replace(MANUAL, throttle=0.15), 3.0).maybe_landed
+
+
+def test_a_descent_is_none_where_nothing_controls_the_climb() -> None:
+    descending = replace(FLYING, v_xy_m_s=0.0, climb_command_m_s=-1.0, dist_bottom_m=None, has_range_sensor=False)
+    assert Bench("quad").flown().feed(descending, 1.0).in_ground_effect
+    assert not Bench("quad").flown().feed(replace(descending, mode=Mode.STABILIZED), 1.0).in_ground_effect
+
+
+def test_after_a_reboot_the_hover_thrust_is_the_parameter_again() -> None:
+    bench = Bench("quad")
+    bench.feed(replace(FLYING, hover_throttle=0.9), 1.0)
+    bench.reboot()
+    assert not bench.feed(replace(STANDING, hover_throttle=None, throttle=0.3), 0.1).ground_contact
+
+
 def test_the_hover_thrust_estimate_replaces_the_parameter_for_good() -> None:
     bench = Bench("quad")
     bench.feed(replace(FLYING, hover_throttle=0.3), 1.0)

@@ -23,6 +23,31 @@ def test_a_plane_has_landed_two_seconds_after_it_became_slow() -> None:
     assert bench.seconds_until("landed", True, STANDING) < 0.8  # the filters lag
 
 
+@pytest.mark.parametrize(
+    ("fast", "lag_s"),
+    [
+        ({"airspeed_m_s": 12.0}, 0.14),  # down to a half with 0.95 kept in each of two runs a cycle
+        ({"v_xy_m_s": 12.0}, 0.29),
+        ({"v_z_m_s": 2.0}, 0.69),
+        ({"acceleration_xy_m_s2": 60.0}, 0.09),
+        ({"rate_rad_s": 0.1, "airspeed_m_s": None, "v_xy_valid": False}, 0.48),
+    ],
+)
+def test_a_low_pass_lets_each_of_its_readings_lag(fast: dict[str, Any], lag_s: float) -> None:
+    slow = {name: value for name, value in fast.items() if value is None or value is False}
+    bench = Bench("plane")
+    bench.feed(replace(STANDING, **fast), 5.0)
+    assert not bench.land.landed
+    assert bench.seconds_until("landed", True, replace(STANDING, **slow)) == pytest.approx(2.0 + lag_s, abs=0.045)
+
+
+def test_after_a_reboot_its_filters_begin_at_rest() -> None:
+    bench = Bench("plane")
+    bench.feed(replace(FLYING, v_z_m_s=3.0), 3.0)
+    bench.reboot()
+    assert all(bench.feed(STANDING, 0.02).landed for _ in range(100))
+
+
 def test_its_trigger_time_is_a_parameter() -> None:
     bench = Bench("plane", LNDFW_TRIG_TIME=6.0)
     bench.feed(FLYING, 3.0)
@@ -141,3 +166,14 @@ def test_an_armed_airship_never_lands() -> None:
     assert not bench.feed(STANDING, 0.1).landed
     assert bench.never("landed", replace(STANDING, mode=Mode.LAND))
     assert not bench.land.ground_contact
+
+
+def test_a_vtol_without_airspeed_any_more_lands_as_a_multicopter() -> None:
+    bench = Bench("vtol").flown()
+    assert bench.seconds_until("landed", True, replace(STANDING, **BLIND)) == pytest.approx(1.0, abs=0.1)
+
+
+def test_after_a_reboot_a_vtol_has_not_flown_and_airspeed_is_wind() -> None:
+    bench = Bench("vtol").flown()
+    bench.reboot()
+    assert all(bench.feed(replace(STANDING, airspeed_m_s=12.0), 0.02).landed for _ in range(50))

@@ -76,6 +76,7 @@ def test_it_goes_on_to_the_position_that_it_flew_to_and_shows_it() -> None:
         pytest.approx(EAST, abs=0.1),
     )
     assert "Executing Mission" in cockpit.texts()[-2:]
+    assert cockpit.vehicle.mission.result.seq_reached == -1, "item 1 is not reported again"
     cockpit.until(lambda: cockpit.vehicle.store.current_seq == 5)
     cockpit.fly(1.1)
     assert cockpit.last("MISSION_CURRENT").seq == 5

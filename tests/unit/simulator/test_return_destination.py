@@ -53,6 +53,7 @@ def chosen(
         (3, True, [], 31.0, Way.DIRECT, HOME),  # the landing is nearer, but by less than 2 m
         (3, True, [], 31.5, Way.TO_LANDING, GARDEN),
         (5, True, [RALLY], 10.0, Way.DIRECT, RALLY),
+        (5, False, [(8.0, 0.0)], 30.0, Way.DIRECT, (8.0, 0.0)),
         (5, True, [], 50.0, Way.DIRECT, (50.0, 0.0)),  # where it is
     ],
 )
@@ -90,6 +91,15 @@ def test_type_2_follows_the_mission_to_its_landing_and_without_one_back(garden: 
 def test_type_4_counts_the_items_to_both(seq: int, marker: bool, way: Way) -> None:
     assert chosen(4, garden=True, north_m=20.0, seq=seq, marker=marker)[0] is way
     assert chosen(4, garden=False, north_m=20.0, seq=seq)[0] is Way.REVERSE
+
+
+def test_as_many_items_on_as_back_is_back() -> None:
+    cockpit = Cockpit(params={"RTL_TYPE": 4})
+    cockpit.upload([takeoff(10), waypoint(20, 0, 10), waypoint(40, 0, 10), waypoint(50, 0, 10), land(*GARDEN)])
+    cockpit.fly(0.1)
+    vehicle = cockpit.vehicle
+    vehicle.store.current_seq = 2
+    assert ReturnDestination(vehicle.context, vehicle.store, vehicle.mission.result).choose().way is Way.REVERSE
 
 
 @pytest.mark.parametrize("rtl_type", [1, 2, 3, 4])

@@ -1790,7 +1790,7 @@ export interface components {
          * @description What a webhook may be told. docs/webhooks.md has the table.
          * @enum {string}
          */
-        DeliveryEvent: "delivery.created" | "delivery.ready" | "delivery.departed" | "delivery.arrived" | "delivery.paused" | "delivery.resumed" | "delivery.returning" | "delivery.landed" | "delivery.completed" | "delivery.aborted" | "delivery.failed" | "delivery.lost" | "drop.released" | "drop.kept" | "drop.unknown" | "drop.attachment" | "webhook.test";
+        DeliveryEvent: "delivery.created" | "delivery.ready" | "delivery.departed" | "delivery.arrived" | "delivery.paused" | "delivery.resumed" | "delivery.returning" | "delivery.landed" | "delivery.completed" | "delivery.aborted" | "delivery.failed" | "delivery.lost" | "drop.consent_asked" | "drop.released" | "drop.kept" | "drop.unknown" | "drop.attachment" | "webhook.test";
         /**
          * DropComparison
          * @description The release of one drop. `apart_m` is between the predicted and the flown place of the release.

@@ -11,6 +11,7 @@ import { handsVehicle } from "../state/hands-on";
 import { goThere } from "../state/hands-session";
 import { plansById } from "../state/plans";
 import { itemId, panel, selectedRun, selectedVehicle, selectVehicle, vehicleId } from "../state/selection";
+import { slowed } from "../state/slowed";
 import { live, tracks, vehicles } from "../state/store";
 import { theme } from "../state/theme";
 import { boundsAround, following, homeOf, planPoints, ringStep, vehiclePoint, viewed } from "./camera";
@@ -41,6 +42,10 @@ const home = computed(() => homeOf(selectedVehicle.value ?? Object.values(vehicl
 /** As text: telemetry brings the same place again and again, and nothing is drawn anew for that. */
 const homeKey = computed(() => JSON.stringify(home.value));
 
+/** Tails are long and change slowly: drawn with each telemetry frame they would cost more than all the rest. */
+const TAILS_MS = 500;
+const tails = slowed(tracks, TAILS_MS);
+
 const textSize_px = signal(rootTextSize());
 const look = computed<Look>(() => ({ palette: PALETTES[theme.value], scale: Math.max(1, textSize_px.value / 15.5) }));
 
@@ -67,7 +72,7 @@ export function bindScene(container: HTMLElement, onLabels: (labels: readonly La
   const effects = [
     effect(() => scene.setLook(look.value)),
     effect(() => scene.setData("vehicles", vehicleFeatures(vehicles.value, vehicleId.value, live.value))),
-    effect(() => scene.setData("tracks", trackFeatures(tracks.value))),
+    effect(() => scene.setData("tracks", trackFeatures(tails.value))),
     effect(() => drawPlan(scene)),
     effect(() => scene.setData("handles", handleFeatures(handles.value))),
     effect(() => scene.setData("sketch", sketchFeatures(sketch.value))),

@@ -7,9 +7,13 @@ import type { Point } from "./geometry";
 import type { View } from "./graticule";
 import { listenToHandles } from "./handle-drag";
 import { drawIcon } from "./icons";
+import { DRAWN_AFTER, Pacing } from "./pacing";
 import { buildStyle, NO_DATA, type Look, type MapData, type SourceId } from "./style";
 
 setWorkerUrl(workerUrl); // from our own origin, so that the page's content security policy needs no blob:
+
+/** What telemetry changes, many times a second: drawn as often as the machine can, and not more often. */
+const PACED: ReadonlySet<SourceId> = new Set(["vehicles", "tracks"]);
 
 export interface SceneEvents {
   onView(view: View): void;
@@ -33,6 +37,7 @@ export class Scene {
   readonly #dirty = new Set<SourceId>();
   #look: Look;
   #frame = 0;
+  readonly #pacing = new Pacing(() => this.#dirty.size > 0 && this.#flushSoon());
 
   constructor(container: HTMLElement, look: Look, private readonly events: SceneEvents) {
     this.#look = look;
@@ -63,7 +68,7 @@ export class Scene {
     this.#texts.set(source, text);
     this.#data[source] = data;
     this.#dirty.add(source);
-    this.#frame ||= requestAnimationFrame(() => this.#flush());
+    if (!this.#pacing.rests || !PACED.has(source)) this.#flushSoon();
   }
 
   setLook(look: Look): void {
@@ -101,6 +106,7 @@ export class Scene {
 
   destroy(): void {
     cancelAnimationFrame(this.#frame);
+    this.#pacing.end();
     this.#map.remove();
   }
 
@@ -136,8 +142,16 @@ export class Scene {
     return { west: bounds.getWest(), south: bounds.getSouth(), east: bounds.getEast(), north: bounds.getNorth(), width_px, height_px };
   }
 
+  #flushSoon(): void {
+    this.#frame ||= requestAnimationFrame(() => this.#flush());
+  }
+
   #flush(): void {
     this.#frame = 0;
+    if (!this.#pacing.rests) {
+      this.#pacing.begin(performance.now());
+      afterFrames(DRAWN_AFTER, () => this.#pacing.drawn(performance.now()));
+    }
     for (const id of this.#dirty) {
       const source = this.#map.getSource<GeoJSONSource>(id);
       if (!source) return; // the style is still loading; it is built with the data, and what changed since stays dirty
@@ -145,4 +159,8 @@ export class Scene {
       this.#dirty.delete(id);
     }
   }
+}
+
+function afterFrames(count: number, then: () => void): void {
+  requestAnimationFrame(() => (count > 1 ? afterFrames(count - 1, then) : then()));
 }

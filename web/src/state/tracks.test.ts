@@ -26,6 +26,13 @@ it("a position that is not known or too old is not drawn", () => {
   expect(extendTracks({}, { v1: sampleState({ position_age_s: 30 }) }, 0)).toEqual({});
 });
 
+it("many tracks together are bounded too", () => {
+  const fleet = (i: number) => Object.fromEntries(Array.from({ length: 200 }, (_, n) => [`v${n}`, sampleState({ latitude_deg: 47 + i * 5 * METRE_DEG })]));
+  let tracks: Tracks = {};
+  for (let i = 0; i < 300; i++) tracks = extendTracks(tracks, fleet(i), i);
+  expect(Object.values(tracks).reduce((sum, track) => sum + track.length, 0)).toBeLessThanOrEqual(24_000);
+});
+
 it("a track is bounded", () => {
   const points = Array.from({ length: 2000 }, (_, i): [number, number] => [i * 5, i]);
   expect(flown(...points)["v1"]?.length).toBe(600);

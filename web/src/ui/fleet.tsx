@@ -1,10 +1,10 @@
-import { useComputed } from "@preact/signals";
-import type { Run, Vehicle, VehicleState } from "../api/types";
+import { useComputed, type ReadonlySignal } from "@preact/signals";
+import type { Run, Vehicle, VehicleType } from "../api/types";
 import { api } from "../api/client";
 import { age, heading, metres, percent, speed } from "../format/units";
 import { landedName, plain, runStateName, runStateTone, vehicleTypeName } from "../format/words";
 import { STALE_S } from "../map/features";
-import { secondsSince } from "../state/clock";
+import { now, secondsSince } from "../state/clock";
 import { report } from "../state/notices";
 import { currentRun } from "../state/runs";
 import { selectRun, selectVehicle, selectedVehicle } from "../state/selection";
@@ -30,25 +30,24 @@ function NoVehicles() {
 }
 
 function VehicleRow({ id }: { id: string }) {
-  const vehicle = useComputed(() => vehicles.value[id]).value; // only this row is drawn when this vehicle changes
-  if (!vehicle) return null;
+  const vehicle = useSteady(() => rowOf(vehicles.value[id])).value; // drawn when what it says has changed, not with each frame
   const selected = selectedVehicle.value?.id === id;
-  const run = currentRun(vehicle, runs.value);
+  if (vehicle === null) return null;
   return (
     <li class={`vehicle${selected ? " selected" : ""}`}>
       <button type="button" class="vehicle-main" aria-pressed={selected} onClick={() => selectVehicle(id)}>
-        <span class={vehicle.state.armed === true ? "vehicle-icon armed" : "vehicle-icon"} title={vehicle.state.armed === true ? "Armed" : undefined}>
-          <VehicleIcon type={vehicle.vehicle_type} />
+        <span class={vehicle.armed ? "vehicle-icon armed" : "vehicle-icon"} title={vehicle.armed ? "Armed" : undefined}>
+          <VehicleIcon type={vehicle.type} />
         </span>
         <span class="vehicle-name">
           <b>{id}</b>
-          <small>{vehicleTypeName(vehicle.vehicle_type)}</small>
+          <small>{vehicleTypeName(vehicle.type)}</small>
         </span>
-        <VehicleBadges vehicle={vehicle} />
+        <VehicleBadges row={vehicle} />
         <span class="vehicle-facts">
-          <Landed state={vehicle.state} />
-          <Battery value={vehicle.state.battery_percent} />
-          <LinkAge vehicle={vehicle} />
+          <Landed row={vehicle} />
+          <Battery value={vehicle.battery_percent} />
+          <LinkAge id={id} />
         </span>
       </button>
       {vehicle.quarantined !== null && (
@@ -59,25 +58,49 @@ function VehicleRow({ id }: { id: string }) {
           </span>
         </p>
       )}
-      {run && <RunLine run={run} />}
-      {selected && <VehicleDetails vehicle={vehicle} inRun={run !== null} />}
+      <RunOf id={id} />
+      {selected && <VehicleDetails id={id} />}
     </li>
   );
 }
 
-function VehicleBadges({ vehicle: { state } }: { vehicle: Vehicle }) {
+/** What a row says, as coarse as it says it. */
+interface Row {
+  readonly type: VehicleType | null;
+  readonly quarantined: string | null;
+  readonly mode: string | null;
+  readonly failsafe: boolean;
+  readonly armed: boolean;
+  readonly landed: string;
+  readonly battery_percent: number | null;
+}
+
+function rowOf(vehicle: Vehicle | undefined): Row | null {
+  if (vehicle === undefined) return null;
+  const { mode, in_failsafe, armed, landed, battery_percent } = vehicle.state;
+  const battery = battery_percent === null ? null : Math.round(battery_percent);
+  return { type: vehicle.vehicle_type, quarantined: vehicle.quarantined, mode, failsafe: in_failsafe, armed: armed === true, landed, battery_percent: battery };
+}
+
+/** A computed value that counts as changed only if it says something else. */
+function useSteady<T>(compute: () => T): ReadonlySignal<T> {
+  const text = useComputed(() => JSON.stringify(compute()));
+  return useComputed(() => JSON.parse(text.value) as T);
+}
+
+function VehicleBadges({ row }: { row: Row }) {
   return (
     <span class="vehicle-badges">
-      {state.in_failsafe && <Badge tone="danger">Failsafe</Badge>}
-      <Badge tone={state.mode === "mission" ? "info" : "neutral"}>{state.mode === null ? "No mode" : plain(state.mode)}</Badge>
+      {row.failsafe && <Badge tone="danger">Failsafe</Badge>}
+      <Badge tone={row.mode === "mission" ? "info" : "neutral"}>{row.mode === null ? "No mode" : plain(row.mode)}</Badge>
     </span>
   );
 }
 
 /** Armed is only news on the ground; in the air it goes without saying. */
-function Landed({ state }: { state: VehicleState }) {
-  const ready = state.armed === true && state.landed === "on_ground";
-  return <span class={ready ? "landed armed" : "landed"}>{ready ? "Armed" : landedName(state.landed)}</span>;
+function Landed({ row }: { row: Row }) {
+  const ready = row.armed && row.landed === "on_ground";
+  return <span class={ready ? "landed armed" : "landed"}>{ready ? "Armed" : landedName(row.landed)}</span>;
 }
 
 function Battery({ value }: { value: number | null }) {
@@ -92,18 +115,34 @@ function Battery({ value }: { value: number | null }) {
   );
 }
 
-/** Age of the last heartbeat: what the service measured, and what passed since it said so. */
-function LinkAge({ vehicle: { state } }: { vehicle: Vehicle }) {
-  const measured = world.value.measuredAt;
-  const heartbeat = state.heartbeat_age_s === null || measured === null ? null : state.heartbeat_age_s + secondsSince(measured);
-  const tone = !state.connected || heartbeat === null ? "danger" : heartbeat > STALE_S ? "warn" : "ok";
-  const text = state.connected ? age(heartbeat) : `lost ${age(heartbeat)}`;
+/** Age of the last heartbeat: what the service measured, and what passed since it said so. Told anew with the clock. */
+function LinkAge({ id }: { id: string }) {
+  const { tone, text } = useSteady(() => {
+    void now.value;
+    return linkOf(vehicles.peek()[id], world.peek().measuredAt);
+  }).value;
   return (
     <span class={`link-age ${tone}`} aria-label={`Link: last heartbeat ${text} ago`} title="Age of the last heartbeat">
       <Icon name="link" size={14} />
       {text}
     </span>
   );
+}
+
+function linkOf(vehicle: Vehicle | undefined, measured: number | null): { tone: string; text: string } {
+  const told = vehicle?.state.heartbeat_age_s ?? null;
+  const heartbeat = told === null || measured === null ? null : told + secondsSince(measured);
+  const connected = vehicle?.state.connected === true;
+  const tone = !connected || heartbeat === null ? "danger" : heartbeat > STALE_S ? "warn" : "ok";
+  return { tone, text: connected ? age(heartbeat) : `lost ${age(heartbeat)}` };
+}
+
+function RunOf({ id }: { id: string }) {
+  const run = useComputed(() => {
+    const vehicle = vehicles.value[id];
+    return vehicle === undefined ? null : currentRun(vehicle, runs.value);
+  }).value;
+  return run === null ? null : <RunLine run={run} />;
 }
 
 function RunLine({ run }: { run: Run }) {
@@ -116,8 +155,11 @@ function RunLine({ run }: { run: Run }) {
 }
 
 /** Commands outside a run: with a run, the run panel has those that fit it. */
-function VehicleDetails({ vehicle, inRun }: { vehicle: Vehicle; inRun: boolean }) {
+function VehicleDetails({ id }: { id: string }) {
+  const vehicle = vehicles.value[id];
+  if (vehicle === undefined) return null;
   const { state } = vehicle;
+  const inRun = currentRun(vehicle, runs.value) !== null;
   const north = state.velocity_north_m_s;
   const east = state.velocity_east_m_s;
   const ground = north === null || east === null ? null : Math.hypot(north, east);

@@ -36,11 +36,13 @@ function DeadMan({ stage }: { stage: Stage | null }) {
   );
 }
 
+const SENDERS: Readonly<Record<SentSetpoint["by"], string>> = { client: "for the client", dead_man: "by the dead-man", task: "for a task" };
+
 function Sent({ sent, cadence }: { sent: SentSetpoint; cadence: Cadence | null }) {
   return (
     <dl class="facts sent" data-by={sent.by}>
       <div class="sent-words">
-        <dt>Sent {sent.by === "client" ? "for the client" : "by the dead-man"}</dt>
+        <dt>Sent {SENDERS[sent.by]}</dt>
         <dd title={`${sent.message}, type mask ${sent.type_mask}`}>{setpointWords(sent.setpoint)}</dd>
       </div>
       <div>

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from app.domain.consent import ConsentRecord, ConsentState
 from app.domain.drop import Certainty, DropOutcome, DropPhase, DropRecord
 from app.domain.events import Event, EventKind
 from app.domain.run import Run, RunState
@@ -53,6 +54,13 @@ class Teller:
         """run.changed with the whole run."""
         self.run = self.run.model_copy(update=changes)
         return self.event(EventKind.RUN_CHANGED, self.run.model_dump(mode="json"))
+
+    def asked(self, name: str, question: int, state: ConsentState = ConsentState.ASKED) -> Event:
+        """run.drop with an operator's consent as it stands."""
+        consent = ConsentRecord(state=state, question=question, deadline_at=1234.5)
+        record = self.run.drop(name).model_copy(update={"consent": consent})
+        self.run = self.run.with_drop(record, now=2000.0)
+        return self.event(EventKind.RUN_DROP, record.model_dump(mode="json"))
 
     def dropped(self, name: str, outcome: DropOutcome, certainty: Certainty = Certainty.ACKNOWLEDGED) -> Event:
         """run.drop with a drop that ended."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
+from app.domain.consent import ConsentState
 from app.domain.drop import Certainty, DropOutcome
 from app.domain.events import Event, EventKind
 from app.domain.run import RunState
@@ -85,6 +86,21 @@ def test_a_run_told_whole_after_events_were_left_out_tells_all_that_is_new_in_it
     assert [message.type.value for message in messages] == ["drop.kept", "drop.kept", "delivery.aborted"]
     assert [message.id for message in messages] == ["gw-1:4", "gw-1:4.1", "gw-1:4.2"]
     assert {message.run.order_id for message in messages if message.run} == {"order-7"}
+
+
+def test_each_question_for_consent_is_told_once() -> None:
+    teller = Teller(new_run())
+    events = [
+        teller.created(),
+        teller.asked("drop", 0, ConsentState.PENDING),
+        teller.asked("drop", 1),
+        teller.asked("drop", 1),
+        teller.changed(reason="waits"),
+        teller.asked("drop", 1, ConsentState.WITHDRAWN),
+        teller.asked("drop", 2),
+        teller.asked("drop", 2, ConsentState.GRANTED),
+    ]
+    assert types(events) == ["delivery.created", "drop.consent_asked", "drop.consent_asked"]
 
 
 def test_an_attachment_is_news_of_its_drop() -> None:

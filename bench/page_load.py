@@ -1,0 +1,244 @@
+"""What 200 vehicles at 10 Hz cost the page's main thread, and that none of their states is dropped.
+
+Usage: python -m bench.page_load [--vehicles 200] [--hz 10] [--seconds 20] [--page FOLDER] [--profile FILE]
+
+The real application with vehicles made of a few lines, the real websocket, and Debian's Chromium with the built page
+(`make`) on the view that shows fleet and map. Long tasks are Chromium's own count of what held the main thread for over
+50 ms. The floor is the same page with the same frames in which nothing moves. At the end every vehicle gets a state
+of its own in one tick, and every row of the page must show what the API says; no event may be missing between the first
+and the last on the page's socket. The map is drawn in software here, in another process.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import contextlib
+import json
+import math
+import os
+import sys
+import tempfile
+from collections.abc import AsyncIterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Final
+
+from playwright.async_api import CDPSession, Page, WebSocket, async_playwright, expect
+
+from app.domain.vehicle import FlightMode, LandedState
+from app.services.telemetry import TelemetryFeed
+from tests.api.fake_links import HOME, FakeLink
+from tests.api.service import SETTINGS, Service, run_service
+from tests.browser.conftest import CHROMIUM, chromium_args
+
+DIST: Final = Path(__file__).parents[1] / "web" / "dist"
+MODES: Final = (FlightMode.MISSION, FlightMode.HOLD, FlightMode.RETURN)
+WATCH: Final = """
+window.long = [];
+window.frames = 0;
+new PerformanceObserver(list => long.push(...list.getEntries().map(e => e.duration))).observe({ type: 'longtask' });
+const count = () => { frames += 1; requestAnimationFrame(count); };
+requestAnimationFrame(count);
+"""
+ROWS: Final = """() => Object.fromEntries([...document.querySelectorAll('.vehicle')].map(row => [
+  row.querySelector('.vehicle-name b').textContent,
+  [...row.querySelectorAll('.badge:last-child, .battery, .landed')].map(part => part.textContent.trim()),
+]))"""
+LANDED: Final = {"in_air": "In the air", "on_ground": "Armed", "landing": "Landing"}
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """One stretch of time. `cpu` is the main thread's own processor time in it, however busy the machine is."""
+
+    name: str
+    telemetry_hz: float
+    frames_hz: float
+    cpu: float
+    long_tasks: Sequence[float]
+
+
+class Socket:
+    """What arrives at the page's socket: how many telemetry frames, and the numbers of the events."""
+
+    def __init__(self, page: Page) -> None:
+        self.telemetry = 0
+        self.seqs: list[int] = []
+        page.on("websocket", self._listen)
+
+    def _listen(self, socket: WebSocket) -> None:
+        socket.on("framereceived", lambda payload: self._take(str(payload)))
+
+    def _take(self, text: str) -> None:
+        if text.startswith('{"type":"telemetry"'):
+            self.telemetry += 1
+        elif text.startswith('{"type":"event"'):
+            self.seqs.append(int(json.loads(text)["event"]["seq"]))
+
+
+@contextlib.asynccontextmanager
+async def moving(links: Sequence[FakeLink], hz: float) -> AsyncIterator[None]:
+    """All vehicles fly circles, and each second some of them change their mode, which is an event."""
+    task = asyncio.create_task(_move(links, hz))
+    yield
+    task.cancel()
+    await asyncio.gather(task, return_exceptions=True)
+
+
+async def _move(links: Sequence[FakeLink], hz: float) -> None:
+    tick = 0
+    while True:
+        for number, link in enumerate(links):
+            link.move(**_on_circle(number, tick / hz))
+            if tick % 10 == 0 and number % 40 == (tick // 10) % 40:
+                link.change(mode=MODES[(tick // 10) % len(MODES)])
+        tick += 1
+        await asyncio.sleep(1 / hz)
+
+
+def _on_circle(number: int, at_s: float) -> dict[str, float]:
+    radius_m, speed_m_s = 50.0 + 5.0 * number, 8.0
+    angle = number + at_s * speed_m_s / radius_m
+    return {
+        "latitude_deg": HOME.latitude_deg + radius_m * math.cos(angle) / 111_195.0,
+        "longitude_deg": HOME.longitude_deg + radius_m * math.sin(angle) / 75_000.0,
+        "relative_altitude_m": 30.0 + number / 10.0 + math.sin(at_s),
+        "velocity_north_m_s": -speed_m_s * math.sin(angle),
+        "velocity_east_m_s": speed_m_s * math.cos(angle),
+        "heading_deg": math.degrees(angle + math.pi / 2) % 360.0,
+        "battery_percent": 90.0 - at_s / 10.0,
+    }
+
+
+def end_apart(links: Sequence[FakeLink]) -> None:
+    """A last state for each that no other has, all at once."""
+    for number, link in enumerate(links):
+        landed = (LandedState.IN_AIR, LandedState.ON_GROUND, LandedState.LANDING)[number // 3 % 3]
+        link.change(mode=MODES[number % 3], battery_percent=float(number % 97), landed=landed)
+
+
+async def thread_s(cdp: CDPSession) -> float:
+    """The main thread's processor time so far."""
+    found = (await cdp.send("Performance.getMetrics"))["metrics"]
+    return float(next(one["value"] for one in found if one["name"] == "ThreadTime"))
+
+
+async def measure(name: str, page: Page, cdp: CDPSession, socket: Socket, seconds: float) -> Cost:
+    """Look at the page for a while."""
+    await page.evaluate("() => { long.length = 0; frames = 0; }")
+    telemetry, before_s, began_s = socket.telemetry, await thread_s(cdp), asyncio.get_running_loop().time()
+    await asyncio.sleep(seconds)
+    took_s = asyncio.get_running_loop().time() - began_s
+    long_tasks, frames = await page.evaluate("() => [long, frames]")
+    share = (await thread_s(cdp) - before_s) / took_s
+    return Cost(name, (socket.telemetry - telemetry) / took_s, frames / took_s, share, long_tasks)
+
+
+async def compare(page: Page, service: Service) -> list[str]:
+    """Vehicles whose row is not what the API says, when nothing more comes."""
+    _, _, answer = await service.call("GET", "/api/v1/vehicles")
+    wanted = {one["id"]: _row(one["state"]) for one in answer["vehicles"]}
+    for _ in range(100):
+        shown: dict[str, Any] = await page.evaluate(ROWS)
+        wrong = [name for name, row in wanted.items() if shown.get(name) != row]
+        if not wrong and len(shown) == len(wanted):
+            return []
+        await asyncio.sleep(0.1)
+    return wrong or ["rows of vehicles that are not there"]
+
+
+async def has_arrived(socket: Socket, service: Service) -> bool:
+    """Whether the journal's last event comes to the page, within a while."""
+    for _ in range(100):
+        if socket.seqs[-1] == service.services.journal.last_seq:
+            return True
+        await asyncio.sleep(0.1)
+    return False
+
+
+def _row(state: dict[str, Any]) -> list[str]:
+    return [state["mode"].capitalize(), LANDED[state["landed"]], f"{state['battery_percent']:.0f}%"]
+
+
+@contextlib.asynccontextmanager
+async def served(folder: Path, dist: Path, vehicles: int, hz: float) -> AsyncIterator[Service]:
+    """The application with the page and so many vehicles, told so often."""
+    feeds: list[TelemetryFeed] = []
+
+    def change(services: Any) -> Any:
+        feeds.append(TelemetryFeed(services.fleet, 1 / hz))
+        return replace(services, telemetry=feeds[0])
+
+    settings = replace(SETTINGS, web_root=dist)
+    async with run_service(folder, settings=settings, change=change, links=vehicles) as service:
+        await feeds[0].start()
+        for link in service.links:
+            link.change(armed=True, landed=LandedState.IN_AIR)
+        yield service
+        await feeds[0].close()
+
+
+async def bench(dist: Path, vehicles: int, hz: float, seconds: float, profile: Path | None) -> bool:
+    """Print what was measured; False if a state was dropped."""
+    with tempfile.TemporaryDirectory() as folder:
+        async with served(Path(folder), dist, vehicles, hz) as service, async_playwright() as playwright:
+            browser = await playwright.chromium.launch(executable_path=CHROMIUM, args=chromium_args())
+            page = await browser.new_page(viewport={"width": 1440, "height": 900})
+            await page.add_init_script(WATCH)
+            socket = Socket(page)
+            cdp = await page.context.new_cdp_session(page)
+            await cdp.send("Performance.enable")
+            await page.goto(service.url)
+            await expect(page.locator(".vehicle")).to_have_count(vehicles, timeout=60_000)
+            costs = [await measure("nothing moves", page, cdp, socket, seconds / 2)]
+            async with moving(service.links, hz):
+                await asyncio.sleep(2.0)
+                if profile is not None:
+                    await cdp.send("Profiler.enable")
+                    await cdp.send("Profiler.start")
+                costs.append(await measure(f"{vehicles} move", page, cdp, socket, seconds))
+                if profile is not None:
+                    found = await cdp.send("Profiler.stop")
+                    profile.write_text(json.dumps(found["profile"]))  # noqa: ASYNC240 nothing is measured any more
+            end_apart(service.links)
+            wrong = await compare(page, service)
+            missed = not await has_arrived(socket, service)
+            gaps = [seq for before, seq in zip(socket.seqs, socket.seqs[1:], strict=False) if seq > before + 1]
+            await browser.close()
+    tell(costs, wrong, gaps, missed, len(socket.seqs))
+    return not (wrong or gaps or missed)
+
+
+def tell(costs: Sequence[Cost], wrong: Sequence[str], gaps: Sequence[int], missed: bool, events: int) -> None:
+    """The table and the verdict."""
+    out = sys.stdout.write
+    out(f"load of the machine {os.getloadavg()[0]:.1f}\n")
+    out("               telemetry  drawn  main thread  long tasks  together  longest\n")
+    for cost in costs:
+        tasks = cost.long_tasks
+        out(
+            f"{cost.name:<14} {cost.telemetry_hz:6.1f} Hz {cost.frames_hz:4.0f} Hz {cost.cpu:11.0%} "
+            f"{len(tasks):11} {sum(tasks):6.0f} ms {max(tasks, default=0.0):5.0f} ms\n"
+        )
+    out(f"events: {events}, holes {len(gaps)}, the last one {'missing' if missed else 'there'}\n")
+    out(f"vehicles whose row is not what the API says: {', '.join(wrong) or 'none'}\n")
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--vehicles", type=int, default=200)
+    parser.add_argument("--hz", type=float, default=10.0)
+    parser.add_argument("--seconds", type=float, default=20.0)
+    parser.add_argument("--page", type=Path, default=DIST, help="folder of the built page")
+    parser.add_argument("--profile", type=Path, help="write a CPU profile of the moving part")
+    arguments = parser.parse_args()
+    if not (arguments.page / "index.html").exists():
+        sys.exit("the page is not built: make")
+    if not asyncio.run(bench(arguments.page, arguments.vehicles, arguments.hz, arguments.seconds, arguments.profile)):
+        sys.exit("a state was dropped")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,75 @@
+"""What is news survives errors of the disk and the cache's bound."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import pytest
+
+from app.domain.errors import StorageError
+from app.domain.events import Event, EventKind
+from app.domain.ports import StoredPlan
+from app.domain.run import RunState
+from app.domain.vehicle import VehicleType
+from app.services.journal import Journal
+from app.services.webhooks.stories import KEPT, Stories
+from tests.unit.domain.webhooks.stories import Teller, new_run
+from tests.unit.services.fakes import ManualClock, MemoryEventStore
+
+PLAN = StoredPlan("plan-1", "ab", "clinic", VehicleType.MULTICOPTER, 1.0, "desk", {"order": {"id": "RX-1"}})
+
+
+class Plans:
+    """PlanStore of one plan, on a disk that fails for as often as it is told."""
+
+    def __init__(self, failures: int = 0) -> None:
+        self.failures = failures
+
+    async def get(self, plan_id: str) -> StoredPlan | None:
+        if self.failures:
+            self.failures -= 1
+            raise StorageError("the disk failed to read or write")
+        return PLAN if plan_id == PLAN.id else None
+
+    async def list_plans(self, *, limit: int) -> Sequence[StoredPlan]:
+        return [PLAN]
+
+
+async def journal_of(events: Sequence[Event]) -> Journal:
+    store = MemoryEventStore()
+    store.events += events
+    journal = Journal(store, ManualClock())
+    await journal.start()
+    return journal
+
+
+async def test_an_event_that_could_not_be_told_for_the_disk_is_told_at_the_next_try() -> None:
+    teller = Teller(new_run())
+    events = [teller.created(), teller.changed(state=RunState.UPLOADED), teller.changed(state=RunState.ABORTED)]
+    journal = await journal_of(events)
+    stories = Stories(journal, Plans(failures=2))
+    with pytest.raises(StorageError):
+        await stories.messages(events[0])
+    with pytest.raises(StorageError):
+        await stories.messages(events[0])
+    told = [message for event in events for message in await stories.messages(event)]
+    assert [one.type.value for one in told] == ["delivery.created", "delivery.ready", "delivery.aborted"]
+    assert {one.run.order_id for one in told if one.run} == {"RX-1"}
+    await journal.close()
+
+
+async def test_runs_beyond_the_cache_are_read_anew_and_told_as_if_they_had_stayed() -> None:
+    teller = Teller(new_run())
+    runs = [f"r{number}" for number in range(KEPT + 5)]
+    events: list[Event] = []
+    for state in (RunState.CREATED, RunState.UPLOADED, RunState.FAILED):
+        for run_id in runs:
+            teller.run = new_run(state=state).model_copy(update={"id": run_id})
+            kind = EventKind.RUN_CREATED if state is RunState.CREATED else EventKind.RUN_CHANGED
+            events.append(teller.event(kind, teller.run.model_dump(mode="json")))
+    journal = await journal_of(events)
+    stories = Stories(journal, Plans())
+    told = [message.type.value for event in events for message in await stories.messages(event)]
+    expected = ["delivery.created", "delivery.ready", "delivery.failed"]
+    assert told == [name for name in expected for _ in runs]
+    await journal.close()
