@@ -23,6 +23,7 @@ from app.domain.ports import TokenStore
 from app.services.access import Access
 from app.services.attachments import Attachments
 from app.services.clock import Clock, SystemClock
+from app.services.comparisons import Comparisons
 from app.services.fleet import Fleet
 from app.services.hang_watch import hang_watch
 from app.services.journal import Journal
@@ -84,6 +85,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
         services = ApiServices(
             journal=journal,
             plans=Plans(storage.plans, journal, clock),
+            comparisons=Comparisons(runs, journal),
             attachments=Attachments(runs, storage.attachments, journal, clock),
             proofs=Proofs(runs, storage.plans, storage.attachments, journal, clock, storage.gateway_id),
             access=access,

@@ -30,6 +30,7 @@ from app.domain.run import Run
 from app.services.access import Access
 from app.services.attachments import Attachments
 from app.services.clock import SystemClock
+from app.services.comparisons import Comparisons
 from app.services.fleet import Fleet
 from app.services.journal import Journal
 from app.services.offboard import Offboard
@@ -116,6 +117,7 @@ async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
         services = ApiServices(
             journal=journal,
             plans=Plans(storage.plans, journal, clock),
+            comparisons=Comparisons(runs, journal),
             attachments=Attachments(runs, storage.attachments, journal, clock),
             proofs=Proofs(runs, storage.plans, storage.attachments, journal, clock, "gw-1"),
             access=Access(storage.tokens, clock, None),

@@ -6,6 +6,7 @@ from typing import Final
 
 from app.api import (
     attachments,
+    comparisons,
     consents,
     documents,
     events,
@@ -35,6 +36,7 @@ ROUTES: Final[tuple[AnyRoute, ...]] = (
     *plan_checks.ROUTES,
     *plan_conversions.ROUTES,
     *runs.ROUTES,
+    *comparisons.ROUTES,
     *consents.ROUTES,
     *proofs.ROUTES,
     *attachments.ROUTES,

@@ -12,6 +12,7 @@ from app.domain.ports import AnswerStore
 from app.services.access import Access
 from app.services.attachments import Attachments
 from app.services.clock import Clock
+from app.services.comparisons import Comparisons
 from app.services.fleet import Fleet
 from app.services.journal import Journal
 from app.services.offboard import Offboard
@@ -36,6 +37,7 @@ class ApiServices:
     plans: Plans
     attachments: Attachments
     proofs: Proofs
+    comparisons: Comparisons
     access: Access
     fleet: Fleet
     telemetry: TelemetryFeed
@@ -53,6 +55,7 @@ class ApiServices:
 ACCESS: Final = web.AppKey("access", Access)
 ATTACHMENTS: Final = web.AppKey("attachments", Attachments)
 CLOCK: Final = web.AppKey("clock", Clock)
+COMPARISONS: Final = web.AppKey("comparisons", Comparisons)
 COMMANDS: Final = web.AppKey("commands", VehicleCommands)
 FLEET: Final = web.AppKey("fleet", Fleet)
 JOURNAL: Final = web.AppKey("journal", Journal)
@@ -70,6 +73,7 @@ def install(app: web.Application, services: ApiServices) -> None:
     app[ACCESS] = services.access
     app[ATTACHMENTS] = services.attachments
     app[CLOCK] = services.clock
+    app[COMPARISONS] = services.comparisons
     app[COMMANDS] = services.commands
     app[FLEET] = services.fleet
     app[JOURNAL] = services.journal

@@ -11,10 +11,12 @@ from typing import Annotated, Any
 import typer
 from rich.table import Table
 
+from app.cli.comparison_table import show_comparison
 from app.cli.consent import answer_consent, consent_line
 from app.cli.run_view import drops_table
 from app.cli.service_client import ServerOption, ServiceClient, TokenOption, service_client
 from app.cli.terminal import err, out, write_json
+from app.domain.comparison import Comparison
 from app.domain.errors import InvalidInputError
 from app.domain.run import Run
 
@@ -57,12 +59,19 @@ def list_runs(
 
 @runs_app.command()
 def show(run: RunArgument, server: ServerOption, token: TokenOption = None, as_json: JsonOption = False) -> None:
-    """Show one run with the evidence of its drops."""
-    answer = asyncio.run(_get(server, token, f"/runs/{run}"))
+    """Show one run with the evidence of its drops, and what it was predicted to take."""
     if as_json:
-        write_json(answer)
-    else:
-        _show(Run.model_validate(answer))
+        write_json(asyncio.run(_get(server, token, f"/runs/{run}")))
+        return
+    answer, comparison = asyncio.run(_run_and_comparison(server, token, run))
+    _show(Run.model_validate(answer))
+    show_comparison(out(), Comparison.model_validate(comparison))
+
+
+@runs_app.command()
+def compare(run: RunArgument, server: ServerOption, token: TokenOption = None) -> None:
+    """Predicted against flown as JSON: each item's time, each drop's release."""
+    write_json(asyncio.run(_get(server, token, f"/runs/{run}/comparison")))
 
 
 @runs_app.command()
@@ -103,6 +112,11 @@ runs_app.command("consent")(answer_consent)
 async def _get(server: str, token: str | None, path: str, **query: int) -> Any:
     async with service_client(server, token) as client:
         return await client.get(path, **query)
+
+
+async def _run_and_comparison(server: str, token: str | None, run_id: str) -> tuple[Any, Any]:
+    async with service_client(server, token) as client:
+        return await client.get(f"/runs/{run_id}"), await client.get(f"/runs/{run_id}/comparison")
 
 
 async def _text(server: str, token: str | None, path: str) -> str:

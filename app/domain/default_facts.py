@@ -21,6 +21,7 @@ _COMMON: Mapping[str, float | int] = {
     "RTL_RETURN_ALT": 30,
     "RTL_DESCEND_ALT": 30,
     "RTL_CONE_ANG": 45,
+    "RTL_MIN_DIST": 10,
 }
 _ROTARY: Mapping[str, float | int] = {
     "MPC_XY_CRUISE": 5,
@@ -31,6 +32,14 @@ _ROTARY: Mapping[str, float | int] = {
     "MPC_LAND_SPEED": 0.7,
     "MPC_LAND_ALT1": 10,
     "MPC_LAND_ALT2": 5,
+    "MPC_ACC_HOR": 3,
+    "MPC_ACC_UP_MAX": 4,
+    "MPC_ACC_DOWN_MAX": 3,
+    "MPC_JERK_AUTO": 4,
+    "MPC_XY_TRAJ_P": 0.5,
+    "MPC_TKO_RAMP_T": 3,
+    "COM_SPOOLUP_TIME": 1,
+    "MIS_TAKEOFF_ALT": 2.5,
 }
 _WING: Mapping[str, float | int] = {
     "MIS_TKO_LAND_REQ": 2,
@@ -40,7 +49,10 @@ _WING: Mapping[str, float | int] = {
     "FW_T_CLMB_R_SP": 3,
     "FW_T_SINK_R_SP": 2,
     "FW_LND_ANG": 5,
-    "FW_LND_AIRSPD": 12,
+    "FW_LND_AIRSPD": -1,
+    "FW_T_CLMB_MAX": 5,
+    "NAV_FW_ALT_RAD": 10,
+    "NAV_FW_ALTL_RAD": 5,
     "NPFG_PERIOD": 10,
     "NPFG_DAMPING": 0.7,
     "NPFG_SW_DST_MLT": 0.32,
@@ -48,8 +60,8 @@ _WING: Mapping[str, float | int] = {
 _OF_TYPE: Mapping[VehicleType, Mapping[str, float | int]] = {
     VehicleType.MULTICOPTER: _ROTARY,
     VehicleType.FIXED_WING: _WING,
-    VehicleType.VTOL: {**_ROTARY, **_WING},
-    VehicleType.ROVER: {"RO_SPEED_LIM": 2.1},
+    VehicleType.VTOL: {**_ROTARY, **_WING, "VT_ARSP_TRANS": 10},
+    VehicleType.ROVER: {"RO_SPEED_LIM": 3, "NAV_ACC_RAD": 0.5},
     VehicleType.AIRSHIP: {**_ROTARY, "MPC_XY_CRUISE": 4, "MPC_TKO_SPEED": 1},
 }
 

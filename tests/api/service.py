@@ -18,6 +18,7 @@ from app.domain.webhooks.backoff import Backoff
 from app.services.access import Access, Role
 from app.services.attachments import Attachments
 from app.services.clock import SystemClock
+from app.services.comparisons import Comparisons
 from app.services.fleet import Fleet
 from app.services.journal import Journal
 from app.services.offboard import Offboard, OffboardSettings
@@ -106,6 +107,7 @@ async def run_service(
                 access=Access(storage.tokens, clock, bootstrap_token),
                 fleet=fleet,
                 telemetry=telemetry,
+                comparisons=Comparisons(runs, journal),
                 attachments=Attachments(runs, storage.attachments, journal, clock),
                 proofs=Proofs(runs, storage.plans, storage.attachments, journal, clock, storage.gateway_id),
                 runs=runs,

@@ -139,3 +139,16 @@ async def test_a_body_that_does_not_fit_is_refused_with_pointers(service: Servic
         status, _, problem = await service.call("POST", "/api/v1/runs", json=body)
         assert (status, problem["code"]) == (422, "request.invalid")
         assert [finding["pointer"] for finding in problem["findings"]] == [pointer]
+
+
+async def test_a_comparison_has_every_item_with_its_prediction_and_why_it_was_not_flown(
+    service: Service, plan: dict[str, Any]
+) -> None:
+    _, _, made = await service.call("POST", "/api/v1/plans", json=plan)
+    run = await create(service, made["id"])
+    status, _, comparison = await service.call("GET", f"/api/v1/runs/{run['id']}/comparison")
+    assert status == 200
+    assert [item["item_id"] for item in comparison["items"]] == made["timeline"]["order"]
+    assert all(item["predicted_s"] >= 0.0 and item["flown_s"] is None for item in comparison["items"])
+    assert {item["reason"] for item in comparison["items"]} == {"not flown yet"}
+    assert (await service.call("GET", "/api/v1/runs/run-nobody/comparison"))[0] == 404

@@ -66,7 +66,16 @@ async def _fly(dispatcher: Dispatcher, plan: Any, vehicle_id: str) -> str:
         return f"drops ended otherwise than expected: {wrong}"
     if run["flown_item_ids"] != made["timeline"]["order"]:
         return f"predicted {made['timeline']['order']}, flown {run['flown_item_ids']}"
-    return ""
+    return _not_compared(await dispatcher.get(f"/runs/{run['id']}/comparison"), made["timeline"]["order"])
+
+
+def _not_compared(comparison: Any, order: list[str]) -> str:
+    """What has no place in the comparison, or neither a flown time nor a reason. How far apart they are: see bench."""
+    if [item["item_id"] for item in comparison["items"]] != order:
+        return f"not every item is compared: {comparison['items']}"
+    empty = [part for part in comparison["items"] if part["flown_s"] is None and not part["reason"]]
+    empty += [part for part in comparison["drops"] if part["apart_m"] is None and not part["reason"]]
+    return f"neither compared nor explained: {empty}" if empty else ""
 
 
 def _expected_outcome(plan: Any, drop: Any) -> str:

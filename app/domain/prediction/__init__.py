@@ -2,5 +2,6 @@
 
 from app.domain.prediction.predict import predict
 from app.domain.prediction.timeline import PredictedDrop, Timeline, TimelineEntry
+from app.domain.prediction.wind import Wind
 
-__all__ = ["PredictedDrop", "Timeline", "TimelineEntry", "predict"]
+__all__ = ["PredictedDrop", "Timeline", "TimelineEntry", "Wind", "predict"]

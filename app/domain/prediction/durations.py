@@ -1,151 +1,204 @@
-"""Distance and time of one item. Constants are fitted to the recorded PX4 flights."""
+"""Distance, time and end of one item, by what carries the vehicle."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from app.domain.compiler.drop_items import EMBEDDED_HOLD_S, bound_s, settle_s
+from app.domain.compiler.drop_items import EMBEDDED_HOLD_S, bound_s, settle_s, stop_radius_m
 from app.domain.consent import CONSENT_MARGIN_S
 from app.domain.default_facts import parameter
-from app.domain.geo import distance_m
-from app.domain.landing_pattern import LandingPattern, landing_pattern
+from app.domain.landing_pattern import landing_pattern
 from app.domain.plan.drops import DropUse
-from app.domain.plan.items import Delay, Land, Loiter, PlanItem, ReturnToLaunch, Takeoff, Transition, Waypoint
+from app.domain.plan.items import Delay, Land, Loiter, ReturnToLaunch, Takeoff, Transition, Waypoint
 from app.domain.plan.walk import Carried, Place, Step
-from app.domain.prediction.vertical import TOUCHDOWN_S, climb_s, touchdown_s
-from app.domain.vehicle import GlobalPosition, VehicleFacts, VehicleType
+from app.domain.prediction import buoyant, return_to_launch, rotary, vtol, wheels, wing
+from app.domain.prediction.effort import Effort, Flight
+from app.domain.prediction.motion import Motion, Point
+from app.domain.speeds import cruise_speed_m_s
+from app.domain.vehicle import VehicleType
 
-CRUISE_SHARE = 0.93
-"""A multicopter creeps up to its cruise speed: 4.6 m/s of 5 on a leg of 60 m."""
-SPEED_UP_S = 1.0
-BRAKE_S = 3.0
-SPIN_UP_S = 2.5
-RUNWAY_S = 6.0
-TRANSITION_S = 3.0
-SUPERVISED_S = 2.0
-"""Coming to rest, checks and answers around a supervised release, on top of the gripper's own time."""
+REST_S = 1.4
+"""A supervised drop: from the stop radius to the order to release: at rest, calm, looked at ten times a second."""
+ANSWER_S = 0.2
+"""From the gripper's last ack to the next item."""
 
 
 @dataclass(frozen=True, slots=True)
-class Effort:
-    """What one item takes."""
+class Ahead:
+    """What comes after an item: the next position item without a takeoff between, and all land items of the plan."""
 
-    distance_m: float
-    duration_s: float
-
-
-@dataclass(frozen=True, slots=True)
-class Flight:
-    """What the prediction of an item needs to know of its flight."""
-
-    facts: VehicleFacts
-    home: GlobalPosition
+    following: Point | None
+    following_up_m: float
+    landings: Sequence[tuple[int, Point]]
 
 
-def effort(flight: Flight, step: Step, speed_m_s: float, drop: DropUse | None) -> Effort:
-    """Distance and time of an item. `drop` is the item's own, or the one for which a waypoint brakes."""
+STOPS = Ahead(None, 0.0, ())
+
+
+def effort(flight: Flight, before: Motion, step: Step, speed_m_s: float, drop: DropUse | None, ahead: Ahead) -> Effort:
+    """`drop` is the item's own, or the one for which a waypoint brakes. The time of a supervised drop begins with the
+    order to release, or with the question to the operator, and that of its waypoint ends with it.
+    """
     item = step.item
     match item:
         case Takeoff():
-            return _takeoff(flight, step, speed_m_s)
+            return _takeoff(flight, before, step, speed_m_s)
         case Waypoint():
-            leg = _leg(flight.facts, step, speed_m_s, brakes=drop is not None or item.hold_s > 0)
-            return Effort(leg.distance_m, leg.duration_s + _hold_s(item, step, drop))
+            return _waypoint(flight, before, step, speed_m_s, drop, ahead)
         case Loiter():
-            return _loiter(flight, item, step, speed_m_s)
+            return _loiter(flight, before, step, speed_m_s)
         case Land():
-            return _land(flight, item, step, speed_m_s)
+            return _land(flight, before, step, speed_m_s)
         case ReturnToLaunch():
-            return _return(flight, step, speed_m_s)
-    return Effort(0.0, _standing_s(flight.facts, item, drop))
+            return _return(flight, before, step, speed_m_s, ahead)
+        case Transition():
+            return vtol.to_wing(flight, before, ahead.following) if item.to == "fixed_wing" else vtol.to_hover(before)
+        case Delay():
+            return Effort(0.0, item.duration_s, _waited(before, step))
+    return _drop(flight, before, step, drop)
 
 
-def _leg(facts: VehicleFacts, step: Step, speed_m_s: float, brakes: bool) -> Effort:
-    start, end = step.start, step.end
-    away_m = distance_m(start.latitude_deg, start.longitude_deg, end.latitude_deg, end.longitude_deg)
-    return Effort(away_m, max(_level_s(step.after, away_m, speed_m_s, brakes), _rise_s(facts, step)))
+def point_of(flight: Flight, place: Place) -> Point:
+    """East and north of home."""
+    return flight.to_local(place.latitude_deg, place.longitude_deg)
 
 
-def _level_s(carried: Carried, away_m: float, speed_m_s: float, brakes: bool) -> float:
-    if away_m < 1.0:
-        return 0.0
-    if carried is Carried.FIXED_WING:
-        return away_m / speed_m_s
-    return away_m / max(0.1, speed_m_s * CRUISE_SHARE) + SPEED_UP_S + (BRAKE_S if brakes else 0.0)
+def _takeoff(flight: Flight, before: Motion, step: Step, speed_m_s: float) -> Effort:
+    point, up_m = point_of(flight, step.end), step.end.relative_altitude_m
+    match flight.facts.vehicle_type:
+        case VehicleType.FIXED_WING:
+            return wing.take_off(flight, before, point, up_m, speed_m_s)
+        case VehicleType.VTOL:
+            return vtol.take_off(flight, before, point, up_m, speed_m_s)
+        case VehicleType.AIRSHIP:
+            return buoyant.take_off(flight, before, up_m)
+    target = rotary.Target(point, up_m, parameter(flight.facts, "NAV_ACC_RAD"))
+    return rotary.take_off(flight, before, target, speed_m_s)
 
 
-def _rise_s(facts: VehicleFacts, step: Step) -> float:
-    return climb_s(facts, step.after, step.end.relative_altitude_m - step.start.relative_altitude_m)
+def _waypoint(
+    flight: Flight, before: Motion, step: Step, speed_m_s: float, drop: DropUse | None, ahead: Ahead
+) -> Effort:
+    assert isinstance(step.item, Waypoint)
+    leg = _leg(flight, before, step, speed_m_s, _radius_m(flight, step.item, drop), _following(step, drop, ahead))
+    if step.after is not Carried.ROTARY_WING or (drop is None and step.item.hold_s == 0.0):
+        return leg
+    hold_s = step.item.hold_s
+    if drop is not None:
+        hold_s = REST_S if drop.supervised else max(hold_s, EMBEDDED_HOLD_S)
+    point = point_of(flight, step.end)
+    return Effort(before.away_m(point), leg.duration_s + hold_s, leg.end.standing(point), leg.unsure_s)
 
 
-def _hold_s(item: Waypoint, step: Step, drop: DropUse | None) -> float:
-    if step.after is not Carried.ROTARY_WING or (drop is not None and drop.supervised):
-        return 0.0  # a supervised drop cuts the hold short; its own entry has its time
-    return max(item.hold_s, EMBEDDED_HOLD_S) if drop is not None else item.hold_s
+def _following(step: Step, drop: DropUse | None, ahead: Ahead) -> Ahead:
+    """Nothing follows where the vehicle stops: PX4 brakes for a hold in rotary-wing state."""
+    holds = isinstance(step.item, Waypoint) and step.item.hold_s > 0.0
+    return STOPS if step.after is Carried.ROTARY_WING and (holds or drop is not None) else ahead
 
 
-def _takeoff(flight: Flight, step: Step, speed_m_s: float) -> Effort:
-    height_m = step.end.relative_altitude_m - step.start.relative_altitude_m
-    start, end = step.start, step.end
-    away_m = distance_m(start.latitude_deg, start.longitude_deg, end.latitude_deg, end.longitude_deg)
+def _radius_m(flight: Flight, item: Waypoint, drop: DropUse | None) -> float:
+    if drop is not None:
+        return stop_radius_m(item)
+    return item.acceptance_radius_m or parameter(flight.facts, "NAV_ACC_RAD")
+
+
+def _leg(flight: Flight, before: Motion, step: Step, speed_m_s: float, radius_m: float, ahead: Ahead) -> Effort:
+    """The way to a waypoint or a loiter. A vehicle that stands on the ground climbs first."""
+    point, up_m = point_of(flight, step.end), step.end.relative_altitude_m
+    match step.after:
+        case Carried.FIXED_WING:
+            if step.before is Carried.GROUND:
+                climbed = wing.take_off(flight, before, point, _first_up_m(flight, before, up_m), speed_m_s)
+                return _after(climbed, wing.fly(flight, climbed.end, point, up_m, speed_m_s))
+            return wing.fly(flight, before, point, up_m, speed_m_s)
+        case Carried.WHEELS:
+            return wheels.drive(flight, before, point, ahead.following, speed_m_s)
+        case Carried.BUOYANCY:
+            return buoyant.fly(flight, before, point, up_m, speed_m_s)
+    target = rotary.Target(point, up_m, radius_m, ahead.following, ahead.following_up_m)
+    if step.before is not Carried.GROUND:
+        return rotary.fly(flight, before, target, speed_m_s)
+    up_first = rotary.Target(before.point, _first_up_m(flight, before, up_m), radius_m)
+    climbed = rotary.take_off(flight, before, up_first, speed_m_s)
+    return _after(climbed, rotary.fly(flight, climbed.end, target, speed_m_s))
+
+
+def _first_up_m(flight: Flight, before: Motion, up_m: float) -> float:
+    return max(up_m, before.up_m + parameter(flight.facts, "MIS_TAKEOFF_ALT"))
+
+
+def _after(first: Effort, then: Effort) -> Effort:
+    return Effort(first.distance_m + then.distance_m, first.duration_s + then.duration_s, then.end, then.unsure_s)
+
+
+def _loiter(flight: Flight, before: Motion, step: Step, speed_m_s: float) -> Effort:
+    item = step.item
+    assert isinstance(item, Loiter)
+    seconds, radius_m = item.duration_s or 0.0, item.radius_m or parameter(flight.facts, "NAV_LOITER_RAD")
+    if step.after is Carried.FIXED_WING:
+        if item.kind == "turns":
+            seconds = (item.turns or 0.0) * math.tau * abs(radius_m) / max(0.1, speed_m_s)
+        point, up_m = point_of(flight, step.end), step.end.relative_altitude_m
+        return wing.circle(flight, before, point, up_m, radius_m, seconds, speed_m_s)
+    leg = _leg(flight, before, step, speed_m_s, parameter(flight.facts, "NAV_ACC_RAD"), STOPS)
+    end = leg.end if step.after is Carried.BUOYANCY else leg.end.standing(point_of(flight, step.end))
+    return Effort(leg.distance_m, leg.duration_s + (seconds if item.kind == "time" else 0.0), end)
+
+
+def _land(flight: Flight, before: Motion, step: Step, speed_m_s: float) -> Effort:
+    assert isinstance(step.item, Land)
     if flight.facts.vehicle_type is VehicleType.FIXED_WING:
-        return Effort(away_m, max(climb_s(flight.facts, Carried.FIXED_WING, height_m) + RUNWAY_S, away_m / speed_m_s))
-    rising_s = max(0.0, height_m) / max(0.1, parameter(flight.facts, "MPC_TKO_SPEED")) + SPIN_UP_S
-    if flight.facts.vehicle_type is VehicleType.VTOL:
-        return Effort(away_m, rising_s + TRANSITION_S + away_m / max(0.1, speed_m_s))
-    return Effort(away_m, rising_s + _level_s(step.after, away_m, speed_m_s, brakes=True))
+        pattern = landing_pattern(step.item, step.start, flight.home, flight.facts)
+        return wing.land(flight, before, pattern, max(speed_m_s, 1.0))
+    point, up_m = point_of(flight, step.end), step.end.relative_altitude_m
+    if step.before is Carried.WHEELS:
+        return wheels.drive(flight, before, point, None, speed_m_s)
+    target = rotary.Target(point, up_m, parameter(flight.facts, "NAV_ACC_RAD"))
+    if step.before is Carried.FIXED_WING:
+        return vtol.land(flight, before, target, max(speed_m_s, 1.0), _hover_m_s(flight))
+    return rotary.land(flight, before, target, max(speed_m_s, 0.1))
 
 
-def _loiter(flight: Flight, item: Loiter, step: Step, speed_m_s: float) -> Effort:
-    leg = _leg(flight.facts, step, speed_m_s, brakes=True)
-    seconds = item.duration_s or 0.0
-    circling = step.after in (Carried.FIXED_WING, Carried.BUOYANCY)
-    if item.kind == "turns":
-        radius_m = abs(item.radius_m or parameter(flight.facts, "NAV_LOITER_RAD"))
-        seconds = (item.turns or 0.0) * math.tau * radius_m / max(0.1, speed_m_s) if circling else 0.0
-    return Effort(leg.distance_m + (speed_m_s * seconds if circling else 0.0), leg.duration_s + seconds)
+def _return(flight: Flight, before: Motion, step: Step, speed_m_s: float, ahead: Ahead) -> Effort:
+    to = return_to_launch.destination(flight, before, ahead.landings, step.index)
+    if step.before is Carried.WHEELS:
+        return wheels.drive(flight, before, to, None, speed_m_s)
+    up_m = return_to_launch.return_up_m(flight, before, to)
+    if step.before is Carried.BUOYANCY:
+        return buoyant.fly(flight, before, to, up_m, speed_m_s)
+    if step.before is not Carried.FIXED_WING:
+        return rotary.return_home(flight, before, to, up_m, max(speed_m_s, 0.1))
+    climbing_s = wing.climb_s(flight.facts, max(0.0, up_m - before.up_m - parameter(flight.facts, "NAV_FW_ALT_RAD")))
+    climbed = Effort(climbing_s * speed_m_s, climbing_s, Motion(before.point, up_m))
+    home = _after(climbed, wing.fly(flight, climbed.end, to, up_m, max(speed_m_s, 1.0)))
+    if flight.facts.vehicle_type is not VehicleType.VTOL:
+        return home  # it circles there
+    hovering = _after(home, vtol.to_hover(home.end))
+    target = rotary.Target(to, 0.0, parameter(flight.facts, "NAV_ACC_RAD"))
+    return _after(hovering, rotary.land(flight, hovering.end, target, _hover_m_s(flight)))
 
 
-def _land(flight: Flight, item: Land, step: Step, speed_m_s: float) -> Effort:
-    if step.before is Carried.FIXED_WING and flight.facts.vehicle_type is VehicleType.FIXED_WING:
-        return _glide(flight, landing_pattern(item, step.start, flight.home, flight.facts), step.start, speed_m_s)
-    start, end = step.start, step.end
-    away_m = distance_m(start.latitude_deg, start.longitude_deg, end.latitude_deg, end.longitude_deg)
-    level_s = _level_s(step.before, away_m, max(0.1, speed_m_s), brakes=True)
-    transition_s = TRANSITION_S if step.before is Carried.FIXED_WING else 0.0
-    down_s = touchdown_s(flight.facts, start.relative_altitude_m - end.relative_altitude_m)
-    return Effort(away_m, level_s + transition_s + down_s)
+def _hover_m_s(flight: Flight) -> float:
+    return max(0.1, cruise_speed_m_s(flight.facts, Carried.ROTARY_WING))
 
 
-def _glide(flight: Flight, pattern: LandingPattern, start: Place, speed_m_s: float) -> Effort:
-    """To the circle, down on it, and along the tangent to the ground."""
-    circle = pattern.circle
-    away_m = distance_m(start.latitude_deg, start.longitude_deg, circle.latitude_deg, circle.longitude_deg)
-    down_s = climb_s(flight.facts, Carried.FIXED_WING, circle.relative_altitude_m - start.relative_altitude_m)
-    half_turn_s = math.pi * abs(pattern.radius_m) / speed_m_s
-    circling_s = max(half_turn_s, down_s - away_m / speed_m_s)
-    landing_m_s = max(1.0, parameter(flight.facts, "FW_LND_AIRSPD"))
-    seconds = away_m / speed_m_s + circling_s + pattern.glide_m / landing_m_s + TOUCHDOWN_S
-    return Effort(away_m + circling_s * speed_m_s + pattern.glide_m, seconds)
+def _waited(before: Motion, step: Step) -> Motion:
+    """A rover, or a vehicle that hovers, has come to rest at its point while it waited."""
+    return before.standing() if step.after in (Carried.WHEELS, Carried.ROTARY_WING, Carried.GROUND) else before
 
 
-def _return(flight: Flight, step: Step, speed_m_s: float) -> Effort:
-    """RTL: up to the return altitude (lower inside the cone), home, down, land."""
-    facts, start = flight.facts, step.start
-    away_m = distance_m(start.latitude_deg, start.longitude_deg, step.end.latitude_deg, step.end.longitude_deg)
-    altitude_m = max(start.relative_altitude_m, _return_altitude_m(facts, away_m))
-    up_s = climb_s(facts, step.before, altitude_m - start.relative_altitude_m)
-    level_s = _level_s(step.before, away_m, max(0.1, speed_m_s), brakes=True)
-    return Effort(away_m, up_s + level_s + touchdown_s(facts, altitude_m))
-
-
-def _return_altitude_m(facts: VehicleFacts, away_m: float) -> float:
-    highest, lowest = parameter(facts, "RTL_RETURN_ALT"), parameter(facts, "RTL_DESCEND_ALT")
-    cone_deg = parameter(facts, "RTL_CONE_ANG")
-    if not 0 < cone_deg < 90:
-        return highest
-    return max(min(highest, away_m / math.tan(math.radians(cone_deg))), min(highest, lowest))
+def _drop(flight: Flight, before: Motion, step: Step, drop: DropUse | None) -> Effort:
+    """A drop's own time: none for one in passing."""
+    if drop is None or not drop.stopped:
+        return Effort(0.0, 0.0, before)
+    if not drop.supervised:
+        return Effort(0.0, settle_s(drop.item, flight.facts), before.standing())
+    question_s = _longest_question_s(drop)
+    rest_s = REST_S if drop.carried is Carried.WHEELS else 0.0
+    seconds = rest_s + parameter(flight.facts, "PD_GRIPPER_TO") + ANSWER_S + question_s
+    return Effort(0.0, seconds, before.standing(), unsure_s=question_s)  # the answer may come at once
 
 
 def _longest_question_s(drop: DropUse) -> float:
@@ -153,16 +206,3 @@ def _longest_question_s(drop: DropUse) -> float:
     if drop.item.consent == "none":
         return 0.0
     return min(drop.item.consent_timeout_s or math.inf, max(0.0, bound_s(drop) - CONSENT_MARGIN_S))
-
-
-def _standing_s(facts: VehicleFacts, item: PlanItem, drop: DropUse | None) -> float:
-    match item:
-        case Delay():
-            return item.duration_s
-        case Transition():
-            return TRANSITION_S
-    if drop is None or not drop.stopped:
-        return 0.0
-    if drop.supervised:
-        return parameter(facts, "PD_GRIPPER_TO") + SUPERVISED_S + _longest_question_s(drop)
-    return settle_s(drop.item, facts)

@@ -3,47 +3,58 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from app.domain.compiler import compile_plan
 from app.domain.compiler.drop_items import brakes_at_waypoint
 from app.domain.errors import PlanRejectedError
 from app.domain.plan.document import Plan
 from app.domain.plan.drops import DropUse, drops_of
-from app.domain.plan.items import Delay, Land, Loiter, ReturnToLaunch, Waypoint
+from app.domain.plan.items import Delay, Land, Loiter, ReturnToLaunch, Takeoff, Waypoint
 from app.domain.plan.walk import Carried, Step, reference_home, walk
-from app.domain.prediction.durations import Effort, Flight, effort
+from app.domain.prediction.durations import Ahead, effort, point_of
+from app.domain.prediction.effort import Effort, Flight
 from app.domain.prediction.flown_order import flown_order
+from app.domain.prediction.motion import Motion, Point
 from app.domain.prediction.release import predicted_drop
 from app.domain.prediction.timeline import PredictedDrop, Timeline, TimelineEntry
+from app.domain.prediction.wind import CALM, Wind
 from app.domain.speeds import speeds_along
 from app.domain.vehicle import VehicleFacts
 
+AFTER_UNSURE_S, AFTER_UNSURE_MORE_S = 1.0, 4.0
+"""After an item of unsure time the next begins elsewhere than predicted: it takes longer, and that is unsure too."""
 
-def predict(plan: Plan, facts: VehicleFacts) -> Timeline:
+
+def predict(plan: Plan, facts: VehicleFacts, wind: Wind = CALM) -> Timeline:
     """The timeline of a plan for a vehicle with these facts. Works for plans with errors too, as far as they go."""
-    home = reference_home(plan, facts)
+    flight = _flight(plan, facts, wind)
     order = flown_order(plan)
-    steps = walk(plan, home, order.indexes)
+    steps = walk(plan, flight.home, order.indexes)
     speeds = speeds_along(plan, facts, steps)
     drops = {id(drop.step): drop for drop in drops_of(steps)}
     braking = {id(drop.anchor): drop for drop in drops.values() if brakes_at_waypoint(drop)}
+    looks_ahead = _ahead(flight, plan, steps)
     seqs_of = _seqs_of(plan, facts)
     entries: list[TimelineEntry] = []
     found: list[PredictedDrop] = []
     visits: Counter[str] = Counter()
-    now_s = 0.0
+    now_s, motion, anchored, was_unsure = 0.0, Motion(), Motion(), False
     for number, (step, speed_m_s) in enumerate(zip(steps, speeds, strict=True)):
         visits[step.item.id] += 1
         drop = drops.get(id(step)) or braking.get(id(step))
         fly_m_s = speed_m_s or (speeds[number - 1] if number else 0.0)  # a landing flies at the speed before it
-        took = effort(Flight(facts, home), step, fly_m_s, drop)
+        took = effort(flight, motion, step, fly_m_s, drop, looks_ahead[number])
+        if took.distance_m > 0.0:
+            took, was_unsure = _after_unsure(took) if was_unsure else took, took.unsure_s > 0.0
         brakes = _brakes(step, drop, steps[number + 1] if number + 1 < len(steps) else None)
         seqs = tuple(seqs_of[step.item.id])
-        entries.append(_entry(step, seqs, visits[step.item.id], now_s, took, fly_m_s, brakes))
+        entries.append(_entry(flight, step, seqs, visits[step.item.id], now_s, took, fly_m_s, brakes))
+        anchored = took.end if step.anchor == step.index else anchored
         if drop is not None and drop.step is step and drop.anchor is not None:
-            found.append(predicted_drop(facts, drop, drop.anchor, visits[step.item.id], now_s, speed_m_s))
-        now_s += took.duration_s
+            found.append(predicted_drop(flight, drop, drop.anchor, visits[step.item.id], now_s, anchored))
+        now_s, motion = now_s + took.duration_s, took.end
     return Timeline(
         entries=tuple(entries),
         drops=tuple(found),
@@ -53,6 +64,35 @@ def predict(plan: Plan, facts: VehicleFacts) -> Timeline:
         open_ended=order.open_ended,
         truncated=order.truncated,
     )
+
+
+def _after_unsure(took: Effort) -> Effort:
+    return replace(took, duration_s=took.duration_s + AFTER_UNSURE_S, unsure_s=took.unsure_s + AFTER_UNSURE_MORE_S)
+
+
+def _flight(plan: Plan, facts: VehicleFacts, wind: Wind) -> Flight:
+    bare = Flight(facts, reference_home(plan, facts), wind)
+    rally = tuple(bare.to_local(point.latitude_deg, point.longitude_deg) for point in plan.rally_points)
+    return Flight(facts, bare.home, wind, rally)
+
+
+def _ahead(flight: Flight, plan: Plan, steps: Sequence[Step]) -> list[Ahead]:
+    """For each step, seen from the end: PX4 looks at the next position item, and at none beyond a takeoff."""
+    landings = [
+        (index, flight.to_local(item.latitude_deg, item.longitude_deg))
+        for index, item in enumerate(plan.items)
+        if isinstance(item, Land)
+    ]
+    found: list[Ahead] = []
+    following: Point | None = None
+    up_m = 0.0
+    for step in reversed(steps):
+        found.append(Ahead(following, up_m, landings))
+        if isinstance(step.item, Takeoff | ReturnToLaunch):
+            following = None
+        elif isinstance(step.item, Waypoint | Loiter | Land):
+            following, up_m = point_of(flight, step.end), step.end.relative_altitude_m
+    return found[::-1]
 
 
 def _seqs_of(plan: Plan, facts: VehicleFacts) -> Mapping[str, list[int]]:
@@ -68,8 +108,18 @@ def _seqs_of(plan: Plan, facts: VehicleFacts) -> Mapping[str, list[int]]:
 
 
 def _entry(
-    step: Step, seqs: tuple[int, ...], visit: int, start_s: float, took: Effort, speed_m_s: float, brakes: bool
+    flight: Flight,
+    step: Step,
+    seqs: tuple[int, ...],
+    visit: int,
+    start_s: float,
+    took: Effort,
+    speed_m_s: float,
+    brakes: bool,
 ) -> TimelineEntry:
+    latitude_deg, longitude_deg = step.end.latitude_deg, step.end.longitude_deg
+    if isinstance(step.item, ReturnToLaunch):
+        latitude_deg, longitude_deg = flight.to_global(took.end.point)
     return TimelineEntry(
         item_id=step.item.id,
         type=step.item.type,
@@ -80,10 +130,11 @@ def _entry(
         duration_s=took.duration_s,
         distance_m=took.distance_m,
         ground_speed_m_s=speed_m_s if took.distance_m > 0 else 0.0,
-        latitude_deg=step.end.latitude_deg,
-        longitude_deg=step.end.longitude_deg,
+        latitude_deg=latitude_deg,
+        longitude_deg=longitude_deg,
         relative_altitude_m=step.end.relative_altitude_m,
         brakes=brakes,
+        unsure_s=took.unsure_s,
     )
 
 

@@ -14,7 +14,8 @@ class _Frozen(BaseModel):
 class TimelineEntry(_Frozen):
     """One visit of one plan item. `seqs` are its mission items (none for a supervised drop at a waypoint).
 
-    Position and altitude (above home) are those at the end. `brakes`: the vehicle comes to a stop there.
+    Position and altitude (above home) are those at the end. `brakes`: the vehicle comes to a stop there. `unsure_s`: by
+    so much more than usual the time may be off, either way, because PX4 does something that cannot be predicted.
     """
 
     item_id: str
@@ -30,6 +31,7 @@ class TimelineEntry(_Frozen):
     longitude_deg: float
     relative_altitude_m: float
     brakes: bool
+    unsure_s: float = 0.0
 
 
 class PredictedDrop(_Frozen):
@@ -68,3 +70,17 @@ class Timeline(_Frozen):
     duration_s: float
     open_ended: bool = False
     truncated: bool = False
+
+    def first(self, visits: int) -> Timeline:
+        """Its first visits; itself if it has no more."""
+        if len(self.entries) <= visits:
+            return self
+        kept = {(entry.item_id, entry.visit) for entry in self.entries[:visits]}
+        return self.model_copy(
+            update={
+                "entries": self.entries[:visits],
+                "drops": tuple(drop for drop in self.drops if (drop.item_id, drop.visit) in kept),
+                "order": self.order[:visits],
+                "truncated": True,
+            }
+        )

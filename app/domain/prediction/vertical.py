@@ -1,33 +1,70 @@
-"""How long it takes to go up, to come down, and to land."""
+"""How long a hovering vehicle takes to go up, to come down, to take off and to land."""
 
 from __future__ import annotations
 
-from app.domain.default_facts import parameter
-from app.domain.plan.walk import Carried
-from app.domain.vehicle import VehicleFacts
+import math
 
-TOUCHDOWN_S = 2.0
-"""From touching the ground to "landed" (land detector)."""
+from app.domain.default_facts import parameter
+from app.domain.prediction.smooth_speed import Limits, travel_s
+from app.domain.vehicle import VehicleFacts, VehicleType
+
+ALTITUDE_TOLERANCE_M = 0.8
+"""NAV_MC_ALT_RAD: an altitude counts as reached this much before it."""
+LAG_M = 0.5
+"""Of the vehicle behind its trajectory: it comes in faster than the trajectory slows down."""
+CRAWL_M, CRAWL_M_S = 0.6, 0.3
+"""The last of a landing with a range sensor (MPC_LAND_CRWL)."""
+DETECTED_S = 1.8
+"""From touching the ground to "landed": the thrust has to fall, then LNDMC_TRIG_TIME."""
+VTOL_RAMP_SHARE = 0.6
+"""The lift motors of a VTOL are strong: it leaves the ground before the ramp is over (recorded)."""
 _SLOWEST_M_S = 0.1
 
 
-def climb_s(facts: VehicleFacts, carried: Carried, height_m: float) -> float:
-    """Seconds for a change of altitude, up (+) or down (-). Wheels stay on the ground."""
-    if carried is Carried.WHEELS:
-        return 0.0
-    wing = carried is Carried.FIXED_WING
-    up, down = ("FW_T_CLMB_R_SP", "FW_T_SINK_R_SP") if wing else ("MPC_Z_V_AUTO_UP", "MPC_Z_V_AUTO_DN")
-    rate_m_s = parameter(facts, up if height_m > 0 else down)
-    return abs(height_m) / max(rate_m_s, _SLOWEST_M_S)
+def climb_s(facts: VehicleFacts, height_m: float) -> float:
+    """Seconds for a change of altitude while hovering, up (+) or down (-), until it counts as reached."""
+    up = height_m > 0
+    speed = parameter(facts, "MPC_Z_V_AUTO_UP" if up else "MPC_Z_V_AUTO_DN")
+    acceleration = parameter(facts, "MPC_ACC_UP_MAX" if up else "MPC_ACC_DOWN_MAX")
+    return _rise_s(facts, abs(height_m), speed, acceleration)
 
 
-def touchdown_s(facts: VehicleFacts, height_m: float) -> float:
-    """A vertical landing: full speed down to MPC_LAND_ALT1, slower to MPC_LAND_ALT2, then MPC_LAND_SPEED."""
+def takes_off_s(facts: VehicleFacts, height_m: float) -> float:
+    """Spool up, the thrust ramp, MPC_TKO_SPEED up to MPC_LAND_ALT1, then as any climb."""
+    ramp_s, slow_m_s = parameter(facts, "MPC_TKO_RAMP_T"), max(parameter(facts, "MPC_TKO_SPEED"), _SLOWEST_M_S)
+    share = VTOL_RAMP_SHARE if facts.vehicle_type is VehicleType.VTOL else 1.0
+    on_ground_s = parameter(facts, "COM_SPOOLUP_TIME") + ramp_s * share
+    slow_below_m = parameter(facts, "MPC_LAND_ALT1")
+    if height_m <= slow_below_m + ALTITUDE_TOLERANCE_M:
+        return on_ground_s + ramp_s / 2.0 + max(0.0, height_m - ALTITUDE_TOLERANCE_M) / slow_m_s
+    below_s = ramp_s / 2.0 + slow_below_m / slow_m_s
+    fast = parameter(facts, "MPC_Z_V_AUTO_UP")
+    above_s = _rise_s(facts, height_m - slow_below_m, fast, parameter(facts, "MPC_ACC_UP_MAX"), min(slow_m_s, fast))
+    return on_ground_s + below_s + above_s
+
+
+def lands_vertically_s(facts: VehicleFacts, height_m: float, above_ground_m: float) -> float:
+    """Full speed to MPC_LAND_ALT1, slower and slower to MPC_LAND_ALT2, MPC_LAND_SPEED, the crawl, the detection."""
     fast = max(parameter(facts, "MPC_Z_V_AUTO_DN"), _SLOWEST_M_S)
     slow = max(parameter(facts, "MPC_LAND_SPEED"), _SLOWEST_M_S)
-    upper = max(parameter(facts, "MPC_LAND_ALT1"), parameter(facts, "MPC_LAND_ALT2"))
     lower = parameter(facts, "MPC_LAND_ALT2")
-    height = max(0.0, height_m)
-    seconds = max(0.0, height - upper) / fast
-    seconds += max(0.0, min(height, upper) - lower) / ((fast + slow) / 2)
-    return seconds + min(height, lower) / slow + TOUCHDOWN_S
+    upper = max(parameter(facts, "MPC_LAND_ALT1"), lower)
+    height = max(0.0, min(height_m, above_ground_m))
+    start_s = fast / max(parameter(facts, "MPC_ACC_DOWN_MAX"), 0.5)
+    seconds = start_s / 2.0 + max(0.0, height - upper) / fast
+    between_m = max(0.0, min(height, upper) - lower)
+    if between_m > 0.0 and upper > lower:
+        there = slow + between_m / (upper - lower) * (fast - slow)
+        mean = (there - slow) / math.log(there / slow) if there > slow * 1.001 else slow
+        seconds += between_m / mean
+    seconds += max(0.0, min(height, lower) - CRAWL_M) / slow
+    return seconds + min(height, CRAWL_M) / min(CRAWL_M_S, slow) + DETECTED_S
+
+
+def _rise_s(facts: VehicleFacts, way_m: float, speed_m_s: float, acceleration: float, start_m_s: float = 0.0) -> float:
+    if way_m <= ALTITUDE_TOLERANCE_M:
+        return 0.0
+    jerk = max(parameter(facts, "MPC_JERK_AUTO"), 0.5)
+    limits = Limits(max(speed_m_s, _SLOWEST_M_S), max(acceleration, 0.1), jerk)
+    end_m = ALTITUDE_TOLERANCE_M + LAG_M
+    return travel_s(way_m + LAG_M, limits, start_m_s=start_m_s, end_m=end_m)

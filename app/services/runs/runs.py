@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import secrets
 from collections.abc import Coroutine, Sequence
+from typing import Final
 
 import structlog
 
@@ -15,6 +16,7 @@ from app.domain.events import EventKind
 from app.domain.mission import Mission, mission_hash
 from app.domain.plan import Plan, parse_plan
 from app.domain.ports import PlanStore, RunStore, StoredPlan, VehicleLink
+from app.domain.prediction import Timeline, predict
 from app.domain.rules import Severity, check_plan
 from app.domain.run import Run, RunState
 from app.domain.run_filter import ALL_RUNS, RunFilter
@@ -28,6 +30,8 @@ from app.services.runs.settings import RunSettings
 from app.services.runs.take_up import TakeUp
 
 log = structlog.get_logger(__name__)
+RECORDED_VISITS: Final = 500
+"""Of a prediction: nested jumps can make more, and every one of them is stored."""
 
 
 class Runs:
@@ -157,7 +161,7 @@ class Runs:
         self, run_id: str, stored: StoredPlan, vehicle: FleetVehicle, link: VehicleLink, *, start: bool, by: str
     ) -> Run:
         plan = parse_plan(stored.document)
-        mission = await self._compile(plan, link)
+        mission, timeline = await self._compile(plan, link)
         now = self._clock.now()
         run = Run(
             id=run_id,
@@ -176,6 +180,7 @@ class Runs:
         )
         made = assemble(run, plan, mission, link, self._journal, self._settings, self._clock)
         made.recorder.note(EventKind.RUN_CREATED, **run.model_dump(mode="json"))
+        made.recorder.note(EventKind.RUN_PREDICTED, **timeline.model_dump(mode="json"))
         await made.recorder.flush()
         self._flights[run_id] = made.flight
         self._own(run_id, made.flight.fly())
@@ -190,7 +195,8 @@ class Runs:
                 self._fleet.release(vehicle.id, run.id)
         return vehicle.run_id
 
-    async def _compile(self, plan: Plan, link: VehicleLink) -> Mission:
+    async def _compile(self, plan: Plan, link: VehicleLink) -> tuple[Mission, Timeline]:
+        """The mission, and what the vehicle is predicted to do with it, by its own parameters."""
         facts = await link.read_facts()
         findings = await asyncio.to_thread(check_plan, plan, facts)
         if any(finding.severity is Severity.ERROR for finding in findings):
@@ -199,7 +205,8 @@ class Runs:
                 hint="mend what the findings name, and post it as a new plan",
                 findings=[finding.model_dump(mode="json") for finding in findings],
             )
-        return compile_plan(plan, facts)
+        timeline = await asyncio.to_thread(predict, plan, facts)
+        return compile_plan(plan, facts), timeline.first(RECORDED_VISITS)
 
     async def _take_up(self, run: Run) -> None:
         take_up = TakeUp(self._fleet, self._plans, self._journal, self._settings, self._clock)

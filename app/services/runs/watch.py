@@ -17,6 +17,7 @@ from app.domain.vehicle import FlightMode, VehicleState, VehicleType
 from app.domain.vehicle_clock import VehicleClock
 from app.services.clock import Clock
 from app.services.runs.evidence import Look
+from app.services.runs.item_clock import ItemClock
 from app.services.runs.orders import Order, Release
 from app.services.runs.recorder import RunRecorder
 from app.services.runs.settings import LAST_REPORTS_S, SLOWEST_HEARTBEAT_S, UNFINISHED_DROPS_S, RunSettings
@@ -48,6 +49,7 @@ class FlightWatch:
         self._clock = clock
         self._rate = VehicleClock()
         self._progress = Progress.of(mission)
+        self._item_clock = ItemClock(mission, recorder)
         self._complete = CompleteSign()
         self._mission_done = False
         self._was_airborne = False
@@ -63,6 +65,7 @@ class FlightWatch:
         reached = self._recorder.run.reached_seq
         passed_to = reached if flown and reached is not None else -1  # PX4 repeats what was reached for ten seconds
         self._progress = replace(self._progress, flown=tuple(flown), passed_to=passed_to)
+        self._item_clock.take_up(flown)
         if current is not None:
             self._advance(self._progress.now_current(current))
             self._recorder.change(item_id=self._progress.item_id)
@@ -111,6 +114,7 @@ class FlightWatch:
         self._was_armed = self._was_armed or bool(seen.state.armed) or late
         self._follow_mission(seen.state)
         orders = self._look_at_drops(seen)
+        self._item_clock.look(seen, self._progress, self._releases, was_airborne=self._was_airborne)
         self._follow_phase(seen)
         return orders
 

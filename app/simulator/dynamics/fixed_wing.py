@@ -128,8 +128,8 @@ class FixedWing:
         wanted = float(params["FW_AIRSPD_TRIM"]) * 0.99
         if cruise > 0.0:
             wanted = max(lowest, min(highest, cruise))
-        if body.v_up_m_s < -0.5:
-            wanted = lowest  # descending to land, or to a lower orbit
+        if body.v_up_m_s < -0.5 or setpoint.kind is SetpointKind.LAND:
+            wanted = lowest  # on the whole approach (FW_LND_AIRSPD), or down to a lower orbit
         flares = setpoint.kind is SetpointKind.LAND and body.up_m - setpoint.up_m < IDLE_HEIGHT_M
         if flares:
             self._airspeed = max(0.5 * lowest, self._airspeed - IDLE_DRAG_M_S2 * dt_s)

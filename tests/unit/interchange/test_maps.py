@@ -78,7 +78,7 @@ def test_geojson_has_legs_drops_releases_fence_rally_points_and_home() -> None:
     assert drop["geometry"]["coordinates"] == [place.longitude_deg, place.latitude_deg]
     assert drop["properties"]["supervised"] is True
     (release,) = features(PLAN, "predicted_release")
-    assert release["properties"]["lead_m"] > 0
+    assert release["properties"]["offset_m"] > 0
     assert [fence["properties"]["fence"] for fence in features(PLAN, "fence")] == ["inclusion", "exclusion"]
     assert len(features(PLAN, "rally_point")) == 1
     assert features(PLAN, "home")[0]["geometry"]["coordinates"] == [HOME.longitude_deg, HOME.latitude_deg]

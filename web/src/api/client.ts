@@ -2,7 +2,7 @@
 
 import { ProblemError, problemFrom, unreachable } from "./problem";
 import { readToken } from "./token";
-import type { EntryCheck, OffboardDetail, PlanCheck, PlanDocument, PlanHead, Principal, Run, SimulatorView, StoredPlan, Vehicle } from "./types";
+import type { Comparison, EntryCheck, OffboardDetail, PlanCheck, PlanDocument, PlanHead, Principal, Run, SimulatorView, StoredPlan, Vehicle } from "./types";
 import type { Schema } from "../schema/control";
 import type { RunAction } from "../state/runs";
 
@@ -13,6 +13,7 @@ export const api = {
   plans: async (): Promise<PlanHead[]> => (await get<{ plans: PlanHead[] }>("/plans")).plans,
   plan: (id: string): Promise<StoredPlan> => get(`/plans/${encodeURIComponent(id)}`),
   run: (id: string): Promise<Run> => get(`/runs/${encodeURIComponent(id)}`),
+  comparison: (run: string): Promise<Comparison> => get(`/runs/${encodeURIComponent(run)}/comparison`),
   principal: (): Promise<Principal> => get("/principal"),
   planSchema: (): Promise<Schema> => get("/schemas/plan"),
   simulator: (): Promise<SimulatorView> => get("/simulator"),

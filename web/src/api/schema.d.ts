@@ -756,6 +756,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/runs/{run_id}/comparison": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Predicted against flown: each item's time, each drop's release
+         * @description Role: viewer or higher.
+         */
+        get: operations["get_comparison"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/runs/{run_id}/drops/{item_id}/consent": {
         parameters: {
             query?: never;
@@ -1561,6 +1581,24 @@ export interface components {
             detail: string;
         };
         /**
+         * Comparison
+         * @description A run against its prediction. `reason` says why there is none at all. The totals are over the compared items.
+         */
+        Comparison: {
+            /** Run Id */
+            run_id: string;
+            /** Items */
+            items: components["schemas"]["ItemComparison"][];
+            /** Drops */
+            drops: components["schemas"]["DropComparison"][];
+            /** Predicted S */
+            predicted_s: number | null;
+            /** Flown S */
+            flown_s: number | null;
+            /** Reason */
+            reason: string;
+        };
+        /**
          * ConsentChecks
          * @description What was measured when it was asked: the vehicle stood still at the point, and all checks held.
          *
@@ -1753,6 +1791,36 @@ export interface components {
          * @enum {string}
          */
         DeliveryEvent: "delivery.created" | "delivery.ready" | "delivery.departed" | "delivery.arrived" | "delivery.paused" | "delivery.resumed" | "delivery.returning" | "delivery.landed" | "delivery.completed" | "delivery.aborted" | "delivery.failed" | "delivery.lost" | "drop.consent_asked" | "drop.released" | "drop.kept" | "drop.unknown" | "drop.attachment" | "webhook.test";
+        /**
+         * DropComparison
+         * @description The release of one drop. `apart_m` is between the predicted and the flown place of the release.
+         *
+         *     Offsets are from the planned point. Flown values are those of the drop's record. A null has its `reason`.
+         */
+        DropComparison: {
+            /** Item Id */
+            item_id: string;
+            /** Predicted Latitude Deg */
+            predicted_latitude_deg: number | null;
+            /** Predicted Longitude Deg */
+            predicted_longitude_deg: number | null;
+            /** Predicted Offset M */
+            predicted_offset_m: number | null;
+            /** Predicted Ground Speed M S */
+            predicted_ground_speed_m_s: number | null;
+            /** Flown Latitude Deg */
+            flown_latitude_deg: number | null;
+            /** Flown Longitude Deg */
+            flown_longitude_deg: number | null;
+            /** Flown Offset M */
+            flown_offset_m: number | null;
+            /** Flown Ground Speed M S */
+            flown_ground_speed_m_s: number | null;
+            /** Apart M */
+            apart_m: number | null;
+            /** Reason */
+            reason: string;
+        };
         /**
          * DropOutcome
          * @description Every drop ends in one of these; `pending` only while the run goes on.
@@ -1996,7 +2064,7 @@ export interface components {
          * @description What an event says. The data of each kind is documented here; it is what the stream carries.
          * @enum {string}
          */
-        EventKind: "service.started" | "service.stopped" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.command" | "offboard.lease" | "offboard.changed" | "tasks.changed" | "tasks.gripper" | "plan.created" | "run.created" | "run.changed" | "run.upload_progress" | "run.item" | "run.command" | "run.ack" | "run.drop" | "run.attachment" | "drop.consent_asked" | "drop.consent_closed" | "simulator.fault" | "webhook.changed";
+        EventKind: "service.started" | "service.stopped" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.command" | "offboard.lease" | "offboard.changed" | "tasks.changed" | "tasks.gripper" | "plan.created" | "run.created" | "run.changed" | "run.predicted" | "run.upload_progress" | "run.item" | "run.item_ended" | "run.command" | "run.ack" | "run.drop" | "run.attachment" | "drop.consent_asked" | "drop.consent_closed" | "simulator.fault" | "webhook.changed";
         /**
          * EventsView
          * @description A page of events in order. `last_seq` is the newest there is; ask again after the last one of the page.
@@ -2339,6 +2407,31 @@ export interface components {
          * @enum {string}
          */
         HookState: "delivering" | "retrying" | "disabled" | "stopped";
+        /**
+         * ItemComparison
+         * @description One visit of one plan item, in seconds of the vehicle's clock.
+         *
+         *     `difference_percent` is of the predicted time; null for an item that takes no time. `unsure_s`: see the timeline.
+         *     A null has its `reason`.
+         */
+        ItemComparison: {
+            /** Item Id */
+            item_id: string;
+            /** Type */
+            type: string;
+            /** Visit */
+            visit: number;
+            /** Predicted S */
+            predicted_s: number | null;
+            /** Flown S */
+            flown_s: number | null;
+            /** Difference Percent */
+            difference_percent: number | null;
+            /** Unsure S */
+            unsure_s: number;
+            /** Reason */
+            reason: string;
+        };
         /**
          * Jump
          * @description Go back to the item with this id, `repeats` times in all, then go on.
@@ -4157,7 +4250,8 @@ export interface components {
          * TimelineEntry
          * @description One visit of one plan item. `seqs` are its mission items (none for a supervised drop at a waypoint).
          *
-         *     Position and altitude (above home) are those at the end. `brakes`: the vehicle comes to a stop there.
+         *     Position and altitude (above home) are those at the end. `brakes`: the vehicle comes to a stop there. `unsure_s`: by
+         *     so much more than usual the time may be off, either way, because PX4 does something that cannot be predicted.
          */
         TimelineEntry: {
             /** Item Id */
@@ -4186,6 +4280,11 @@ export interface components {
             relative_altitude_m: number;
             /** Brakes */
             brakes: boolean;
+            /**
+             * Unsure S
+             * @default 0
+             */
+            unsure_s: number;
         };
         /**
          * Transition
@@ -9753,6 +9852,91 @@ export interface operations {
             };
             /** @description `vehicle.timeout`: The vehicle did not answer */
             504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_comparison: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                run_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The comparison, as of now */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Comparison"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };

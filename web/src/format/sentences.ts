@@ -2,7 +2,7 @@
 
 import type { ConsentRecord, DropRecord, EventKind, Run } from "../api/types";
 import type { StreamEvent } from "../api/types";
-import { percent } from "./units";
+import { percent, seconds } from "./units";
 import { asSentence, certaintyName, consentWords, plain, runStateName, runStateTone, type Tone } from "./words";
 
 export interface Sentence {
@@ -32,6 +32,8 @@ const SAY: Readonly<Record<EventKind, Say>> = {
   "run.changed": sayRun,
   "run.upload_progress": sayUpload,
   "run.item": (e, v) => ({ text: `${v} ${e.data["what"] === "reached" ? "has done" : "is on its way to"} “${str(e.data["item_id"])}”.`, tone: "info" }),
+  "run.predicted": (e, v) => ({ text: `Predicted for ${v}: ${seconds(num(e.data["duration_s"]))} in flight.`, tone: "neutral" }),
+  "run.item_ended": (e, v) => ({ text: `“${str(e.data["item_id"])}” took ${v} ${seconds(took(e.data["began_s"], e.data["ended_s"]))}.`, tone: "neutral" }),
   "run.command": (e, v) => ({ text: `Sent ${command(e.data["command"])} to ${v}${again(e.data["attempt"])}.`, tone: "drop" }),
   "run.ack": (e, v) => ({ text: `${v} answered ${command(e.data["command"])}: ${lower(e.data["result"])}${e.data["progress"] ? ` (${percent(Number(e.data["progress"]))})` : ""}.`, tone: ackTone(str(e.data["result"])) }),
   "run.drop": sayDrop,
@@ -157,6 +159,15 @@ function ended(text: string): string {
 
 export function short(id: string | null): string {
   return id === null ? "?" : id.length > 12 ? `${id.slice(0, 8)}…` : id;
+}
+
+function num(value: unknown): number | null {
+  return typeof value === "number" ? value : null;
+}
+
+function took(began_s: unknown, ended_s: unknown): number | null {
+  const [began, ended] = [num(began_s), num(ended_s)];
+  return began === null || ended === null ? null : ended - began;
 }
 
 function lower(value: unknown): string {

@@ -52,7 +52,7 @@ describe("a finding", () => {
 });
 
 describe("the prediction", () => {
-  const entry = { type: "waypoint", visit: 1, seqs: [], start_s: 0, duration_s: 1, distance_m: 1, ground_speed_m_s: 5, latitude_deg: 0, longitude_deg: 0, relative_altitude_m: 0, brakes: true };
+  const entry = { type: "waypoint", visit: 1, seqs: [], start_s: 0, duration_s: 1, distance_m: 1, ground_speed_m_s: 5, latitude_deg: 0, longitude_deg: 0, relative_altitude_m: 0, brakes: true, unsure_s: 0 };
   const timeline: Timeline = {
     entries: [{ ...entry, item_id: "a", end_s: 20 }, { ...entry, item_id: "a", visit: 2, end_s: 65 }],
     drops: [{ item_id: "d", visit: 1, supervised: false, release_motion: "moving", at_s: 30, ground_speed_m_s: 15, relative_altitude_m: 40, lead_m: 25, offset_m: 25, release_latitude_deg: null, release_longitude_deg: null, fall_s: 2.8, throw_m: 42 }],

@@ -9,7 +9,7 @@ type Entry = Timeline["entries"][number];
 type Drop = Timeline["drops"][number];
 
 function entry(item_id: string, start_s: number, end_s: number, relative_altitude_m: number): Entry {
-  return { item_id, type: "waypoint", visit: 1, seqs: [], start_s, end_s, duration_s: end_s - start_s, distance_m: 0, ground_speed_m_s: 5, latitude_deg: 0, longitude_deg: 0, relative_altitude_m, brakes: true };
+  return { item_id, type: "waypoint", visit: 1, seqs: [], start_s, end_s, duration_s: end_s - start_s, distance_m: 0, ground_speed_m_s: 5, latitude_deg: 0, longitude_deg: 0, relative_altitude_m, brakes: true, unsure_s: 0 };
 }
 
 function drop(fields: Partial<Drop>): Drop {

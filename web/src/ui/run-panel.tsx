@@ -16,6 +16,7 @@ import { Icon } from "./icons";
 import { PlanItems } from "./plan-items";
 import { ProofButton } from "./proof-button";
 import { RunActions } from "./run-actions";
+import { RunComparison } from "./run-comparison";
 import { RunSteps } from "./run-steps";
 
 export function RunPanel() {
@@ -39,6 +40,7 @@ export function RunPanel() {
           <ProofButton key={run.id} run={run} />
         </section>
       )}
+      <RunComparison key={`comparison ${run.id}`} run={run} />
       <RunItems run={run} />
     </div>
   );

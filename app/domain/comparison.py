@@ -1,0 +1,178 @@
+"""Predicted against flown: item by item and drop by drop, and why where there is nothing to compare."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+
+from pydantic import BaseModel, ConfigDict
+
+from app.domain.drop import DropPhase, DropRecord
+from app.domain.geo import distance_m
+from app.domain.item_times import EndedItem
+from app.domain.prediction import PredictedDrop, Timeline, TimelineEntry
+from app.domain.run import Run
+
+
+class _Frozen(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class ItemComparison(_Frozen):
+    """One visit of one plan item, in seconds of the vehicle's clock.
+
+    `difference_percent` is of the predicted time; null for an item that takes no time. `unsure_s`: see the timeline.
+    A null has its `reason`.
+    """
+
+    item_id: str
+    type: str
+    visit: int
+    predicted_s: float | None
+    flown_s: float | None
+    difference_percent: float | None
+    unsure_s: float
+    reason: str
+
+
+class DropComparison(_Frozen):
+    """The release of one drop. `apart_m` is between the predicted and the flown place of the release.
+
+    Offsets are from the planned point. Flown values are those of the drop's record. A null has its `reason`.
+    """
+
+    item_id: str
+    predicted_latitude_deg: float | None
+    predicted_longitude_deg: float | None
+    predicted_offset_m: float | None
+    predicted_ground_speed_m_s: float | None
+    flown_latitude_deg: float | None
+    flown_longitude_deg: float | None
+    flown_offset_m: float | None
+    flown_ground_speed_m_s: float | None
+    apart_m: float | None
+    reason: str
+
+
+class Comparison(_Frozen):
+    """A run against its prediction. `reason` says why there is none at all. The totals are over the compared items."""
+
+    run_id: str
+    items: tuple[ItemComparison, ...]
+    drops: tuple[DropComparison, ...]
+    predicted_s: float | None
+    flown_s: float | None
+    reason: str
+
+
+def compare(run: Run, timeline: Timeline | None, flown: Sequence[EndedItem], why_none: str = "") -> Comparison:
+    """`flown` are the visits that ended, in order; `why_none` says why there is no timeline."""
+    times = _by_visit(flown)
+    kept = {drop.plan_item_id: _why_not_released(drop) for drop in run.drops}
+    entries = () if timeline is None else timeline.entries
+    items = [_item(run, entry, times.pop((entry.item_id, entry.visit), None), kept) for entry in entries]
+    items += [_unpredicted(item_id, visit, ended, why_none) for (item_id, visit), ended in times.items()]
+    both = [item for item in items if item.predicted_s is not None and item.flown_s is not None]
+    predicted_drops = {} if timeline is None else {drop.item_id: drop for drop in timeline.drops if drop.visit == 1}
+    return Comparison(
+        run_id=run.id,
+        items=tuple(items),
+        drops=tuple([_drop(drop, predicted_drops.get(drop.plan_item_id), why_none) for drop in run.drops]),
+        predicted_s=sum(item.predicted_s or 0.0 for item in both) if both else None,
+        flown_s=sum(item.flown_s or 0.0 for item in both) if both else None,
+        reason=why_none,
+    )
+
+
+def difference_percent(predicted_s: float, flown_s: float) -> float | None:
+    """Of the flown time from the predicted one; None if no time was predicted."""
+    return None if predicted_s < 0.05 else 100.0 * (flown_s - predicted_s) / predicted_s
+
+
+def _by_visit(flown: Sequence[EndedItem]) -> dict[tuple[str, int], EndedItem]:
+    visits: Counter[str] = Counter()
+    found: dict[tuple[str, int], EndedItem] = {}
+    for ended in flown:
+        visits[ended.item_id] += 1
+        found[ended.item_id, visits[ended.item_id]] = ended
+    return found
+
+
+def _flown_s(ended: EndedItem) -> float | None:
+    return None if ended.began_s is None or ended.ended_s is None else max(0.0, ended.ended_s - ended.began_s)
+
+
+def _item(run: Run, entry: TimelineEntry, ended: EndedItem | None, kept: Mapping[str, str]) -> ItemComparison:
+    flown_s = None if ended is None else _flown_s(ended)
+    reason = ""
+    if kept.get(entry.item_id):
+        flown_s, reason = None, kept[entry.item_id]
+    elif ended is None:
+        reason = f"not flown: the run ended {run.state.value}" if run.is_over else "not flown yet"
+    elif flown_s is None:
+        reason = "the vehicle was not seen as it began or ended"
+    return ItemComparison(
+        item_id=entry.item_id,
+        type=entry.type,
+        visit=entry.visit,
+        predicted_s=entry.duration_s,
+        flown_s=flown_s,
+        difference_percent=None if flown_s is None else difference_percent(entry.duration_s, flown_s),
+        unsure_s=entry.unsure_s,
+        reason=reason,
+    )
+
+
+def _unpredicted(item_id: str, visit: int, ended: EndedItem, why_none: str) -> ItemComparison:
+    return ItemComparison(
+        item_id=item_id,
+        type="",
+        visit=visit,
+        predicted_s=None,
+        flown_s=_flown_s(ended),
+        difference_percent=None,
+        unsure_s=0.0,
+        reason=why_none or "this visit was not predicted",
+    )
+
+
+def _why_not_released(drop: DropRecord) -> str:
+    """Why a supervised drop that is over has no time of its own; empty if it has, or may get one."""
+    if drop.supervised and drop.phase is DropPhase.DONE and drop.attempts == 0:
+        return f"no release was sent: {drop.reason}"
+    return ""
+
+
+def _drop(record: DropRecord, predicted: PredictedDrop | None, why_none: str) -> DropComparison:
+    reason = _why_not_released(record)
+    if not reason and predicted is None:
+        reason = why_none or "this drop was not predicted"
+    if not reason and record.phase is not DropPhase.DONE:
+        reason = "not dropped yet"
+    if not reason and record.latitude_deg is None:
+        reason = "the vehicle was not seen at the release"
+    apart_m = _apart_m(record, predicted)
+    if not reason and apart_m is None:
+        reason = "on a circle no place is predicted"
+    return DropComparison(
+        item_id=record.plan_item_id,
+        predicted_latitude_deg=None if predicted is None else predicted.release_latitude_deg,
+        predicted_longitude_deg=None if predicted is None else predicted.release_longitude_deg,
+        predicted_offset_m=None if predicted is None else predicted.offset_m,
+        predicted_ground_speed_m_s=None if predicted is None else predicted.ground_speed_m_s,
+        flown_latitude_deg=record.latitude_deg,
+        flown_longitude_deg=record.longitude_deg,
+        flown_offset_m=record.offset_m,
+        flown_ground_speed_m_s=record.ground_speed_m_s,
+        apart_m=apart_m,
+        reason=reason,
+    )
+
+
+def _apart_m(record: DropRecord, predicted: PredictedDrop | None) -> float | None:
+    if predicted is None or predicted.release_latitude_deg is None or predicted.release_longitude_deg is None:
+        return None
+    if record.latitude_deg is None or record.longitude_deg is None:
+        return None
+    there = (record.latitude_deg, record.longitude_deg)
+    return distance_m(predicted.release_latitude_deg, predicted.release_longitude_deg, *there)

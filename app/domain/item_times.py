@@ -1,0 +1,100 @@
+"""When each item of a flight began and ended, on the vehicle's own clock, from what a link shows of it.
+
+PX4 reports some items as reached before they are done: a landing when it is over its point, a return as it begins, a
+VTOL's takeoff and transition when it has turned. Those end when the next item is current, or with the landing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Final
+
+from app.domain.mission import MavCmd, Mission
+from app.domain.progress import Progress
+
+REPORTED_EARLY: Final = frozenset(
+    {
+        MavCmd.NAV_LAND,
+        MavCmd.NAV_VTOL_LAND,
+        MavCmd.NAV_RETURN_TO_LAUNCH,
+        MavCmd.NAV_VTOL_TAKEOFF,
+        MavCmd.DO_VTOL_TRANSITION,
+    }
+)
+
+
+@dataclass(frozen=True, slots=True)
+class EndedItem:
+    """One visit of a plan item, in seconds of the vehicle's clock; None: not seen."""
+
+    item_id: str
+    began_s: float | None
+    ended_s: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class ItemTimes:
+    """`seqs` are the first and the last mission item of each plan item, `early` those that are reported early.
+
+    `counted` is how many of the flown items have ended. `ahead`: the next one ended already, at a drop's release.
+    `began_s`: when the item under way began, None if that was not seen.
+    """
+
+    seqs: Mapping[str, tuple[int, int]]
+    early: frozenset[str]
+    counted: int = 0
+    began_s: float | None = None
+    ahead: bool = False
+
+    @classmethod
+    def of(cls, mission: Mission) -> ItemTimes:
+        """Before the start."""
+        seqs: dict[str, tuple[int, int]] = {}
+        for seq, item_id in sorted(mission.plan_item_of.items()):
+            seqs[item_id] = (seqs.get(item_id, (seq, seq))[0], seq)
+        commands = {item.seq: item.command for item in mission.items}
+        early = frozenset(item_id for item_id, (_, last) in seqs.items() if commands.get(last) in REPORTED_EARLY)
+        return cls(seqs, early)
+
+    def started(self, now_s: float | None) -> ItemTimes:
+        """The first item begins."""
+        return replace(self, began_s=now_s)
+
+    def taken_up(self, flown: int) -> ItemTimes:
+        """Somebody else, or nobody, saw the first `flown` items."""
+        return replace(self, counted=flown, began_s=None)
+
+    def releases(self, anchor_id: str, now_s: float | None) -> tuple[ItemTimes, tuple[EndedItem, ...]]:
+        """A supervised release is ordered: the item at which the vehicle waits for it is over, and the drop begins."""
+        if self.ahead:
+            return self, ()
+        ended = EndedItem(anchor_id, self.began_s, now_s)
+        return replace(self, began_s=now_s, ahead=True), (ended,)
+
+    def seen(
+        self, progress: Progress, now_s: float | None, *, landed: bool, gap: bool
+    ) -> tuple[ItemTimes, tuple[EndedItem, ...]]:
+        """What ended since the last look. `gap`: the vehicle was not heard for a while, so nobody saw when."""
+        times, ended = self, []
+        while times.counted < len(progress.flown):
+            item_id = progress.flown[times.counted]
+            is_newest = times.counted == len(progress.flown) - 1
+            if is_newest and times._is_under_way(item_id, progress) and not (landed and item_id in times.early):
+                break
+            at_s = None if gap else now_s
+            if not times.ahead:
+                ended.append(EndedItem(item_id, times.began_s, at_s))
+                times = replace(times, began_s=at_s)
+            times = replace(times, counted=times.counted + 1, ahead=False)
+        if gap and times.counted > self.counted:
+            times = replace(times, began_s=None)
+        return times, tuple(ended)
+
+    def _is_under_way(self, item_id: str, progress: Progress) -> bool:
+        """Only the first of its mission items are passed, or it is reported as reached and still being done."""
+        first, last = self.seqs.get(item_id, (0, -1))
+        if first <= progress.passed_to < last:
+            return True
+        is_current = progress.current is None or progress.current <= last
+        return item_id in self.early and progress.passed_to >= last and is_current

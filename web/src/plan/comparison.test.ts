@@ -1,0 +1,29 @@
+import { expect, test } from "vitest";
+import type { ItemComparison } from "../api/types";
+import { differenceTone, differenceWords, visitName } from "./comparison";
+
+function item(fields: Partial<ItemComparison>): ItemComparison {
+  return { item_id: "door", type: "waypoint", visit: 1, predicted_s: 20, flown_s: 22, difference_percent: 10, unsure_s: 0, reason: "", ...fields };
+}
+
+test("a visit has a name of its own", () => {
+  expect(visitName(item({}))).toBe("door");
+  expect(visitName(item({ visit: 2 }))).toBe("door (visit 2)");
+});
+
+test("a difference has its sign, and what was called unsure", () => {
+  expect(differenceWords(item({}))).toBe("+10 %");
+  expect(differenceWords(item({ difference_percent: -7.4, unsure_s: 3 }))).toBe("-7 %, unsure by 3 s");
+});
+
+test("what was not flown says why", () => {
+  expect(differenceWords(item({ flown_s: null, difference_percent: null, reason: "not flown yet" }))).toBe("not flown yet");
+  expect(differenceTone(item({ flown_s: null }))).toBe("neutral");
+});
+
+test("fifteen percent are promised, and a second for what is shorter", () => {
+  expect(differenceTone(item({ flown_s: 23 }))).toBe("ok");
+  expect(differenceTone(item({ flown_s: 24 }))).toBe("warn");
+  expect(differenceTone(item({ flown_s: 24, unsure_s: 2 }))).toBe("ok");
+  expect(differenceTone(item({ predicted_s: 1, flown_s: 1.9 }))).toBe("ok");
+});

@@ -1,0 +1,26 @@
+/** Predicted against flown in words. Pure. */
+
+import type { ItemComparison } from "../api/types";
+import type { Tone } from "../format/words";
+
+const PROMISED_PERCENT = 15;
+const RESOLVED_S = 1; // a link shows the current item once a second
+
+export function visitName(item: ItemComparison): string {
+  return item.visit === 1 ? item.item_id : `${item.item_id} (visit ${item.visit})`;
+}
+
+/** A difference that a link cannot show is none. */
+export function differenceWords(item: ItemComparison): string {
+  if (item.flown_s === null) return item.reason;
+  if (item.difference_percent === null) return "";
+  const rounded = Math.round(item.difference_percent);
+  const unsure = item.unsure_s > 0 ? `, unsure by ${Math.round(item.unsure_s)} s` : "";
+  return `${rounded > 0 ? "+" : ""}${rounded} %${unsure}`;
+}
+
+export function differenceTone(item: ItemComparison): Tone {
+  if (item.flown_s === null || item.predicted_s === null) return "neutral";
+  const allowed_s = Math.max((item.flown_s * PROMISED_PERCENT) / 100, RESOLVED_S) + item.unsure_s;
+  return Math.abs(item.flown_s - item.predicted_s) <= allowed_s ? "ok" : "warn";
+}

@@ -1,0 +1,76 @@
+import { useEffect, useState } from "preact/hooks";
+import { api } from "../api/client";
+import type { Comparison, DropComparison, ItemComparison, Run } from "../api/types";
+import { metres, seconds, speed, UNKNOWN } from "../format/units";
+import { asSentence } from "../format/words";
+import { differenceTone, differenceWords, visitName } from "../plan/comparison";
+
+/** Predicted against flown: read again whenever an item more was flown, and once more at the end. */
+export function RunComparison({ run }: { run: Run }) {
+  const [comparison, setComparison] = useState<Comparison | null>(null);
+  const flown = run.flown_item_ids?.length ?? 0;
+  const isOver = run.ended_at !== null;
+  useEffect(() => {
+    if (run.started_at === null) return;
+    let isWanted = true;
+    const show = (read: Comparison) => isWanted && setComparison(read);
+    void api.comparison(run.id).then(show, () => undefined); // the table is an extra: what was read before stays
+    return () => void (isWanted = false);
+  }, [run.id, run.started_at === null, flown, isOver]);
+  if (comparison === null || comparison.items.length === 0) return null;
+  return (
+    <section aria-label="Predicted and flown" class="comparison">
+      <h3>Predicted and flown</h3>
+      <table>
+        <thead>
+          <tr>
+            <th scope="col">Item</th>
+            <th scope="col">Predicted</th>
+            <th scope="col">Flown</th>
+            <th scope="col">Off by</th>
+          </tr>
+        </thead>
+        <tbody>
+          {comparison.items.map((item) => (
+            <Row key={visitName(item)} item={item} />
+          ))}
+        </tbody>
+        <tfoot>
+          <tr>
+            <th scope="row">Compared items</th>
+            <td>{seconds(comparison.predicted_s)}</td>
+            <td>{seconds(comparison.flown_s)}</td>
+            <td />
+          </tr>
+        </tfoot>
+      </table>
+      {comparison.drops.map((drop) => (
+        <Release key={drop.item_id} drop={drop} />
+      ))}
+    </section>
+  );
+}
+
+function Row({ item }: { item: ItemComparison }) {
+  return (
+    <tr>
+      <th scope="row">{visitName(item)}</th>
+      <td>{seconds(item.predicted_s)}</td>
+      <td>{item.flown_s === null ? <span title={asSentence(item.reason)}>{UNKNOWN}</span> : seconds(item.flown_s)}</td>
+      <td class={`tone-${differenceTone(item)}`}>{differenceWords(item)}</td>
+    </tr>
+  );
+}
+
+function Release({ drop }: { drop: DropComparison }) {
+  const parts = [
+    drop.apart_m === null ? asSentence(drop.reason) : `${metres(drop.apart_m)} from the predicted place`,
+    drop.flown_offset_m === null ? "" : `${metres(drop.flown_offset_m)} from the point (predicted ${metres(drop.predicted_offset_m)})`,
+    drop.flown_ground_speed_m_s === null ? "" : `at ${speed(drop.flown_ground_speed_m_s)} (predicted ${speed(drop.predicted_ground_speed_m_s)})`,
+  ];
+  return (
+    <p>
+      <b>{drop.item_id}</b> {parts.filter((part) => part !== "").join(" · ")}
+    </p>
+  );
+}
