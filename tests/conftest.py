@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import chain, groupby, zip_longest
 from pathlib import Path
 
 import pytest
@@ -12,17 +11,17 @@ from hypothesis import settings
 settings.register_profile("waydrop", deadline=None)
 settings.load_profile("waydrop")
 
-LONG = ("browser", "e2e", "contract")
-"""Folders whose files take longest: first, so that none of them is begun last, and one of each kind at a time."""
+HEAVY = ("browser", "e2e")
+"""Folders whose tests run a browser or whole services: one of each kind at a time is enough for two cores."""
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Long files first, a browser's between others: three browsers at once are too much for two cores."""
-    files = [(path, list(tests)) for path, tests in groupby(items, key=lambda item: item.path)]
-    long = ([tests for path, tests in files if _folder(path) == folder] for folder in LONG)
-    rest = [tests for path, tests in files if _folder(path) not in LONG]
-    in_turn = [tests for turn in zip_longest(*long, fillvalue=[]) for tests in turn]
-    items[:] = chain.from_iterable([*in_turn, *rest])
+    """Who runs together with --dist loadgroup: a file's tests by one worker, all of a heavy folder's too, and first."""
+    items.sort(key=lambda item: _folder(item.path) not in HEAVY)
+    for item in items:
+        folder = _folder(item.path)
+        item.add_marker(pytest.mark.xdist_group(folder if folder in HEAVY else item.path.stem))
 
 
 def _folder(path: Path) -> str:

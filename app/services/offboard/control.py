@@ -16,6 +16,7 @@ from app.domain.setpoint.dead_man import Silence, can_stand
 from app.domain.setpoint.encode import encode
 from app.domain.setpoint.forms import Setpoint
 from app.domain.setpoint.limiter import Clamp, limit
+from app.domain.setpoint.message import SetpointMessage
 from app.domain.vehicle import FlightMode
 from app.services.clock import Clock
 from app.services.fleet import Fleet, FleetVehicle
@@ -45,7 +46,7 @@ class OffboardControl:
         self._fleet = fleet
         self._clock = clock
         self._leases = LeaseSlot(vehicle.id, settings.lease_s)
-        self._stream = SetpointStream(vehicle.link.send_setpoint, settings.dead_man.max_age_s, settings.rate_hz)
+        self._stream = SetpointStream(self._put_out, settings.dead_man.max_age_s, settings.rate_hz)
         self._pacer: Pacer | None = None
         self._ticking: asyncio.Task[None] | None = None
         self._holding: asyncio.Task[None] | None = None
@@ -79,10 +80,9 @@ class OffboardControl:
             return lease
         profile = firmware_profile(who.firmware)
         self.surroundings = Surroundings(who.vehicle_type, profile, self.settings.fresh_s)
-        self._stream = SetpointStream(self.link.send_setpoint, self.settings.dead_man.max_age_s, rate_hz)
-        self._pacer = Pacer(
-            1.0 / rate_hz, self.settings.gap_s, self._tick, self._on_gap, monotonic=self._clock.monotonic
-        )
+        self._stream = SetpointStream(self._put_out, self.settings.dead_man.max_age_s, rate_hz)
+        period_s, gap_s = 1.0 / rate_hz, self.settings.gap_s
+        self._pacer = Pacer(period_s, gap_s, self._tick, self._on_gap, monotonic=self._clock.monotonic)
         self._ticking = asyncio.create_task(self._pacer.run(), name=f"offboard {self.vehicle.id}")
         self._tell_lease("taken", holder, "")
         self.move(_S.LEASED, "")
@@ -249,6 +249,12 @@ class OffboardControl:
             self.give_up("revoked", f"the client was silent for {silent_s:.1f} s")
         elif not self._stream.send_fresh(now_s):
             self._stream.send_zero(follower, now_s)  # a wing does not follow it: that is refused and ends the lease
+
+    def _put_out(self, message: SetpointMessage) -> None:
+        """A last look before a message leaves: the process may have stood still in the middle of a tick."""
+        self._stood_still()
+        if self.state is not _S.IDLE:
+            self.link.send_setpoint(message)
 
     def _heard(self, fact: LinkFact) -> None:
         if self.state is _S.IDLE:

@@ -11,7 +11,7 @@ import pytest
 from app.domain.errors import LeaseLostError, LinkError
 from app.domain.ports import DuplicateSystem, LinkLost, Rebooted
 from app.domain.setpoint.message import LocalTarget
-from app.domain.vehicle import FlightMode, VehicleType
+from app.domain.vehicle import FlightMode, VehicleState, VehicleType
 from app.services.offboard_view import OffboardState
 from tests.unit.services.offboard.cockpit import SETTINGS, Cockpit, cockpit
 
@@ -104,6 +104,25 @@ async def test_after_the_process_stood_still_nothing_is_sent_and_nothing_command
         assert await quad.quiet() == 0
         assert len(quad.sent) == sent
         assert quad.vehicle.sent[before:] == []
+        assert "stood still" in quad.control.reason
+
+
+async def test_a_tick_that_stood_still_in_its_middle_sends_nothing() -> None:
+    async with cockpit(settings=replace(SETTINGS, gap_s=1.0)) as quad:
+        await quad.flown()
+        looked, sent = quad.vehicle.state, 0
+
+        def look_and_stand_still() -> VehicleState:
+            nonlocal sent
+            quad.vehicle.state = looked  # type: ignore[method-assign]
+            sent = len(quad.sent)
+            time.sleep(1.2)
+            return looked()
+
+        quad.vehicle.state = look_and_stand_still  # type: ignore[method-assign]
+        await quad.until_state(OffboardState.IDLE)
+        assert await quad.quiet() == 0
+        assert len(quad.sent) == sent, "what was looked at before the gap is not sent after it"
         assert "stood still" in quad.control.reason
 
 
