@@ -14,6 +14,9 @@ from tests.service import Dispatcher, ServiceProcess
 from tests.simulated import SimulatedFleet
 
 PLAN = json.loads((Path(__file__).parents[2] / "plans" / "clinic-run.json").read_text())
+for _item in PLAN["items"]:
+    if _item["type"] == "gripper":
+        _item["hold_s"] = 300.0  # on a busy machine a restart may take long; a release ends the hold at once
 FLIGHT_S = 180.0
 
 
