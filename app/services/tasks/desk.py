@@ -14,7 +14,8 @@ from app.domain.tasks.queue import QueuedTask
 from app.services.clock import Clock
 from app.services.offboard_view import TaskReport
 from app.services.task_view import OriginView, QueuedTaskView, TasksView
-from app.services.tasks.flight import Phase, TaskFlight
+from app.services.tasks.flight import TaskFlight
+from app.services.tasks.phase import Phase
 
 NEVER_USED = TaskReport(state="idle", remaining_s=-1.0, task_list=[0], current_id=None, reason="")
 

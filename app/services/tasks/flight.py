@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Mapping
 from dataclasses import replace
-from enum import StrEnum
 from typing import Final
 
 from app.domain.errors import SetpointRefusedError, WaydropError
@@ -22,6 +20,7 @@ from app.services.offboard.passage import Destination, Passage
 from app.services.offboard_view import OffboardState, TaskReport, TaskState
 from app.services.tasks.fix import fix_of
 from app.services.tasks.gripper import STANDS_M_S, Action, work_gripper
+from app.services.tasks.phase import WORDS, Phase
 
 STEERED: Final = (OffboardState.STREAMING, OffboardState.SWITCHING, OffboardState.ACTIVE)
 HARMLESS: Final = frozenset({"limit.speed", "limit.climb", "limit.descend"})
@@ -31,24 +30,6 @@ STOPS_IN_S: Final = 1.0
 """A vehicle that is to stand is told the place where it can."""
 TARGET_TOLD_S: Final = 5.0
 """A moving target that was not told anew for so long counts as standing."""
-
-
-class Phase(StrEnum):
-    """What is done with the queue."""
-
-    IDLE = "idle"
-    FLYING = "flying"
-    PAUSED = "paused"
-    BY_HAND = "by_hand"
-    ENDING = "ending"
-
-
-_WORDS: Final[Mapping[Phase, TaskState]] = {
-    Phase.IDLE: "idle",
-    Phase.PAUSED: "paused",
-    Phase.BY_HAND: "by_hand",
-    Phase.ENDING: "ending",
-}
 
 
 class TaskFlight:
@@ -141,6 +122,11 @@ class TaskFlight:
             self.phase, self.reason = Phase.BY_HAND, "the client sends setpoints itself"
             self.tell("by_hand", self.queue.current, self.reason)
 
+    def left(self) -> None:
+        """See Guide."""
+        if self.phase in (Phase.FLYING, Phase.ENDING):
+            self.stop("paused", "leaving was asked for")
+
     def tick(self, now_s: float) -> None:
         """See Guide."""
         seconds, self._ticked_s = now_s - (now_s if self._ticked_s is None else self._ticked_s), now_s
@@ -162,7 +148,7 @@ class TaskFlight:
 
     def _word(self) -> TaskState:
         if self.phase is not Phase.FLYING:
-            return _WORDS[self.phase]
+            return WORDS[self.phase]
         if self.control.state is not OffboardState.ACTIVE:
             return "waiting"
         return "flying" if self.queue.entries else "standing"
@@ -243,13 +229,14 @@ class TaskFlight:
             self.phase = Phase.IDLE
         elif self.when_empty == "plan":
             self.phase, self.reason = Phase.ENDING, "no task is left"
-            self._leaving = asyncio.create_task(self._leave(), name=f"tasks end {self.control.vehicle.id}")
+            leaving = self._leave(self.lease_id or "")
+            self._leaving = asyncio.create_task(leaving, name=f"tasks end {self.control.vehicle.id}")
 
-    async def _leave(self) -> None:
+    async def _leave(self, lease_id: str) -> None:
         """The paused run goes on; without one the vehicle holds."""
         to: Destination = "hold" if self.control.vehicle.run_id is None else "mission"
         try:
-            await self._passage.leave(self.lease_id or "", to)
+            await self._passage.leave_unasked(lease_id, to)
         except WaydropError as error:
             if self.phase is Phase.ENDING:
                 self.stop("blocked", f"leaving to {to} failed: {error.detail}")

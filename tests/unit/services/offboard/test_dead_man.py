@@ -147,6 +147,9 @@ class BrokenGuide:
     def overruled(self) -> None:
         """Nothing is guided."""
 
+    def left(self) -> None:
+        """Nothing is guided."""
+
     def report(self) -> None:
         """Nothing is queued."""
 
