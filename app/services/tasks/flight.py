@@ -101,6 +101,11 @@ class TaskFlight:
         )
         self.control.changed()
 
+    @property
+    def is_gripping(self) -> bool:
+        """Whether a gripper command is under way."""
+        return self._gripping is not None
+
     # what offboard control asks of its guide ------------------------------------------------------------------
 
     def report(self) -> TaskReport | None:
@@ -159,13 +164,33 @@ class TaskFlight:
         entry = self.queue.current
         try:
             if self.phase is Phase.PAUSED or entry is None:
-                self._stands = self._stands or (fix.ahead(STOPS_IN_S).ground, fix.up_m)
-                self.control.steer(stand(kind, *self._stands, fix))
+                self._stand(kind, fix)
             else:
                 self._fly(entry, kind, fix, now_s)
         except SetpointRefusedError as error:
             if self.phase is Phase.FLYING and entry is not None:
                 self.stop("blocked", error.detail)
+
+    def _stand(self, kind: FlightKind, fix: Fix) -> None:
+        """At the place chosen before, else where it can stop; if that is refused, as at a fence, where it is now.
+
+        Raises:
+            SetpointRefusedError: even there; the next tick tries anew.
+        """
+        chosen, self._stands = self._stands, None
+        refused = None
+        for place in (chosen, (fix.ahead(STOPS_IN_S).ground, fix.up_m), (fix.ground, fix.up_m)):
+            if place is None:
+                continue
+            try:
+                self.control.steer(stand(kind, *place, fix))
+            except SetpointRefusedError as error:
+                refused = error
+            else:
+                self._stands = place
+                return
+        if refused is not None:
+            raise refused
 
     def _fly(self, entry: QueuedTask, kind: FlightKind, fix: Fix, now_s: float) -> None:
         up_m = fix.up_m if entry.up_m is None else entry.up_m

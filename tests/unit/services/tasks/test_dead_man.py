@@ -118,6 +118,27 @@ async def test_a_task_that_leads_out_of_the_fence_read_at_the_entry_stands_and_s
         assert author(quad) == "task", "it stands where it is, within the fence"
 
 
+@pytest.mark.parametrize("how", ["at once", "later"])
+async def test_paused_just_before_the_fence_it_stands_where_it_is(how: str) -> None:
+    async with cockpit() as quad:
+        await flying(quad, "goto", point={"east_m": 0.0, "north_m": 80.0})
+        assert quad.control.surroundings is not None
+        small = FenceArea(Polygon([(-5, -5), (5, -5), (5, 5), (-5, 5)]), None)
+        quad.control.enclose(replace(quad.control.surroundings, fence=small))
+        put_at(quad, 0.0 if how == "later" else 4.0, 0.0, velocity_north_m_s=3.0)
+        quad.desk.pause(quad.lease)
+        await quad.ticks(3)
+        if how == "later":  # what it was to stand at is left behind the fence
+            small = FenceArea(Polygon([(-5, -5), (5, -5), (5, 2), (-5, 2)]), None)
+            quad.control.enclose(replace(quad.control.surroundings, fence=small))
+            put_at(quad, 1.5, 0.0, velocity_north_m_s=0.0)
+        await pass_s(quad, 3.0)
+        assert (report(quad).state, author(quad)) == ("paused", "task"), "the guidance must not fall silent"
+        newest = quad.sent[-1]
+        assert isinstance(newest, LocalTarget)
+        assert newest.position[0] == pytest.approx(1.5 if how == "later" else 4.0, abs=0.1)
+
+
 async def test_near_the_fence_it_is_flown_slower_and_not_stopped() -> None:
     async with cockpit() as quad:
         await flying(quad, "circle", radius_m=25.0)
