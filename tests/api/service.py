@@ -98,7 +98,6 @@ async def run_service(
         for begun in (journal, fleet, telemetry):
             await begun.start()
         runs = Runs(fleet, storage.plans, storage.runs, journal, clock)
-        webhooks = await stack.enter_async_context(_webhooks(storage, journal, clock, hooks, webhook_timeout_s))
         offboard = Offboard(fleet, runs, clock, PATIENT)
         services = change(
             ApiServices(
@@ -115,7 +114,7 @@ async def run_service(
                 offboard=offboard,
                 tasks=Tasks(offboard, fleet, clock),
                 simulation=Simulation(None, fleet, journal),
-                webhooks=webhooks,
+                webhooks=await stack.enter_async_context(_webhooks(storage, journal, clock, hooks, webhook_timeout_s)),
                 answers=storage.answers,
                 clock=clock,
             )

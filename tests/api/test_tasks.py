@@ -100,8 +100,9 @@ async def test_the_same_over_the_websocket_with_reports_on_change_and_every_seco
         assert (await tasks_frame(ann, "flying"))["report"]["task_list"] == [1]
         again = await tasks_frame(ann, "flying")
         assert again["tasks"][0]["left_m"] is not None, "it comes again without a change"
-        far = await ann.say("task", task={**GOTO, "point": {"east_m": 0.0, "north_m": 9000.0}})
-        assert (far["type"], far["code"]) == ("refused", "limit.distance")
+        for point in ({"east_m": 0.0, "north_m": 9000.0}, {"latitude_deg": 60.0, "longitude_deg": 8.5}):
+            far = await ann.say("task", task={**GOTO, "point": point})
+            assert (far["type"], far["code"]) == ("refused", "limit.distance"), "and the flight goes on"
         target = await ann.say("target", task_id="t1", point=GOTO["point"], motion={"north_m_s": 0.0, "east_m_s": 1.0})
         assert target["type"] == "done"
         assert (await ann.say("queue", do="pause"))["type"] == "done"

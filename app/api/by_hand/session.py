@@ -137,6 +137,8 @@ class ByHandSession:
             answer = self._do(frame)
         except WaydropError as error:
             answer = _refused(frame.id, error)
+        except ValidationError as error:  # what it asks for cannot be said in a message: no reason to end a flight
+            answer = _unreadable(error).model_copy(update={"id": frame.id})
         if answer is not None:
             await self._send(answer)
 

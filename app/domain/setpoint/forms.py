@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, RootModel
 
 from app.domain.plan.fields import LatitudeDeg, LongitudeDeg, YawDeg
 
-Metres = Annotated[float, Field(ge=-100_000, le=100_000, allow_inf_nan=False)]
+MOST_METRES: Final = 100_000
+Metres = Annotated[float, Field(ge=-MOST_METRES, le=MOST_METRES, allow_inf_nan=False)]
 MetresPerSecond = Annotated[float, Field(ge=-200, le=200, allow_inf_nan=False)]
 MetresPerSecond2 = Annotated[float, Field(ge=-100, le=100, allow_inf_nan=False)]
 DegreesPerSecond = Annotated[float, Field(ge=-2000, le=2000, allow_inf_nan=False)]

@@ -9,7 +9,7 @@ from shapely import LineString, Point
 
 from app.domain.errors import SetpointRefusedError, TaskRefusedError
 from app.domain.setpoint.capability import FirmwareProfile, FlightKind, capability
-from app.domain.setpoint.forms import PositionNed
+from app.domain.setpoint.forms import MOST_METRES, PositionNed
 from app.domain.setpoint.limiter import Whereabouts, limit
 from app.domain.setpoint.limits import OffboardLimits
 from app.domain.tasks.course import CircleCourse, Course, Ground, LegsCourse, PointCourse
@@ -65,10 +65,10 @@ def refuse_beyond(task: Task, course: Course, up_m: float | None, limits: Offboa
     """Raises TaskRefusedError for what leads beyond a limit or the fence, or this kind cannot do."""
     if where.kind is FlightKind.WING:
         _refuse_for_wing(task, course)
-    speed, most = task.speed_m_s, limits.max_speed_m_s
-    if speed is not None and most is not None and speed > most and where.kind is not FlightKind.WING:
-        raise TaskRefusedError(f"{speed:g} m/s is more than {most:g} m/s", refusal="limit.speed")
+    else:
+        _refuse_too_fast(task, limits.max_speed_m_s)
     points = _outline(course, where.kind)
+    _refuse_unsayable(points, up_m)
     strict = limits.model_copy(update={"beyond": "refuse"})
     if up_m is None:  # flown as high as it is then: the height is limited when it is flown
         strict = strict.model_copy(update={"min_altitude_m": None, "max_altitude_m": None})
@@ -81,6 +81,24 @@ def refuse_beyond(task: Task, course: Course, up_m: float | None, limits: Offboa
         except SetpointRefusedError as error:
             raise TaskRefusedError(error.detail, refusal=error.refusal) from None
     _refuse_beyond_fence(points, where)
+
+
+def _refuse_too_fast(task: Task, most_m_s: float | None) -> None:
+    """A target that moves faster than the vehicle may cannot be followed."""
+    moves = task.motion if isinstance(task, Goto) else None
+    speeds = (task.speed_m_s or 0.0, 0.0 if moves is None else math.hypot(moves.north_m_s, moves.east_m_s))
+    if most_m_s is not None and max(speeds) > most_m_s:
+        raise TaskRefusedError(f"{max(speeds):g} m/s is more than {most_m_s:g} m/s", refusal="limit.speed")
+
+
+def _refuse_unsayable(points: tuple[Ground, ...], up_m: float | None) -> None:
+    """However the limits are configured, a setpoint counts its metres from the EKF origin up to a bound."""
+    farthest_m = max(abs(metres) for point in points for metres in (*point, up_m or 0.0))
+    if not farthest_m <= MOST_METRES:
+        raise TaskRefusedError(
+            f"{farthest_m / 1000.0:.0f} km from the EKF origin is more than a setpoint can say",
+            refusal="limit.distance",
+        )
 
 
 def _refuse_for_wing(task: Task, course: Course) -> None:

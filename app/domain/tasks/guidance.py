@@ -10,6 +10,9 @@ import math
 from dataclasses import dataclass, replace
 from typing import Final
 
+from pydantic import ValidationError
+
+from app.domain.errors import SetpointRefusedError
 from app.domain.setpoint.capability import FlightKind
 from app.domain.setpoint.forms import PositionNed, PositionVelocityNed, Setpoint, VelocityNed
 from app.domain.tasks.course import CORNERS, CircleCourse, Course, Ground, LegsCourse, PointCourse, Reference, Turn
@@ -21,6 +24,8 @@ LEAD_S: Final = {FlightKind.ROTARY: 0.4, FlightKind.WING: 1.0, FlightKind.ROVER:
 CROSS_GAIN_PER_S: Final = 0.9
 SLOWING_PER_S: Final = 0.45
 """So it never leads, in the limiter's LOOK_AHEAD_S, beyond the place where it ends; the climb neither."""
+FASTEST_M_S: Final = 150.0
+"""As fast as a task may ask; towards a moving target its speed comes on top, and a setpoint takes 200 m/s."""
 SLOWEST_M_S: Final = 0.5
 """At a corner that is not the end."""
 CLIMB_GAIN_PER_S: Final = 0.45
@@ -72,7 +77,11 @@ class Steering:
 
 
 def steer(kind: FlightKind, wish: Wish, fix: Fix) -> Steering:
-    """One look at the course. A wing that stays at a place circles it."""
+    """One look at the course. A wing that stays at a place circles it.
+
+    Raises:
+        SetpointRefusedError: it is farther away than a setpoint can say, as a target that moves may come to be.
+    """
     speed = wish.speed_m_s or CRUISE_M_S[kind]
     turn = Turn(WING_SWITCH_S * speed, math.inf) if kind is FlightKind.WING else CORNERS
     seen = wish.course.reference(fix.ground, wish.leg, turn)
@@ -82,13 +91,16 @@ def steer(kind: FlightKind, wish: Wish, fix: Fix) -> Steering:
         course = CircleCourse(course.point, WING_LOITER_M)
     ahead = fix.ahead(LEAD_S[kind])
     aim = course.reference(ahead.ground, seen.leg, turn)
-    if kind is FlightKind.WING:
-        return Steering(_path_point(aim, wish.up_m, speed), seen, arrived)
-    return Steering(_velocity(kind, replace(wish, course=course), aim, ahead, speed), seen, arrived)
+    try:
+        if kind is FlightKind.WING:
+            return Steering(_path_point(aim, wish.up_m, speed), seen, arrived)
+        return Steering(_velocity(kind, replace(wish, course=course), aim, ahead, speed), seen, arrived)
+    except ValidationError:
+        raise SetpointRefusedError("it leads farther than a setpoint can say", refusal="limit.distance") from None
 
 
 def stand(kind: FlightKind, ground: Ground, up_m: float, fix: Fix) -> Setpoint:
-    """To stay at a place; a wing circles it."""
+    """To stay at a place; a wing circles it. Raises SetpointRefusedError."""
     return steer(kind, Wish(PointCourse(ground), up_m, stays=True), fix).setpoint
 
 
@@ -145,7 +157,8 @@ def _stands_at(course: Course) -> Ground | None:
 def _over_ground(course: Course, aim: Reference, fix: Fix, speed_m_s: float) -> Ground:
     along = min(speed_m_s, _slow_enough(aim, speed_m_s))
     if isinstance(course, PointCourse):
-        return aim.tangent[0] * along + course.velocity[0], aim.tangent[1] * along + course.velocity[1]
+        sum_m_s = aim.tangent[0] * along + course.velocity[0], aim.tangent[1] * along + course.velocity[1]
+        return _bounded(sum_m_s, FASTEST_M_S)
     back = [CROSS_GAIN_PER_S * (to - at) for to, at in zip(aim.nearest, fix.ground, strict=True)]
     north, east = _bounded((back[0], back[1]), speed_m_s)
     along = min(along, math.sqrt(max(0.0, speed_m_s**2 - north**2 - east**2)))

@@ -10,7 +10,7 @@ import structlog
 
 from app.domain.errors import LeaseLostError, OffboardNotReadyError, WaydropError
 from app.domain.events import EventKind
-from app.domain.ports import DuplicateSystem, LinkFact, LinkLost, Rebooted, StateChanged, Unsubscribe, VehicleLink
+from app.domain.ports import LinkFact, Unsubscribe, VehicleLink
 from app.domain.setpoint.capability import firmware_profile
 from app.domain.setpoint.dead_man import Silence, can_stand
 from app.domain.setpoint.encode import encode
@@ -22,7 +22,7 @@ from app.services.clock import Clock
 from app.services.fleet import Fleet, FleetVehicle
 from app.services.offboard.guide import Guide
 from app.services.offboard.lease import Lease, LeaseSlot
-from app.services.offboard.modes import taken_away
+from app.services.offboard.loss import ended_by
 from app.services.offboard.pacer import Pacer
 from app.services.offboard.settings import OffboardSettings
 from app.services.offboard.stream import Author, SetpointStream, Slotted
@@ -84,6 +84,7 @@ class OffboardControl:
         period_s, gap_s = 1.0 / rate_hz, self.settings.gap_s
         self._pacer = Pacer(period_s, gap_s, self._tick, self._on_gap, monotonic=self._clock.monotonic)
         self._ticking = asyncio.create_task(self._pacer.run(), name=f"offboard {self.vehicle.id}")
+        self._ticking.add_done_callback(self._ticks_ended)
         self._tell_lease("taken", holder, "")
         self.move(_S.LEASED, "")
         return lease
@@ -92,6 +93,11 @@ class OffboardControl:
         """Renew the lease. Raises LeaseLostError."""
         self._stood_still()
         return self._leases.require(lease_id, self._clock.monotonic())
+
+    def check(self, lease_id: str) -> Lease:
+        """Look whether it is still this lease, and renew nothing. Raises LeaseLostError."""
+        self._stood_still()
+        return self._leases.check(lease_id, self._clock.monotonic())
 
     def offer(self, lease_id: str, to: str | None) -> Lease:
         """Let `to` take the lease over. Raises LeaseLostError."""
@@ -211,14 +217,21 @@ class OffboardControl:
 
     def _tick(self, now_s: float) -> None:
         self._end_expired(now_s)
-        if self.guide is not None:
-            self.guide.tick(now_s)
-        if self.state not in SENDING or self.surroundings is None:
-            return
         try:
-            self._send(now_s, self.surroundings)
+            if self.guide is not None:
+                self.guide.tick(now_s)
+            if self.state in SENDING and self.surroundings is not None:
+                self._send(now_s, self.surroundings)
         except WaydropError as error:
             self.give_up("revoked", f"cannot send: {error.detail}")
+
+    def _ticks_ended(self, ticking: asyncio.Task[None]) -> None:
+        """Without ticks there is neither a stream nor a dead-man: a defect in one is Hold."""
+        if ticking.cancelled() or (error := ticking.exception()) is None:
+            return
+        log.error("a defect ended the ticks of offboard control", vehicle=self.vehicle.id, exc_info=error)
+        if ticking is self._ticking:
+            self.give_up("revoked", "a defect of the service: nothing more can be sent")
 
     def _slot(self, setpoint: Setpoint, by: Author) -> tuple[Clamp, ...]:
         if self.surroundings is None:
@@ -257,21 +270,8 @@ class OffboardControl:
             self.link.send_setpoint(message)
 
     def _heard(self, fact: LinkFact) -> None:
-        if self.state is _S.IDLE:
-            return
-        match fact:
-            case LinkLost():
-                self.end("revoked", "the link to the vehicle is lost")
-            case Rebooted():
-                self.end("revoked", "the vehicle rebooted")
-            case DuplicateSystem():
-                self.end("revoked", "the vehicle is quarantined")
-            case StateChanged():
-                self._look_at_mode()
-
-    def _look_at_mode(self) -> None:
         """Somebody else's mode is never fought for: the stream ends at once, or it would pull the vehicle back."""
-        if reason := taken_away(self.state, self.link.state()):
+        if self.state is not _S.IDLE and (reason := ended_by(fact, self.state, self.link)):
             self.end("revoked", reason)
 
     def _stood_still(self) -> None:

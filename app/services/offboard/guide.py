@@ -16,5 +16,8 @@ class Guide(Protocol):
     def overruled(self) -> None:
         """The client has put a setpoint itself."""
 
+    def left(self) -> None:
+        """The client wants to leave: nothing is guided any more, even if that fails, until the client says so."""
+
     def report(self) -> TaskReport | None:
         """What is shown with the state; None if no task was ever queued."""

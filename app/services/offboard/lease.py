@@ -47,13 +47,17 @@ class LeaseSlot:
 
     def require(self, lease_id: str, now_s: float) -> Lease:
         """The lease with this id, renewed. Raises LeaseLostError for any other."""
+        self.lease = replace(self.check(lease_id, now_s), expires_s=now_s + self.lease_s)
+        return self.lease
+
+    def check(self, lease_id: str, now_s: float) -> Lease:
+        """The lease with this id, as it is. Raises LeaseLostError for any other."""
         held = self.lease
         if held is None or now_s >= held.expires_s or not hmac.compare_digest(held.id.encode(), lease_id.encode()):
             raise LeaseLostError(
                 f"this lease of vehicle {self.vehicle_id} has ended", hint="take the lease again, then enter again"
             )
-        self.lease = replace(held, expires_s=now_s + self.lease_s)
-        return self.lease
+        return held
 
     def offer(self, lease_id: str, to: str | None, now_s: float) -> Lease:
         """Let `to` take the lease over; None takes the offer back. Raises LeaseLostError."""

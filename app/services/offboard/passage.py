@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Literal
+from typing import Literal, TypeVar
 
 from app.domain.errors import ConflictError, LeaseLostError, OffboardNotReadyError, WaydropError
 from app.domain.run import Run
@@ -25,16 +25,19 @@ from app.services.offboard_view import OffboardState
 from app.services.runs import Runs
 
 Destination = Literal["hold", "mission", "return"]
+T = TypeVar("T")
 _S = OffboardState
 
 
 class Passage:
-    """Enters and leaves one vehicle's offboard control. One passage at a time; a lost lease ends it."""
+    """Enters and leaves one vehicle's offboard control. A lost lease ends either; a new leaving ends the one before."""
 
     def __init__(self, control: OffboardControl, runs: Runs) -> None:
         self._control = control
         self._runs = runs
-        self._task: asyncio.Task[Sequence[AuditEntry]] | None = None
+        self._entering: asyncio.Task[Sequence[AuditEntry]] | None = None
+        self._leaving: asyncio.Task[None] | None = None
+        self._leaving_lease_id = ""
         control.subscribe(self._watch)
 
     async def look_ahead(self, *, sticks_held: bool) -> Outlook:
@@ -56,27 +59,42 @@ class Passage:
         self._control.require(lease_id)
         if self._control.state is not _S.LEASED:
             raise OffboardNotReadyError(f"offboard control is {self._control.state.value} already")
-        self._task = asyncio.create_task(self._enter(sticks_held), name=f"enter {self._control.vehicle.id}")
-        return await self._ended(self._task)
+        self._entering = asyncio.create_task(self._enter(sticks_held), name=f"enter {self._control.vehicle.id}")
+        return await self._ended(self._entering)
 
     async def leave(self, lease_id: str, to: Destination) -> None:
-        """Leave to a mode, seen, and give the lease back. Raises LeaseLostError, ConflictError, LinkError."""
+        """Leave to a mode, seen, and give the lease back; what is guided stops first.
+
+        Raises:
+            LeaseLostError, ConflictError, LinkError.
+        """
         control = self._control
         control.require(lease_id)
-        run = await self._run()
-        if to == "mission" and run is None:
+        if to == "mission" and control.vehicle.run_id is None:
             raise ConflictError("the vehicle flies no run: there is no mission to go back to", hint="leave to hold")
-        before = control.state
-        control.move(_S.LEAVING if before is _S.ACTIVE else before, f"leaving to {to}")
-        try:
-            await self._command(to, run)
-        except WaydropError:
-            if control.lease is not None and control.state is _S.LEAVING:
-                control.move(_S.ACTIVE, f"leaving to {to} failed")
-            raise
-        control.end("released", f"left to {to}")
+        if control.guide is not None:
+            control.guide.left()
+        await self._begin_leaving(lease_id, to)
 
-    async def _ended(self, task: asyncio.Task[Sequence[AuditEntry]]) -> Sequence[AuditEntry]:
+    async def leave_unasked(self, lease_id: str, to: Destination) -> None:
+        """As `leave`, for a guide that has ended: it renews nothing. Raises LeaseLostError, LinkError."""
+        self._control.check(lease_id)
+        await self._begin_leaving(lease_id, to)
+
+    async def _begin_leaving(self, lease_id: str, to: Destination) -> None:
+        while self._leaving is not None and not self._leaving.done():
+            self._leaving.cancel()
+            await asyncio.wait({self._leaving})
+        self._leaving_lease_id = lease_id
+        self._leaving = asyncio.create_task(self._leave(lease_id, to), name=f"leave {self._control.vehicle.id}")
+        try:
+            await self._ended(self._leaving)
+        except LeaseLostError:
+            if self._has_lease(lease_id):
+                raise ConflictError(f"leaving to {to} was broken off: another leaving was asked for") from None
+            raise
+
+    async def _ended(self, task: asyncio.Task[T]) -> T:
         try:
             await asyncio.wait({task})
         finally:
@@ -84,6 +102,20 @@ class Passage:
         if task.cancelled():
             raise LeaseLostError(f"the lease ended on the way: {self._control.reason}", hint="take it again")
         return task.result()
+
+    async def _leave(self, lease_id: str, to: Destination) -> None:
+        control = self._control
+        run = await self._run()
+        control.check(lease_id)  # it may have ended meanwhile, and Hold been commanded
+        control.move(_S.LEAVING if control.state is _S.ACTIVE else control.state, f"leaving to {to}")
+        try:
+            await self._command(to, run)
+        except BaseException:
+            if control.lease is not None and control.state is _S.LEAVING:
+                control.move(_S.ACTIVE, f"leaving to {to} failed")
+            raise
+        if self._has_lease(lease_id):
+            control.end("released", f"left to {to}")
 
     async def _enter(self, sticks_held: bool) -> Sequence[AuditEntry]:
         control = self._control
@@ -142,8 +174,15 @@ class Passage:
             control.move(_S.LEASED, reason)
 
     def _watch(self) -> None:
-        if self._control.lease is None and self._task is not None:
-            self._task.cancel()
+        if self._control.lease is None and self._entering is not None:
+            self._entering.cancel()
+        if self._leaving is None or self._has_lease(self._leaving_lease_id):
+            return
+        if self._leaving is not asyncio.current_task():  # one that has succeeded ends its lease itself
+            self._leaving.cancel()
+
+    def _has_lease(self, lease_id: str) -> bool:
+        return self._control.lease is not None and self._control.lease.id == lease_id
 
     def _holder(self) -> str:
         return "" if self._control.lease is None else self._control.lease.holder

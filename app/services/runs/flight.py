@@ -92,6 +92,10 @@ class RunFlight:
                 with contextlib.suppress(StorageError):  # a person's command does not wait for the disk
                     await self._recorder.flush()
                 await command()
+            except asyncio.CancelledError:
+                self._recorder.change(asked=before)
+                self._recorder.note(EventKind.RUN_ACK, command=asked, result="not known: broken off")
+                raise
             except WaydropError as error:
                 self._recorder.change(asked=before)
                 self._recorder.note(EventKind.RUN_ACK, command=asked, result=error.detail)

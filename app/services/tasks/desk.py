@@ -14,7 +14,8 @@ from app.domain.tasks.queue import QueuedTask
 from app.services.clock import Clock
 from app.services.offboard_view import TaskReport
 from app.services.task_view import OriginView, QueuedTaskView, TasksView
-from app.services.tasks.flight import Phase, TaskFlight
+from app.services.tasks.flight import TaskFlight
+from app.services.tasks.phase import Phase
 
 NEVER_USED = TaskReport(state="idle", remaining_s=-1.0, task_list=[0], current_id=None, reason="")
 
@@ -32,9 +33,15 @@ class TaskDesk:
         """Queue a task: flown when its turn comes and the vehicle is under offboard control.
 
         Raises:
-            TaskRefusedError, TasksFullError: nothing has changed. ConflictError: control goes back to the plan already.
+            TaskRefusedError, TasksFullError: nothing has changed. ConflictError: control goes back to the plan already,
+            or the task in whose place it would be flown works the gripper now, and would do so again.
         """
         flight = self._own(lease_id)
+        if mode != "append" and flight.is_gripping:
+            raise ConflictError(
+                "the current task works the gripper now: flown again it would do so twice",
+                hint="wait for the gripper's answer, append the task, or skip the current one",
+            )
         course, up_m = self._admit(task)
         queue = flight.queue.insert(task, course, mode, up_m)
         flight.when_empty = when_empty or flight.when_empty

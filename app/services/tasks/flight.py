@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Mapping
 from dataclasses import replace
-from enum import StrEnum
 from typing import Final
 
 from app.domain.errors import SetpointRefusedError, WaydropError
@@ -22,6 +20,7 @@ from app.services.offboard.passage import Destination, Passage
 from app.services.offboard_view import OffboardState, TaskReport, TaskState
 from app.services.tasks.fix import fix_of
 from app.services.tasks.gripper import STANDS_M_S, Action, work_gripper
+from app.services.tasks.phase import WORDS, Phase
 
 STEERED: Final = (OffboardState.STREAMING, OffboardState.SWITCHING, OffboardState.ACTIVE)
 HARMLESS: Final = frozenset({"limit.speed", "limit.climb", "limit.descend"})
@@ -31,24 +30,6 @@ STOPS_IN_S: Final = 1.0
 """A vehicle that is to stand is told the place where it can."""
 TARGET_TOLD_S: Final = 5.0
 """A moving target that was not told anew for so long counts as standing."""
-
-
-class Phase(StrEnum):
-    """What is done with the queue."""
-
-    IDLE = "idle"
-    FLYING = "flying"
-    PAUSED = "paused"
-    BY_HAND = "by_hand"
-    ENDING = "ending"
-
-
-_WORDS: Final[Mapping[Phase, TaskState]] = {
-    Phase.IDLE: "idle",
-    Phase.PAUSED: "paused",
-    Phase.BY_HAND: "by_hand",
-    Phase.ENDING: "ending",
-}
 
 
 class TaskFlight:
@@ -120,6 +101,11 @@ class TaskFlight:
         )
         self.control.changed()
 
+    @property
+    def is_gripping(self) -> bool:
+        """Whether a gripper command is under way."""
+        return self._gripping is not None
+
     # what offboard control asks of its guide ------------------------------------------------------------------
 
     def report(self) -> TaskReport | None:
@@ -140,6 +126,11 @@ class TaskFlight:
         if self.phase in (Phase.FLYING, Phase.PAUSED):
             self.phase, self.reason = Phase.BY_HAND, "the client sends setpoints itself"
             self.tell("by_hand", self.queue.current, self.reason)
+
+    def left(self) -> None:
+        """See Guide."""
+        if self.phase in (Phase.FLYING, Phase.ENDING):
+            self.stop("paused", "leaving was asked for")
 
     def tick(self, now_s: float) -> None:
         """See Guide."""
@@ -162,7 +153,7 @@ class TaskFlight:
 
     def _word(self) -> TaskState:
         if self.phase is not Phase.FLYING:
-            return _WORDS[self.phase]
+            return WORDS[self.phase]
         if self.control.state is not OffboardState.ACTIVE:
             return "waiting"
         return "flying" if self.queue.entries else "standing"
@@ -173,13 +164,33 @@ class TaskFlight:
         entry = self.queue.current
         try:
             if self.phase is Phase.PAUSED or entry is None:
-                self._stands = self._stands or (fix.ahead(STOPS_IN_S).ground, fix.up_m)
-                self.control.steer(stand(kind, *self._stands, fix))
+                self._stand(kind, fix)
             else:
                 self._fly(entry, kind, fix, now_s)
         except SetpointRefusedError as error:
             if self.phase is Phase.FLYING and entry is not None:
                 self.stop("blocked", error.detail)
+
+    def _stand(self, kind: FlightKind, fix: Fix) -> None:
+        """At the place chosen before, else where it can stop; if that is refused, as at a fence, where it is now.
+
+        Raises:
+            SetpointRefusedError: even there; the next tick tries anew.
+        """
+        chosen, self._stands = self._stands, None
+        refused = None
+        for place in (chosen, (fix.ahead(STOPS_IN_S).ground, fix.up_m), (fix.ground, fix.up_m)):
+            if place is None:
+                continue
+            try:
+                self.control.steer(stand(kind, *place, fix))
+            except SetpointRefusedError as error:
+                refused = error
+            else:
+                self._stands = place
+                return
+        if refused is not None:
+            raise refused
 
     def _fly(self, entry: QueuedTask, kind: FlightKind, fix: Fix, now_s: float) -> None:
         up_m = fix.up_m if entry.up_m is None else entry.up_m
@@ -243,13 +254,14 @@ class TaskFlight:
             self.phase = Phase.IDLE
         elif self.when_empty == "plan":
             self.phase, self.reason = Phase.ENDING, "no task is left"
-            self._leaving = asyncio.create_task(self._leave(), name=f"tasks end {self.control.vehicle.id}")
+            leaving = self._leave(self.lease_id or "")
+            self._leaving = asyncio.create_task(leaving, name=f"tasks end {self.control.vehicle.id}")
 
-    async def _leave(self) -> None:
+    async def _leave(self, lease_id: str) -> None:
         """The paused run goes on; without one the vehicle holds."""
         to: Destination = "hold" if self.control.vehicle.run_id is None else "mission"
         try:
-            await self._passage.leave(self.lease_id or "", to)
+            await self._passage.leave_unasked(lease_id, to)
         except WaydropError as error:
             if self.phase is Phase.ENDING:
                 self.stop("blocked", f"leaving to {to} failed: {error.detail}")

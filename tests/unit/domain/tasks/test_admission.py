@@ -55,11 +55,29 @@ def test_the_examples_are_taken(kind: str, flies_like: FlightKind) -> None:
         ("goto", {"relative_altitude_m": 61.0}, "limit.altitude"),
         ("segment", {"absolute_altitude_m": 490.0}, "limit.altitude"),
         ("goto", {"speed_m_s": 11.0}, "limit.speed"),
+        ("goto", {"motion": {"north_m_s": 8.0, "east_m_s": 8.0}}, "limit.speed"),
         ("segment", {"end": EXAMPLES["segment"]["start"]}, "tasks.no_length"),
     ],
 )
 def test_what_leads_beyond_a_limit_is_refused_before_it_is_flown(kind: str, changes: Any, code: str) -> None:
     assert refusal(kind, **changes) == code
+
+
+@pytest.mark.parametrize("flies_like", [FlightKind.ROTARY, FlightKind.WING])
+@pytest.mark.parametrize(
+    ("kind", "changes"),
+    [
+        ("goto", {"point": {"latitude_deg": 48.5, "longitude_deg": 8.5}}),
+        ("goto", {"point": {"latitude_deg": -47.4, "longitude_deg": -171.5}}),
+        ("circle", {"center": {"east_m": 99_999.0, "north_m": 0.0}, "radius_m": 500.0}),
+        ("path", {"points": [{"east_m": 0.0, "north_m": 0.0}, {"latitude_deg": 0.0, "longitude_deg": 0.0}]}),
+    ],
+)
+@pytest.mark.parametrize("limits", [LIMITS, OffboardLimits(max_distance_m=None)])
+def test_what_is_farther_than_a_setpoint_can_say_is_refused_whatever_the_limits(
+    kind: str, changes: Any, flies_like: FlightKind, limits: OffboardLimits
+) -> None:
+    assert refusal(kind, replace(AT_HOME, kind=flies_like), limits, **changes) == "limit.distance"
 
 
 @pytest.mark.parametrize("kind", sorted(EXAMPLES))

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from app.domain.errors import SetpointRefusedError
 from app.domain.setpoint.capability import FlightKind
 from app.domain.setpoint.forms import PositionNed, PositionVelocityNed, VelocityNed
 from app.domain.setpoint.limiter import LOOK_AHEAD_S
@@ -37,6 +38,27 @@ def test_no_velocity_is_faster_than_the_task_asks(here: Ground, kind: str, speed
     setpoint = steer(ROVER if rover else ROTARY, wish, still(here)).setpoint
     if isinstance(setpoint, VelocityNed):
         assert math.hypot(setpoint.north_m_s, setpoint.east_m_s) <= speed * (1 + 1e-9)
+
+
+@given(
+    here=places,
+    motion=st.tuples(st.floats(-200.0, 200.0), st.floats(-200.0, 200.0)),
+    speed=st.floats(0.5, 150.0),
+    kind=st.sampled_from([ROTARY, ROVER, WING]),
+)
+def test_however_fast_a_target_moves_there_is_a_setpoint(
+    here: Ground, motion: Ground, speed: float, kind: FlightKind
+) -> None:
+    setpoint = steer(kind, Wish(PointCourse((0.0, 0.0), motion), 30.0, speed_m_s=speed), still(here)).setpoint
+    if isinstance(setpoint, VelocityNed):
+        assert math.hypot(setpoint.north_m_s, setpoint.east_m_s) <= 150.0 + 1e-6
+
+
+@pytest.mark.parametrize("kind", [ROTARY, ROVER, WING])
+def test_a_target_that_has_moved_farther_than_a_setpoint_can_say_is_refused(kind: FlightKind) -> None:
+    gone = PointCourse((100_500.0, 0.0))
+    with pytest.raises(SetpointRefusedError, match="farther"):
+        steer(kind, Wish(gone, 30.0, stays=kind is WING), still((100_500.0, 0.0)))
 
 
 @given(here=places, kind=st.sampled_from(sorted(EXAMPLES)))

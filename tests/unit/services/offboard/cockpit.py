@@ -119,8 +119,7 @@ class Cockpit:
 
     async def told(self, kind: str) -> list[Any]:
         """The data of the recorded events of one kind, once what waits is on disk."""
-        await self.until(lambda: self.fleet._waiting.empty(), "events must be recorded")
-        await asyncio.sleep(0.02)
+        await asyncio.wait_for(self.fleet._waiting.join(), WITHIN_S)
         return [event.data for event in self.events.events if event.kind == kind]
 
 

@@ -134,6 +134,51 @@ async def test_a_link_that_cannot_send_ends_the_lease() -> None:
         assert "cannot send" in quad.control.reason
 
 
+class BrokenGuide:
+    """Its ticks are a defect once it is told so."""
+
+    def __init__(self) -> None:
+        self.is_broken = False
+
+    def tick(self, now_s: float) -> None:
+        if self.is_broken:
+            raise ZeroDivisionError
+
+    def overruled(self) -> None:
+        """Nothing is guided."""
+
+    def left(self) -> None:
+        """Nothing is guided."""
+
+    def report(self) -> None:
+        """Nothing is queued."""
+
+
+async def test_a_defect_in_a_tick_is_hold_and_not_a_silent_end_of_the_dead_man() -> None:
+    async with cockpit() as quad:
+        quad.control.guide = guide = BrokenGuide()
+        await quad.flown()
+        guide.is_broken = True
+        await quad.until(lambda: quad.vehicle.truth.mode is FlightMode.HOLD, "Hold must be commanded")
+        assert (quad.control.state, quad.control.lease) == (OffboardState.IDLE, None)
+        assert (await quad.told("offboard.lease"))[-1]["change"] == "revoked"
+        assert "defect" in quad.control.reason
+
+
+async def test_a_defect_in_a_tick_ends_an_entry_that_waits_for_the_stream() -> None:
+    async with cockpit() as quad:
+        quad.control.guide = guide = BrokenGuide()
+        quad.take()
+        quad.vehicle.hold_gate.clear()
+        entering = asyncio.ensure_future(quad.enter())
+        await quad.until_state(OffboardState.HOLDING)
+        guide.is_broken = True
+        quad.vehicle.hold_gate.set()
+        with pytest.raises(LeaseLostError, match="defect"):
+            await asyncio.wait_for(entering, 10.0)
+        assert "offboard" not in quad.vehicle.sent
+
+
 async def test_the_end_of_the_service_is_hold() -> None:
     async with cockpit() as quad:
         await quad.flown()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+
 import pytest
 
 from app.domain.commands import MavResult
@@ -27,6 +29,11 @@ async def land(at: Desk, *, complete: bool = True, over: bool = True) -> None:
     at.vehicle.touch_down(complete=complete, last_seq=len(at.mission.items) - 1)
     if over:
         await at.until(lambda: at.run.is_over, "the run must end after the landing")
+
+
+def results(at: Desk) -> list[object]:
+    """Of the commands to the run."""
+    return [event.data["result"] for event in at.events.events if event.kind is EventKind.RUN_ACK]
 
 
 async def test_a_delivery_is_uploaded_started_dropped_resumed_and_completed() -> None:
@@ -218,6 +225,21 @@ async def test_pause_and_resume() -> None:
         await at.until_state(RunState.FLYING)
         with pytest.raises(WrongStateError):
             await at.runs.resume(at.run_id, "test")
+
+
+async def test_a_command_that_is_broken_off_was_not_asked_for_and_its_result_is_not_known() -> None:
+    async with desk() as at:
+        await at.create()
+        await at.until_state(RunState.FLYING)
+        asked = at.run.asked
+        at.vehicle.hold_gate.clear()
+        pausing = asyncio.ensure_future(at.runs.pause(at.run_id, "test"))
+        await at.until(lambda: at.vehicle.sent[-1] == "hold", "it must be commanded")
+        pausing.cancel()
+        await asyncio.wait({pausing})
+        at.vehicle.put(mode=FlightMode.LAND)
+        await at.until(lambda: "not known: broken off" in results(at), "it is recorded with what comes next")
+        assert at.run.asked == asked
 
 
 async def test_a_failsafe_that_lands_the_vehicle_on_its_last_leg_completes_nothing() -> None:

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
 from dataclasses import replace
+from typing import Any
 
 import pytest
 from shapely import Polygon
 
-from app.domain.errors import LeaseLostError
+from app.domain.errors import LeaseLostError, LinkTimeoutError
 from app.domain.fence_area import FenceArea
 from app.domain.setpoint.message import LocalTarget
 from app.domain.vehicle import FlightMode, VehicleType
 from app.services.offboard_view import OffboardState
-from tests.unit.services.offboard.cockpit import SETTINGS, Cockpit, cockpit
+from tests.unit.services.offboard.cockpit import SETTINGS, Cockpit, cockpit, paused_run
 from tests.unit.services.tasks.queued import author, changes, flying, put_at, queue, report
 
 
@@ -116,6 +118,27 @@ async def test_a_task_that_leads_out_of_the_fence_read_at_the_entry_stands_and_s
         assert author(quad) == "task", "it stands where it is, within the fence"
 
 
+@pytest.mark.parametrize("how", ["at once", "later"])
+async def test_paused_just_before_the_fence_it_stands_where_it_is(how: str) -> None:
+    async with cockpit() as quad:
+        await flying(quad, "goto", point={"east_m": 0.0, "north_m": 80.0})
+        assert quad.control.surroundings is not None
+        small = FenceArea(Polygon([(-5, -5), (5, -5), (5, 5), (-5, 5)]), None)
+        quad.control.enclose(replace(quad.control.surroundings, fence=small))
+        put_at(quad, 0.0 if how == "later" else 4.0, 0.0, velocity_north_m_s=3.0)
+        quad.desk.pause(quad.lease)
+        await quad.ticks(3)
+        if how == "later":  # what it was to stand at is left behind the fence
+            small = FenceArea(Polygon([(-5, -5), (5, -5), (5, 2), (-5, 2)]), None)
+            quad.control.enclose(replace(quad.control.surroundings, fence=small))
+            put_at(quad, 1.5, 0.0, velocity_north_m_s=0.0)
+        await pass_s(quad, 3.0)
+        assert (report(quad).state, author(quad)) == ("paused", "task"), "the guidance must not fall silent"
+        newest = quad.sent[-1]
+        assert isinstance(newest, LocalTarget)
+        assert newest.position[0] == pytest.approx(1.5 if how == "later" else 4.0, abs=0.1)
+
+
 async def test_near_the_fence_it_is_flown_slower_and_not_stopped() -> None:
     async with cockpit() as quad:
         await flying(quad, "circle", radius_m=25.0)
@@ -137,3 +160,95 @@ async def test_a_wing_that_is_paused_circles_and_does_not_fly_on() -> None:
         await plane.ticks(3)
         assert (plane.control.state, author(plane)) == (OffboardState.ACTIVE, "task")
         assert plane.sent[-1].type_mask == 3520
+
+
+class Stuck:
+    """A call that waits until it is let go, and is then what it was."""
+
+    def __init__(self, original: Any = None) -> None:
+        self.reached, self.gate = asyncio.Event(), asyncio.Event()
+        self._original = original
+
+    async def __call__(self, *args: Any, **more: Any) -> Any:
+        self.reached.set()
+        await self.gate.wait()
+        return await self._original(*args, **more)
+
+
+async def ending(quad: Cockpit, work: str) -> asyncio.Event:
+    """The only task ends, and the way back to the plan waits in this call of the runs until the event is set."""
+    await flying(quad, "goto")
+    stuck = Stuck(getattr(quad.runs, work))
+    setattr(quad.runs, work, stuck)
+    put_at(quad, 20.0, 10.0)
+    await asyncio.wait_for(stuck.reached.wait(), 10.0)
+    return stuck.gate
+
+
+@pytest.mark.parametrize("work", ["get", "resume"])
+async def test_a_lease_that_ends_on_the_way_back_to_the_plan_is_hold_and_stays_hold(work: str) -> None:
+    async with cockpit(run=paused_run()) as quad:
+        gate = await ending(quad, work)
+        quad.control.give_up("released", "the client's socket closed")
+        await quad.until(lambda: quad.vehicle.truth.mode is FlightMode.HOLD, "Hold is commanded")
+        gate.set()
+        await quad.quiet()
+        assert "resume" not in quad.runs.asked, "nobody is there who lets it fly its mission"
+        assert quad.vehicle.truth.mode is FlightMode.HOLD
+
+
+@pytest.mark.parametrize("work", ["get", "resume"])
+async def test_an_override_on_the_way_back_to_the_plan_has_the_vehicle(work: str) -> None:
+    async with cockpit(run=paused_run()) as quad:
+        gate = await ending(quad, work)
+        quad.take("admin", override=True)
+        gate.set()
+        await quad.until_state(OffboardState.ACTIVE)
+        quad.put()
+        await quad.ticks(2)
+        assert "resume" not in quad.runs.asked
+        assert quad.control.lease is not None
+        assert (quad.control.lease.holder, quad.vehicle.truth.mode) == ("admin", FlightMode.OFFBOARD)
+
+
+async def test_a_queue_that_ends_by_itself_renews_nothing() -> None:
+    async with cockpit(run=paused_run()) as quad:
+        await flying(quad, "goto")
+        quad.runs.resume = stuck = Stuck()  # type: ignore[method-assign]
+        assert quad.control.lease is not None
+        expires_s = quad.control.lease.expires_s
+        quad.clock.time_s += 0.3
+        put_at(quad, 20.0, 10.0)
+        await asyncio.wait_for(stuck.reached.wait(), 10.0)
+        assert quad.control.lease.expires_s == expires_s
+
+
+async def test_the_pilot_leaves_while_the_queue_ends_and_the_pilot_counts() -> None:
+    async with cockpit(run=paused_run()) as quad:
+        gate = await ending(quad, "resume")
+        await quad.passage.leave(quad.lease, "hold")
+        gate.set()
+        await quad.quiet()
+        assert (quad.runs.asked[-1], quad.vehicle.truth.mode) == ("pause", FlightMode.HOLD)
+
+
+async def test_leaving_that_fails_does_not_fly_the_tasks_on_unasked() -> None:
+    async with cockpit() as quad:
+        await flying(quad, "circle")
+        hold = quad.vehicle.hold
+
+        async def silent() -> None:
+            raise LinkTimeoutError("no ack")
+
+        quad.vehicle.hold = silent  # type: ignore[method-assign]
+        with pytest.raises(LinkTimeoutError):
+            await quad.passage.leave(quad.lease, "hold")
+        quad.vehicle.hold = hold  # type: ignore[method-assign]
+        before = len(quad.sent)
+        await quad.ticks(3)
+        assert (report(quad).state, report(quad).reason) == ("paused", "leaving was asked for")
+        newest = quad.sent[before + 2]
+        assert isinstance(newest, LocalTarget)
+        assert newest.type_mask & 0x7 == 0, "it stands at a place"
+        quad.desk.resume(quad.lease)
+        await quad.until(lambda: report(quad).state == "flying", "the pilot says so")

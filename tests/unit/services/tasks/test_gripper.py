@@ -8,7 +8,7 @@ from collections.abc import AsyncGenerator
 import pytest
 
 from app.domain.commands import CommandAck, CommandRequest, MavResult
-from app.domain.errors import LinkTimeoutError
+from app.domain.errors import ConflictError, LinkTimeoutError
 from tests.unit.services.offboard.cockpit import cockpit
 from tests.unit.services.tasks.queued import changes, flying, put_at, queue, report
 
@@ -70,6 +70,30 @@ async def test_a_release_whose_task_ends_before_the_answer_is_not_known_and_says
         results = [event["result"] for event in await quad.told("tasks.gripper")]
         assert results[0] == "sent"
         assert results[1].startswith("not known")
+
+
+@pytest.mark.parametrize("mode", ["prepend", "replace_current", "replace_all"])
+async def test_nothing_takes_its_place_while_the_gripper_works_or_it_would_work_twice(mode: str) -> None:
+    async with cockpit() as quad:
+        sent, answer, original = asyncio.Event(), asyncio.Event(), quad.vehicle.command
+
+        async def slow(request: CommandRequest) -> AsyncGenerator[CommandAck, None]:
+            sent.set()
+            await answer.wait()
+            async for ack in original(request):
+                yield ack
+
+        quad.vehicle.command = slow  # type: ignore[method-assign]
+        await flying(quad, "goto", gripper="release")
+        put_at(quad, 20.0, 10.0)
+        await asyncio.wait_for(sent.wait(), 10.0)
+        with pytest.raises(ConflictError, match="twice"):
+            queue(quad, "goto", mode)
+        queue(quad, "circle")
+        answer.set()
+        await quad.until(lambda: report(quad).task_list == [2], "the answer ends the task")
+        assert len(quad.vehicle.releases) == 1
+        queue(quad, "goto", mode)
 
 
 async def test_a_grab_is_a_grab() -> None:

@@ -1,0 +1,22 @@
+"""Which facts of a vehicle's link end offboard control."""
+
+from __future__ import annotations
+
+from app.domain.ports import DuplicateSystem, LinkFact, LinkLost, Rebooted, StateChanged, VehicleLink
+from app.services.offboard.modes import taken_away
+from app.services.offboard_view import OffboardState
+
+
+def ended_by(fact: LinkFact, state: OffboardState, link: VehicleLink) -> str:
+    """Why the vehicle is not ours any more, in words; empty if it is."""
+    match fact:
+        case LinkLost():
+            return "the link to the vehicle is lost"
+        case Rebooted():
+            return "the vehicle rebooted"
+        case DuplicateSystem():
+            return "the vehicle is quarantined"
+        case StateChanged():
+            return taken_away(state, link.state())
+        case _:
+            return ""
