@@ -63,6 +63,8 @@ def _in_words(error: Exception) -> str:
     if isinstance(error, aiohttp.ClientResponseError):
         return "the answer is no HTTP"
     kind, reason = type(error).__name__, error.strerror if isinstance(error, OSError) else None
+    if isinstance(error, aiohttp.ClientConnectorError):
+        kind = f"{kind} for {error.host}"
     return f"{kind}: {reason}"[:_MAX_PROBLEM_CHARS] if reason else kind
 
 

@@ -62,7 +62,7 @@ async def test_a_refused_connection_is_told_with_the_systems_words() -> None:
     async with peer(b"") as url:
         pass
     reply = await reply_of(url)
-    assert reply.problem.startswith("ClientConnectorError: ")
+    assert reply.problem.startswith("ClientConnectorError for 127.0.0.1: ")
     assert TOKEN not in reply.problem
 
 
