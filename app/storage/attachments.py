@@ -8,7 +8,9 @@ import json
 import os
 import secrets
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
+from typing import Final
 
 import sqlalchemy as sa
 
@@ -17,6 +19,9 @@ from app.domain.errors import AttachmentAlteredError, StorageError
 from app.domain.events import EventKind
 from app.storage.database import Database
 from app.storage.schema import EVENTS
+
+_RANDOM_BYTES: Final = 8
+_UNFINISHED: Final = ".{}.part"
 
 
 def attachments_folder(journal: Path) -> Path:
@@ -29,6 +34,13 @@ def file_path(folder: Path, sha256: str) -> Path:
     if not is_sha256(sha256):
         raise ValueError(f"{sha256!r} is no SHA-256")
     return folder / sha256[:2] / sha256
+
+
+def remove_unfinished(folder: Path) -> None:
+    """Remove what a kill in the middle of `put` left behind. Only while nobody puts files there. Blocking."""
+    for unfinished in folder.glob(f"??/{_UNFINISHED.format('?' * 2 * _RANDOM_BYTES)}"):
+        with suppress(OSError):  # it only takes room: no reason to refuse a start
+            unfinished.unlink()
 
 
 def is_intact(folder: Path, sha256: str) -> bool:
@@ -83,7 +95,7 @@ class DiskAttachmentStore:
         if is_intact(self._folder, sha256):
             return
         path.parent.mkdir(parents=True, exist_ok=True)
-        unfinished = path.with_name(f".{secrets.token_hex(8)}.part")
+        unfinished = path.with_name(_UNFINISHED.format(secrets.token_hex(_RANDOM_BYTES)))
         try:
             with unfinished.open("xb") as file:
                 file.write(content)

@@ -17,7 +17,7 @@ from app.domain.attachment_port import AttachmentStore
 from app.domain.ports import AnswerStore, EventStore, PlanStore, RunStore, TokenStore
 from app.domain.webhooks.port import WebhookStore
 from app.storage.answers import SqliteAnswerStore
-from app.storage.attachments import DiskAttachmentStore, attachments_folder
+from app.storage.attachments import DiskAttachmentStore, attachments_folder, remove_unfinished
 from app.storage.database import Database
 from app.storage.events import SqliteEventStore
 from app.storage.lock import JournalInUseError, exclusive_lock
@@ -53,6 +53,7 @@ async def open_storage(path: Path) -> AsyncIterator[Storage]:
     """
     with exclusive_lock(path):
         await asyncio.to_thread(migrate, path)
+        await asyncio.to_thread(remove_unfinished, attachments_folder(path))
         database = Database(path)
         try:
             gateway_id = await _gateway_id(database)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import asyncio
 import struct
+from collections import defaultdict
 from collections.abc import Callable, Iterable
 from typing import Final
 
@@ -39,13 +40,15 @@ class ParameterReader:
         self._send = send
         self._read_int = read_int
         self._settings = settings
-        self._waiting: dict[str, asyncio.Future[ParamValue | None]] = {}
+        self._waiting: defaultdict[str, list[asyncio.Future[ParamValue | None]]] = defaultdict(list)
         self._plugin = BlockingCall("waydrop-param")
         inbox.on(ParamValue, self._take_value)
         inbox.on(ParamError, self._take_error)
 
     async def read(self, names: Iterable[str]) -> dict[str, Value]:
         """The values of those that exist. One that does not answer within all its attempts is left out.
+
+        Several may read at once, also the same names: an answer is for all who wait for that name.
 
         Raises:
             LinkError: the link was closed meanwhile.
@@ -67,14 +70,14 @@ class ParameterReader:
 
     async def close(self, *, timeout_s: float) -> None:
         """End all waits with LinkError, and wait for the blocking call if one is under way."""
-        for future in self._waiting.values():
+        for future in [one for waiting in self._waiting.values() for one in waiting]:
             if not future.done():
                 future.set_exception(LinkError("the link was closed"))
         await self._plugin.close(timeout_s=timeout_s)
 
     async def _one(self, name: str) -> Value | None:
         future: asyncio.Future[ParamValue | None] = asyncio.get_running_loop().create_future()
-        self._waiting[name] = future
+        self._waiting[name].append(future)  # one for each reader: who is cancelled takes nothing from the others
         try:
             for _ in range(self._settings.parameter_attempts):
                 self._send(ParamRequestRead(name))
@@ -83,7 +86,9 @@ class ParameterReader:
                     return await self._value(future.result())
             return None
         finally:
-            del self._waiting[name]
+            self._waiting[name].remove(future)
+            if not self._waiting[name]:
+                del self._waiting[name]
 
     async def _value(self, message: ParamValue | None) -> Value | None:
         if message is None:
@@ -102,6 +107,6 @@ class ParameterReader:
             self._answer(message.param_id, None)
 
     def _answer(self, name: str, message: ParamValue | None) -> None:
-        future = self._waiting.get(name)
-        if future is not None and not future.done():
-            future.set_result(message)
+        for future in self._waiting.get(name, ()):
+            if not future.done():
+                future.set_result(message)

@@ -24,13 +24,16 @@ class HttpSender:
         self._session = session
 
     async def post(self, url: str, headers: Mapping[str, str], body: bytes) -> Reply:
-        """See WebhookSender. Of the answer only the status line and the headers are read, however long it is."""
+        """See WebhookSender. Of the answer only the status line and the headers are read, however long it is.
+
+        A problem is told in Waydrop's words and the system's, never in those of the peer.
+        """
         try:
             answer = await self._session.post(url, headers=headers, data=body, allow_redirects=False)
         except TimeoutError:
             return Reply(None, "no answer in time")
         except (aiohttp.ClientError, OSError, ValueError) as error:
-            return Reply(None, (str(error) or type(error).__name__)[:_MAX_PROBLEM_CHARS])
+            return Reply(None, _in_words(error))
         try:
             return Reply(answer.status, retry_after_s=_seconds(answer.headers.get("Retry-After")))
         finally:
@@ -53,6 +56,16 @@ async def open_sender(*, version: str, total_s: float = TOTAL_S) -> AsyncIterato
         trust_env=False,
     ) as session:
         yield HttpSender(session)
+
+
+def _in_words(error: Exception) -> str:
+    """Never str(error): aiohttp puts the peer's bytes and the whole URL into it, and a URL may hold a token."""
+    if isinstance(error, aiohttp.ClientResponseError):
+        return "the answer is no HTTP"
+    kind, reason = type(error).__name__, error.strerror if isinstance(error, OSError) else None
+    if isinstance(error, aiohttp.ClientConnectorError):
+        kind = f"{kind} for {error.host}"
+    return f"{kind}: {reason}"[:_MAX_PROBLEM_CHARS] if reason else kind
 
 
 def _seconds(retry_after: str | None) -> float | None:

@@ -7,8 +7,10 @@ that needs a thread would wait. A thread per name cannot do that, and a daemon d
 from __future__ import annotations
 
 import asyncio
+import errno
 import socket
 import threading
+from contextlib import suppress
 from typing import Any
 
 from aiohttp.abc import AbstractResolver, ResolveResult
@@ -29,9 +31,12 @@ class NameLookup(AbstractResolver):
         key = (host, port, int(family))
         if key not in self._under_way:
             found: asyncio.Future[list[ResolveResult]] = asyncio.get_running_loop().create_future()
-            self._under_way[key] = found
+            try:
+                threading.Thread(target=_look_up, args=(host, port, family, found), daemon=True).start()
+            except (RuntimeError, MemoryError) as error:
+                raise OSError(errno.EAGAIN, "no thread for looking up a name") from error
+            self._under_way[key] = found  # only now: nobody waits for a lookup that never began
             found.add_done_callback(lambda done: self._forget(key, done))
-            threading.Thread(target=_look_up, args=(host, port, family, found), daemon=True).start()
         return await asyncio.shield(self._under_way[key])
 
     async def close(self) -> None:
@@ -44,16 +49,18 @@ class NameLookup(AbstractResolver):
 
 
 def _look_up(host: str, port: int, family: socket.AddressFamily, found: asyncio.Future[list[ResolveResult]]) -> None:
-    outcome: list[ResolveResult] | OSError
+    # what an error outside the expected ones leaves: who waits must be told, whatever ends this thread
+    outcome: list[ResolveResult] | OSError = OSError(errno.EIO, "the lookup of a name failed")
     try:
         answers = socket.getaddrinfo(host, port, family=family, type=socket.SOCK_STREAM)
         outcome = [_result(host, answer) for answer in answers]
-    except (OSError, UnicodeError) as error:
-        outcome = error if isinstance(error, OSError) else OSError(f"{host} is no host name")
-    try:
-        found.get_loop().call_soon_threadsafe(_settle, found, outcome)
-    except RuntimeError:  # the loop was closed meanwhile
-        return
+    except OSError as error:
+        outcome = error
+    except UnicodeError:
+        outcome = socket.gaierror(socket.EAI_NONAME, "not a host name")
+    finally:
+        with suppress(RuntimeError):  # the loop was closed meanwhile
+            found.get_loop().call_soon_threadsafe(_settle, found, outcome)
 
 
 def _settle(found: asyncio.Future[list[ResolveResult]], outcome: list[ResolveResult] | OSError) -> None:

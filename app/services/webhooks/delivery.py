@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from collections.abc import Sequence
 from contextlib import aclosing
 
@@ -29,7 +30,9 @@ class ReceiverGoneError(Exception):
 
 
 class HookDelivery:
-    """`progress` is the newest; on disk it may be a message older, which is then sent a second time after a crash.
+    """`progress` is the newest. On disk it is older while messages follow each other: it is stored each `save_each_s`,
+    when nothing more is to be sent, after a failure, and at the end of `run`. What was taken since then comes again
+    after a crash.
 
     Live events wait in a bounded queue while a message is under way. While a receiver fails nothing waits in memory:
     what it missed is read from the journal, page by page, when it answers again.
@@ -49,6 +52,8 @@ class HookDelivery:
         self.progress: Progress = stored.progress
         self._secret = stored.secret
         self._saved_cursor = stored.progress.cursor
+        self._saved_s = -math.inf
+        self._unsaved = False
         self._retry_at = clock.monotonic()
         self._journal = journal
         self._stories = stories
@@ -58,21 +63,12 @@ class HookDelivery:
         self._settings = settings
 
     async def run(self) -> None:
-        """Deliver until the journal is closed. Raises ReceiverGoneError."""
-        while True:
-            try:
-                seq, left = await self._deliver_until_trouble()
-                while left:
-                    await asyncio.sleep(self._wait_s())
-                    left = await self._send_all(left)
-                await self._done_with(seq, save=True)
-            except SubscriptionOverflowError:
-                continue  # the receiver is slower than the events come: go on from the disk
-            except SubscriptionClosedError:
-                return
-            except StorageError as error:
-                log.error("webhook cannot read the journal", webhook=self.hook.id, error=error.detail)
-                await asyncio.sleep(self._settings.disk_again_s)
+        """Deliver until the journal is closed or this is cancelled. Raises ReceiverGoneError."""
+        try:
+            await self._deliver()
+        finally:
+            if self._unsaved:
+                await self._save()
 
     async def send_once(self, message: Message) -> Reply:
         """Send a message now, outside the order, and leave the progress alone."""
@@ -85,6 +81,22 @@ class HookDelivery:
         }
         return await self._sender.post(self.hook.url, headers, body)
 
+    async def _deliver(self) -> None:
+        while True:
+            try:
+                seq, left = await self._deliver_until_trouble()
+                while left:
+                    await asyncio.sleep(self._wait_s())
+                    left = await self._send_all(left)
+                await self._done_with(seq, told=True)
+            except SubscriptionOverflowError:
+                continue  # the receiver is slower than the events come: go on from the disk
+            except SubscriptionClosedError:
+                return
+            except StorageError as error:
+                log.error("webhook cannot read the journal", webhook=self.hook.id, error=error.detail)
+                await asyncio.sleep(self._settings.disk_again_s)
+
     async def _deliver_until_trouble(self) -> tuple[int, Sequence[Message]]:
         """The event whose messages were not all taken, and those. What waited in memory is let go."""
         settings, cursor = self._settings, self.progress.cursor
@@ -94,7 +106,7 @@ class HookDelivery:
                 messages = [one for one in await self._stories.messages(event) if self.hook.wants(one.type)]
                 if left := await self._send_all(messages):
                     return event.seq, left
-                await self._done_with(event.seq, save=bool(messages))
+                await self._done_with(event.seq, told=bool(messages))
         raise SubscriptionClosedError("the journal is closed")
 
     async def _send_all(self, messages: Sequence[Message]) -> Sequence[Message]:
@@ -125,18 +137,22 @@ class HookDelivery:
     def _wait_s(self) -> float:
         return max(0.0, self._retry_at - self._clock.monotonic())
 
-    async def _done_with(self, seq: int, *, save: bool) -> None:
+    async def _done_with(self, seq: int, *, told: bool) -> None:
+        settings = self._settings
         self.progress = self.progress.moved_to(seq)
-        if save or seq - self._saved_cursor >= self._settings.save_each_events:
+        self._unsaved = self._unsaved or told or seq - self._saved_cursor >= settings.save_each_events
+        is_due = self._clock.monotonic() - self._saved_s >= settings.save_each_s
+        if self._unsaved and (is_due or seq >= self._journal.last_seq):
             await self._save()
 
     async def _save(self) -> None:
+        self._saved_s = self._clock.monotonic()
         try:
             await self._store.save_progress(self.hook.id, self.progress)
-        except StorageError as error:  # after a crash a message would come again, with the same id
+        except StorageError as error:  # after a crash messages would come again, with the same ids
             log.error("webhook progress not stored", webhook=self.hook.id, error=error.detail)
         else:
-            self._saved_cursor = self.progress.cursor
+            self._saved_cursor, self._unsaved = self.progress.cursor, False
 
 
 def _in_words(status: int | None) -> str:

@@ -79,3 +79,28 @@ async def test_a_disk_that_takes_nothing_is_a_storage_error(tmp_path: Path) -> N
     async with open_storage(path) as storage:
         with pytest.raises(StorageError, match="attachments"):
             await storage.attachments.put(HASH, PHOTO)
+
+
+async def test_what_a_kill_left_half_written_is_gone_after_the_next_start_and_nothing_else(
+    journal: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    other = b"\xff\xd8\xff cut off"
+    folder, sha256 = attachments_folder(journal), hashlib.sha256(other).hexdigest()
+
+    def killed(path: Path, *_: object, **__: object) -> None:
+        raise OSError("from here on nothing of the process runs")
+
+    async with open_storage(journal) as storage:
+        with monkeypatch.context() as patch:
+            patch.setattr(Path, "replace", killed)
+            patch.setattr(Path, "unlink", killed)
+            with pytest.raises(StorageError):
+                await storage.attachments.put(sha256, other)
+    left = await asyncio.to_thread(lambda: [one for one in folder.rglob(".*") if one.is_file()])
+    assert [one.parent.name for one in left] == [sha256[:2]], "the half written one"
+    foreign = the_file(journal).with_name(".notes.part")
+    await asyncio.to_thread(foreign.write_text, "an administrator's")
+    async with open_storage(journal) as storage:
+        assert await storage.attachments.get(HASH) == PHOTO
+    files = await asyncio.to_thread(lambda: {one for one in folder.rglob("*") if one.is_file()})
+    assert files == {the_file(journal), foreign}

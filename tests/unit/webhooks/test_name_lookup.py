@@ -24,6 +24,8 @@ class HangingServers:
         self.asked.append(host)
         if host.startswith("hangs"):
             self.let_go.wait(60)
+        if host == "defect.example":
+            raise IndexError("what nobody expects")
         if host == "unknown.example":
             raise socket.gaierror(socket.EAI_NONAME, "Name or service not known")
         return [(socket.AF_INET, socket.SOCK_STREAM, 6, "", ("192.0.2.7", port))]
@@ -66,3 +68,41 @@ async def test_who_asks_again_meanwhile_waits_for_the_same_lookup(servers: Hangi
 async def test_a_name_that_does_not_exist_is_an_os_error(servers: HangingServers) -> None:
     with pytest.raises(OSError, match="not known"):
         await NameLookup().resolve("unknown.example", 443)
+
+
+async def test_a_label_too_long_for_a_host_name_is_an_os_error() -> None:
+    with pytest.raises(OSError, match="not a host name"):
+        await NameLookup().resolve("a" * 64 + ".example", 443)
+
+
+async def test_without_a_thread_the_lookup_fails_and_the_next_one_works(
+    servers: HangingServers, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lookup = NameLookup()
+    with monkeypatch.context() as patch:
+        patch.setattr(threading.Thread, "start", no_thread)
+        async with asyncio.timeout(30):
+            with pytest.raises(OSError, match="no thread"):
+                await lookup.resolve("good.example", 443)
+    async with asyncio.timeout(30):
+        assert (await lookup.resolve("good.example", 443))[0]["host"] == "192.0.2.7"
+
+
+async def test_who_waits_is_told_of_an_error_that_nobody_expected(
+    servers: HangingServers, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    logged: list[str] = []
+    monkeypatch.setattr(threading, "excepthook", lambda error: logged.append(error.exc_type.__name__))
+    lookup = NameLookup()
+    async with asyncio.timeout(30):
+        for _ in range(2):
+            with pytest.raises(OSError, match="failed"):
+                await lookup.resolve("defect.example", 443)
+        while len(logged) < 2:
+            await asyncio.sleep(0.01)
+    assert logged == ["IndexError"] * 2, "a defect is not hidden"
+    assert servers.asked == ["defect.example"] * 2, "the failed one is not kept"
+
+
+def no_thread(_: threading.Thread) -> None:
+    raise RuntimeError("can't start new thread")

@@ -1,0 +1,151 @@
+"""How far a webhook has come is stored seldom while messages follow each other, and always when they stop."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Mapping, Sequence
+from contextlib import asynccontextmanager, suppress
+
+import pytest
+
+from app.domain.events import Event, EventKind
+from app.domain.webhooks.hook import Progress, StoredWebhook, Webhook
+from app.domain.webhooks.port import Reply
+from app.services.journal import Journal
+from app.services.webhooks.delivery import HookDelivery, ReceiverGoneError
+from app.services.webhooks.settings import WebhookSettings
+from app.services.webhooks.stories import Stories
+from tests.unit.domain.webhooks.stories import Teller, new_run
+from tests.unit.services.fakes import ManualClock, MemoryEventStore
+from tests.unit.services.webhooks.test_stories import Plans
+
+SETTINGS = WebhookSettings()
+MESSAGES = 300
+LIMIT_S = 30.0
+
+
+class Receiver:
+    """WebhookSender. Each message takes `takes_s`; from number `until` on it answers `then`, None: never."""
+
+    def __init__(self, clock: ManualClock, *, takes_s: float = 0.0, until: int = MESSAGES, then: int | None = 200):
+        self.taken = 0
+        self._clock, self._takes_s, self._until, self._then = clock, takes_s, until, then
+        self.reached = asyncio.Event()
+
+    async def post(self, url: str, headers: Mapping[str, str], body: bytes) -> Reply:
+        """See WebhookSender."""
+        self._clock.time_s += self._takes_s
+        if self.taken < self._until:
+            self.taken += 1
+            return Reply(200)
+        self.reached.set()
+        if self._then is None:
+            await asyncio.Event().wait()
+        return Reply(self._then)
+
+
+class Disk:
+    """WebhookStore that keeps what was stored, one after the other, and how many were taken by then."""
+
+    def __init__(self) -> None:
+        self.stored: list[Progress] = []
+        self.changed = asyncio.Event()
+
+    async def save_progress(self, hook_id: str, progress: Progress) -> None:
+        """See WebhookStore."""
+        self.stored.append(progress)
+        self.changed.set()
+
+    async def add(self, stored: StoredWebhook) -> None:
+        """See WebhookStore."""
+
+    async def list_webhooks(self) -> Sequence[StoredWebhook]:
+        """See WebhookStore."""
+        return ()
+
+    async def change(self, hook: Webhook) -> None:
+        """See WebhookStore."""
+
+    async def delete(self, hook_id: str) -> None:
+        """See WebhookStore."""
+
+    async def until_cursor(self, cursor: int) -> None:
+        """Wait until this cursor is stored."""
+        async with asyncio.timeout(LIMIT_S):
+            while not self.stored or self.stored[-1].cursor < cursor:
+                self.changed.clear()
+                await self.changed.wait()
+
+
+def one_message_each() -> list[Event]:
+    """As many runs that were ordered: each event is one message."""
+    teller = Teller(new_run())
+    events = []
+    for number in range(MESSAGES):
+        teller.run = new_run().model_copy(update={"id": f"r{number}"})
+        events.append(teller.event(EventKind.RUN_CREATED, teller.run.model_dump(mode="json")))
+    return events
+
+
+@asynccontextmanager
+async def delivering(clock: ManualClock, receiver: Receiver, disk: Disk) -> AsyncIterator[asyncio.Task[None]]:
+    """A webhook that catches up with all messages from the first one on."""
+    events = MemoryEventStore()
+    events.events += one_message_each()
+    journal = Journal(events, clock)
+    await journal.start()
+    hook = Webhook(id="hook-1", url="https://receiver.example/", created_at=1.0, created_by="desk")
+    stored = StoredWebhook(hook, "whsec_x", Progress(cursor=0))
+    task = asyncio.create_task(
+        HookDelivery(stored, journal, Stories(journal, Plans()), disk, receiver, clock, SETTINGS).run()
+    )
+    try:
+        yield task
+    finally:
+        task.cancel()
+        await asyncio.wait({task})
+        await journal.close()
+
+
+async def test_a_burst_is_noted_at_its_beginning_and_its_end() -> None:
+    clock, disk = ManualClock(), Disk()
+    async with delivering(clock, Receiver(clock), disk):
+        await disk.until_cursor(MESSAGES)
+    assert [one.cursor for one in disk.stored] == [1, MESSAGES]
+
+
+async def test_a_long_catching_up_is_noted_as_often_as_is_set_and_no_more() -> None:
+    clock, disk = ManualClock(), Disk()
+    each = 16
+    async with delivering(clock, Receiver(clock, takes_s=SETTINGS.save_each_s / each), disk):
+        await disk.until_cursor(MESSAGES)
+    cursors = [one.cursor for one in disk.stored]
+    assert cursors == [*range(1, MESSAGES, each), MESSAGES]
+
+
+async def test_a_slow_receiver_has_each_message_noted() -> None:
+    clock, disk = ManualClock(), Disk()
+    async with delivering(clock, Receiver(clock, takes_s=SETTINGS.save_each_s), disk):
+        await disk.until_cursor(MESSAGES)
+    assert [one.cursor for one in disk.stored] == list(range(1, MESSAGES + 1))
+
+
+async def test_stopped_on_the_way_it_notes_all_that_was_taken() -> None:
+    clock, disk = ManualClock(), Disk()
+    receiver = Receiver(clock, until=7, then=None)
+    async with delivering(clock, receiver, disk), asyncio.timeout(LIMIT_S):
+        await receiver.reached.wait()
+    assert [one.cursor for one in disk.stored] == [1, 7]
+
+
+@pytest.mark.parametrize("status", [500, 410])
+async def test_a_failure_notes_all_that_was_taken_before(status: int) -> None:
+    clock, disk = ManualClock(), Disk()
+    async with delivering(clock, Receiver(clock, until=7, then=status), disk) as task:
+        await disk.until_cursor(7)
+        if status == 410:
+            with pytest.raises(ReceiverGoneError):
+                await task
+    with suppress(asyncio.CancelledError, ReceiverGoneError):
+        await task
+    assert [(one.cursor, one.failures) for one in disk.stored] == [(1, 0), (7, 1)]
