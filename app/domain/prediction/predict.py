@@ -19,6 +19,7 @@ from app.domain.prediction.flown_order import flown_order
 from app.domain.prediction.motion import Motion, Point
 from app.domain.prediction.release import predicted_drop
 from app.domain.prediction.timeline import PredictedDrop, Timeline, TimelineEntry
+from app.domain.prediction.usable_facts import usable_facts
 from app.domain.prediction.wind import CALM, Wind
 from app.domain.speeds import speeds_along
 from app.domain.vehicle import VehicleFacts
@@ -29,6 +30,7 @@ AFTER_UNSURE_S, AFTER_UNSURE_MORE_S = 1.0, 4.0
 
 def predict(plan: Plan, facts: VehicleFacts, wind: Wind = CALM) -> Timeline:
     """The timeline of a plan for a vehicle with these facts. Works for plans with errors too, as far as they go."""
+    facts = usable_facts(facts)
     flight = _flight(plan, facts, wind)
     order = flown_order(plan)
     steps = walk(plan, flight.home, order.indexes)
