@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic_core import PydanticCustomError
 
 from app.domain.events import Event
 from app.services.plans import PlanHead
@@ -47,8 +48,9 @@ class RunRequest(RequestModel):
 class ConsentRequest(RequestModel):
     """Consent to a drop that asks for it, or refuse it.
 
-    `question` is the number of the question that is answered (the drop's `consent.question`); null answers the one that
-    is asked now. `reason` goes into the proof of delivery.
+    `question` is the number of the question that is answered (the drop's `consent.question`). A grant needs it, so that
+    it counts for nothing that the person has not seen; a refusal without it refuses whatever is asked now. `reason`
+    goes into the proof of delivery.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
@@ -56,6 +58,12 @@ class ConsentRequest(RequestModel):
     grant: bool
     question: Annotated[int, Field(ge=1)] | None = None
     reason: Annotated[str, Field(max_length=500)] = ""
+
+    @model_validator(mode="after")
+    def _a_grant_names_its_question(self) -> Self:
+        if self.grant and self.question is None:
+            raise PydanticCustomError("question_required", "a grant needs the number of the question that was seen")
+        return self
 
 
 class PlanCheckRequest(RequestModel):

@@ -84,8 +84,9 @@ def _consent(event: Event) -> Text:
     data = event.data
     if event.kind is EventKind.DROP_CONSENT_ASKED:
         until = datetime.fromtimestamp(float(data.get("deadline_at") or event.time)).strftime("%H:%M:%S")
-        answer = f"waydrop runs consent {event.run_id} --grant or --refuse"
-        return Text(f"drop {data.get('plan_item_id')} asks for consent until {until}: {answer}", style="bold magenta")
+        drop = data.get("plan_item_id")
+        answer = f"waydrop runs consent {event.run_id} {drop} --question {data.get('question')} --grant or --refuse"
+        return Text(f"drop {drop} asks for consent until {until}: {answer}", style="bold magenta")
     by = f" by {data['by']}" if data.get("by") else ""
     why = f": {data['reason']}" if data.get("reason") else ""
     state = str(data.get("state")).replace("_", " ")

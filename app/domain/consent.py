@@ -69,11 +69,19 @@ class ConsentRecord(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What an operator said. `question` None answers the one that is asked now."""
+    """What an operator said. A grant names the question that was seen; a refusal with None is one to whatever is asked.
+
+    Raises:
+        ValueError: a grant without a question.
+    """
 
     grant: bool
     question: int | None = None
     reason: str = ""
+
+    def __post_init__(self) -> None:
+        if self.grant and self.question is None:
+            raise ValueError("a grant names the question that it answers")
 
     @property
     def state(self) -> ConsentState:

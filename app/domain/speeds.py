@@ -2,37 +2,51 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
+from typing import Final
 
-from app.domain.default_facts import parameter
+from app.domain.default_facts import default_facts, parameter
 from app.domain.plan.document import Plan
 from app.domain.plan.items import ChangeSpeed, Takeoff, Waypoint
 from app.domain.plan.walk import Carried, Step
 from app.domain.vehicle import VehicleFacts
+
+SLOWEST_M_S: Final = 0.1
+FASTEST_M_S: Final = 1000.0
+"""What a parameter says is believed between the two."""
 
 
 def cruise_speed_m_s(facts: VehicleFacts, carried: Carried) -> float:
     """The speed that the vehicle flies when nobody asks for another. 0 on the ground."""
     match carried:
         case Carried.FIXED_WING:
-            return parameter(facts, "FW_AIRSPD_TRIM")
+            return _speed_m_s(facts, "FW_AIRSPD_TRIM")
         case Carried.WHEELS:
-            return parameter(facts, "RO_SPEED_LIM")
+            return _speed_m_s(facts, "RO_SPEED_LIM")
         case Carried.ROTARY_WING | Carried.BUOYANCY:
-            return parameter(facts, "MPC_XY_CRUISE")
+            return _speed_m_s(facts, "MPC_XY_CRUISE")
         case Carried.GROUND:
             return 0.0
+
+
+def _speed_m_s(facts: VehicleFacts, name: str) -> float:
+    """A speed of 0 or less is none that is flown (-1 is "no limit" to PX4): the type's default then."""
+    speed_m_s = parameter(facts, name)
+    if not 0.0 < speed_m_s < math.inf:
+        speed_m_s = parameter(default_facts(facts.vehicle_type), name)
+    return min(max(speed_m_s, SLOWEST_M_S), FASTEST_M_S)
 
 
 def speed_range_m_s(facts: VehicleFacts, carried: Carried) -> tuple[float, float]:
     """The slowest and fastest speed that the vehicle can be asked for."""
     match carried:
         case Carried.FIXED_WING:
-            return parameter(facts, "FW_AIRSPD_MIN"), parameter(facts, "FW_AIRSPD_MAX")
+            return _speed_m_s(facts, "FW_AIRSPD_MIN"), _speed_m_s(facts, "FW_AIRSPD_MAX")
         case Carried.WHEELS:
-            return 0.0, parameter(facts, "RO_SPEED_LIM")
+            return 0.0, _speed_m_s(facts, "RO_SPEED_LIM")
         case Carried.ROTARY_WING | Carried.BUOYANCY | Carried.GROUND:
-            return 0.0, parameter(facts, "MPC_XY_VEL_MAX")
+            return 0.0, _speed_m_s(facts, "MPC_XY_VEL_MAX")
 
 
 def speeds_along(plan: Plan, facts: VehicleFacts, steps: Iterable[Step]) -> tuple[float, ...]:

@@ -80,14 +80,15 @@ async def test_a_refusal_keeps_the_parcel(service: Service, plan: dict[str, Any]
 
 
 async def test_what_is_not_asked_cannot_be_answered(service: Service, plan: dict[str, Any], run_id: str) -> None:
-    status, problem = await say(service, run_id, {"grant": True})
+    status, problem = await say(service, run_id, {"grant": True, "question": 1})
     assert (status, problem["code"]) == (409, "drop.consent_not_asked")
     await asked(service, plan, run_id)
     status, problem = await say(service, run_id, {"grant": True, "question": 2})
     assert (status, problem["code"], problem["question"]) == (409, "drop.consent_not_asked", 1)
-    status, _, problem = await service.call("POST", f"/api/v1/runs/{run_id}/drops/no/consent", json={"grant": True})
+    granted = {"grant": True, "question": 1}
+    status, _, problem = await service.call("POST", f"/api/v1/runs/{run_id}/drops/no/consent", json=granted)
     assert (status, problem["code"]) == (404, "not_found")
-    status, _, problem = await service.call("POST", "/api/v1/runs/no/drops/drop/consent", json={"grant": True})
+    status, _, problem = await service.call("POST", "/api/v1/runs/no/drops/drop/consent", json=granted)
     assert (status, problem["code"]) == (404, "not_found")
 
 
@@ -97,12 +98,23 @@ async def test_an_answer_that_says_neither_yes_nor_no_is_none(service: Service) 
         assert (status, problem["code"]) == (422, "request.invalid"), body
 
 
+async def test_a_grant_without_the_number_of_the_question_that_was_seen_is_invalid_and_counts_for_none(
+    service: Service, plan: dict[str, Any], run_id: str
+) -> None:
+    await asked(service, plan, run_id)
+    for body in ({"grant": True}, {"grant": True, "question": None}):
+        status, problem = await say(service, run_id, body)
+        assert (status, problem["code"]) == (422, "request.invalid")
+    _, _, run = await service.call("GET", f"/api/v1/runs/{run_id}")
+    assert run["drops"][0]["consent"]["state"] == "asked"
+
+
 async def test_a_dispatch_system_cannot_consent_and_the_record_names_the_pilot_who_did(
     service: Service, plan: dict[str, Any], run_id: str
 ) -> None:
     await asked(service, plan, run_id)
     dispatcher, pilot = await service.token(Role.DISPATCHER), await service.token(Role.PILOT)
-    status, problem = await say(service, run_id, {"grant": True}, headers=dispatcher)
+    status, problem = await say(service, run_id, {"grant": True, "question": 1}, headers=dispatcher)
     assert (status, problem["code"]) == (403, "role.insufficient")
-    status, run = await say(service, run_id, {"grant": True}, headers=pilot)
+    status, run = await say(service, run_id, {"grant": True, "question": 1}, headers=pilot)
     assert (status, run["drops"][0]["consent"]["answered_by"]) == (200, "a pilot")

@@ -51,7 +51,7 @@ class Branch:
     async def answer(self, *, grant: bool) -> None:
         """Until an operator is asked; then the answer."""
         await self.phase("asking")
-        await self._desk.post(f"/runs/{self.run_id}/drops/item-3/consent", {"grant": grant})
+        await self._desk.post(f"/runs/{self.run_id}/drops/item-3/consent", {"grant": grant, "question": 1})
 
     async def start(self, drop: dict[str, Any], on_failure: str) -> None:
         items = takeoff(12), waypoint(30, 0, 12), gripper(**drop), RETURN

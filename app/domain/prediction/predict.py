@@ -18,7 +18,9 @@ from app.domain.prediction.effort import Effort, Flight
 from app.domain.prediction.flown_order import flown_order
 from app.domain.prediction.motion import Motion, Point
 from app.domain.prediction.release import predicted_drop
+from app.domain.prediction.return_to_launch import follows_mission
 from app.domain.prediction.timeline import PredictedDrop, Timeline, TimelineEntry
+from app.domain.prediction.usable_facts import usable_facts
 from app.domain.prediction.wind import CALM, Wind
 from app.domain.speeds import speeds_along
 from app.domain.vehicle import VehicleFacts
@@ -29,6 +31,7 @@ AFTER_UNSURE_S, AFTER_UNSURE_MORE_S = 1.0, 4.0
 
 def predict(plan: Plan, facts: VehicleFacts, wind: Wind = CALM) -> Timeline:
     """The timeline of a plan for a vehicle with these facts. Works for plans with errors too, as far as they go."""
+    facts = usable_facts(facts)
     flight = _flight(plan, facts, wind)
     order = flown_order(plan)
     steps = walk(plan, flight.home, order.indexes)
@@ -46,6 +49,8 @@ def predict(plan: Plan, facts: VehicleFacts, wind: Wind = CALM) -> Timeline:
         drop = drops.get(id(step)) or braking.get(id(step))
         fly_m_s = speed_m_s or (speeds[number - 1] if number else 0.0)  # a landing flies at the speed before it
         took = effort(flight, motion, step, fly_m_s, drop, looks_ahead[number])
+        if isinstance(step.item, ReturnToLaunch) and follows_mission(facts):
+            took = replace(took, unsure_s=took.unsure_s + now_s)  # all that was flown may be flown back
         if took.distance_m > 0.0:
             took, was_unsure = _after_unsure(took) if was_unsure else took, took.unsure_s > 0.0
         brakes = _brakes(step, drop, steps[number + 1] if number + 1 < len(steps) else None)

@@ -1,6 +1,6 @@
 """RTL: where PX4 returns to by RTL_TYPE, and how high.
 
-Types 2 and 4 follow the mission's path to its landing; their distance here is the direct one.
+Types 2 and 4 follow the mission's path; their distance and time here are the direct ones, and said to be unsure.
 """
 
 from __future__ import annotations
@@ -11,8 +11,14 @@ from collections.abc import Iterable, Sequence
 from app.domain.default_facts import parameter
 from app.domain.prediction.effort import Flight
 from app.domain.prediction.motion import Motion, Point
+from app.domain.vehicle import VehicleFacts
 
 HOME: Point = (0.0, 0.0)
+
+
+def follows_mission(facts: VehicleFacts) -> bool:
+    """Whether a return flies along the mission's items, on or back, instead of straight."""
+    return int(parameter(facts, "RTL_TYPE")) in (2, 4)
 
 
 def destination(flight: Flight, here: Motion, landings: Sequence[tuple[int, Point]], index: int) -> Point:

@@ -69,8 +69,8 @@ def land(flight: Flight, before: Motion, pattern: LandingPattern, airspeed_m_s: 
     down_s = climb_s(flight.facts, -down_m)
     circling_m_s = slow_m_s if down_s > 1.0 else airspeed_m_s
     turns_rad = _until_exit_rad(entered.end, centre, touchdown, pattern.radius_m)
-    while turns_rad * abs(pattern.radius_m) / circling_m_s < down_s:
-        turns_rad += math.tau
+    lacking_rad = down_s * circling_m_s / abs(pattern.radius_m) - turns_rad
+    turns_rad += math.tau * max(0, math.ceil(lacking_rad / math.tau))
     around_s = turns_rad * abs(pattern.radius_m) / circling_m_s
     glide_course = course(centre, touchdown)
     landing_m_s = parameter(flight.facts, "FW_LND_AIRSPD")

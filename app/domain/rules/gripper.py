@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from app.domain.finding import Severity
-from app.domain.plan.items import Gripper, Winch
+from app.domain.plan.items import Gripper, Land, Winch
 from app.domain.plan.walk import Carried
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 from app.domain.vehicle import FirmwareVersion, VehicleType
@@ -100,6 +100,17 @@ def _landed_drop_needs_rtl_home(context: RuleContext) -> Iterator[Violation]:
             yield at_item(drop.step, message, "set RTL_TYPE to 0 or 5")
 
 
+def _no_reverse_over_gripper(context: RuleContext) -> Iterator[Violation]:
+    rtl_type = int(context.parameter("RTL_TYPE"))
+    lands = any(isinstance(item, Land) for item in context.plan.items)
+    if rtl_type != 4 and (rtl_type != 2 or lands):
+        return
+    for drop in context.drops:
+        if isinstance(drop.item, Gripper) and not drop.supervised:
+            message = f"with RTL_TYPE {rtl_type} a return may fly back along the items, and begin with this one"
+            yield at_item(drop.step, message, "set RTL_TYPE to 0 or 5")
+
+
 def _landed_drop_takes_off_again(context: RuleContext) -> Iterator[Violation]:
     if context.plan.vehicle_type is not VehicleType.FIXED_WING:
         return
@@ -179,6 +190,14 @@ RULES = (
         "The first LAND becomes the mission landing, to which RTL_TYPE 1 to 4 may return.",
         "PX4 rtl.cpp, RTL_TYPE.",
         _landed_drop_needs_rtl_home,
+    ),
+    Rule(
+        "gripper.reverse_return",
+        Severity.WARNING,
+        "RTL_TYPE 2 without a landing, or 4, flies back and first executes the item before the current one: "
+        "a release that was skipped too. A supervised drop is no item.",
+        "PX4 rtl_mission_fast_reverse.cpp; the simulated vehicles do the same.",
+        _no_reverse_over_gripper,
     ),
     Rule(
         "landed_drop.fixed_wing",

@@ -22,6 +22,9 @@ from app.simulator.navigator.target import Target, target_of
 from app.simulator.setpoint import SetpointKind
 from app.simulator.wire import Cmd, Severity, VtolState
 
+ITEMS_LOOKED_AT = 10_000
+"""As many as a mission has at most: whoever finds no position among so many goes in a circle by a jump for ever."""
+
 
 class _Stage(Enum):
     CLIMB = auto()
@@ -53,11 +56,13 @@ class PathReturn:
         self._landing_point: Point = (0.0, 0.0)
         self._landing_up_m = 0.0
         self._target: Target | None = None
+        self._serial = -1
+        """Of the mission that it began with: its sequence numbers mean nothing in another."""
 
     def start(self, way: Way, home: Point, landing_start: int | None, landing: int | None, from_mission: bool) -> None:
         """Begin, in the air. `landing` is the mission's LAND. From another mode than mission: at the nearest item."""
         context = self._context
-        self._way, self._home = way, home
+        self._way, self._home, self._serial = way, home, self._store.mission_serial
         self._result.finished, self._result.seq_reached = False, -1
         context.text(Severity.INFO, "Executing Mission")
         context.event("mission_execute")
@@ -72,8 +77,10 @@ class PathReturn:
             self._begin(following if following is not None else landing)
 
     def step(self) -> None:
-        """One cycle."""
+        """One cycle. A mission that was changed or cleared ends it, as a mission that has no more positions."""
         context, status = self._context, self._context.state.status
+        if self._serial != self._store.mission_serial and self._stage is not _Stage.OVER:
+            self._begin(None)
         match self._stage:
             case _Stage.CLIMB if self._high_enough():
                 self._take_wing()
@@ -185,11 +192,13 @@ class PathReturn:
         return target_of(self._items[seq], context.frame, context.home, context.params) if seq is not None else None
 
     def _position_from(self, seq: int) -> int | None:
-        """The first position at `seq` or after it, as the mission would go on."""
+        """The first position at `seq` or after it, as the mission would go on; None if it never comes to one."""
         found = self._jumps.resolve(self._items, seq)
-        while found is not None and not self._items[found].has_position:
+        for _ in range(ITEMS_LOOKED_AT):
+            if found is None or self._items[found].has_position:
+                return found
             found = self._jumps.after(self._items, found)
-        return found
+        return None
 
     def _nearest(self) -> int | None:
         """In space; a plane does not begin with a LAND."""

@@ -26,7 +26,7 @@ def test_a_question_says_how_to_answer_it_and_its_end_who_did() -> None:
     asked = run_line(event(1, EventKind.DROP_CONSENT_ASKED, plan_item_id="drop", question=1, deadline_at=1010.0))
     assert asked is not None
     assert "drop asks for consent until" in asked.plain
-    assert "waydrop runs consent r1 --grant" in asked.plain
+    assert "waydrop runs consent r1 drop --question 1 --grant" in asked.plain
     closed = {"plan_item_id": "drop", "question": 1, "state": "timed_out", "by": None, "reason": ""}
     told = run_line(event(2, EventKind.DROP_CONSENT_CLOSED, **closed))
     assert told is not None

@@ -219,6 +219,13 @@ def test_a_return_goes_home_where_nothing_else_is() -> None:
         assert distance_m(HOME.latitude_deg, HOME.longitude_deg, *there) == pytest.approx(0.0, abs=0.01)
 
 
+@pytest.mark.parametrize(("rtl_type", "unsure"), [(0, False), (1, False), (2, True), (3, False), (4, True), (5, False)])
+def test_a_return_along_the_mission_is_said_to_be_unsure_by_all_that_was_flown(rtl_type: int, unsure: bool) -> None:
+    last = predict(multicopter(waypoint(300)), facts(home=HOME, RTL_TYPE=rtl_type)).entries[-1]
+    assert last.type == "return_to_launch"
+    assert last.unsure_s == (last.start_s if unsure else 0.0)
+
+
 def test_a_headwind_makes_a_pass_slower_and_its_lead_shorter() -> None:
     flight = fixed_wing(waypoint(400), gripper("moving"), waypoint(600))
     own = facts("fixed_wing", firmware=(1, 18, 0), home=HOME)

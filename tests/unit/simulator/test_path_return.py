@@ -121,6 +121,47 @@ def test_a_jump_is_flown_as_often_as_the_mission_would() -> None:
     assert visits(returning(loop, 1), NORTH, EAST, GARDEN) == [0, 1, 0, 1, 2]
 
 
+FOR_EVER = [takeoff(12), waypoint(*NORTH, 12, 0, 2), do(Cmd.NAV_DELAY, 1), do(Cmd.DO_JUMP, 2, -1), land(*GARDEN)]
+
+
+def test_a_jump_for_ever_over_items_without_a_position_ends_in_a_loiter() -> None:
+    cockpit = returning(FOR_EVER, 1)
+    cockpit.until(lambda: cockpit.vehicle.mission.result.finished)
+    cockpit.fly(5.0)
+    assert cockpit.distance_to(*NORTH) < 10.0
+    assert "Mission finished, loitering" in cockpit.texts()
+
+
+def test_a_jump_for_ever_out_of_the_delay_goes_to_the_landing() -> None:
+    assert visits(returning(FOR_EVER, 2), GARDEN) == [0]
+
+
+@pytest.mark.parametrize("way", ["forward", "back", "to the landing", "command"])
+def test_a_mission_that_is_cleared_on_the_return_ends_it_in_a_loiter(way: str) -> None:
+    plans, params = (NO_LANDING, 2) if way == "back" else (TO_GARDEN, 1 if way == "to the landing" else 2)
+    cockpit = returning(plans, 1 if way == "forward" else 3, RTL_TYPE=params) if way != "command" else transitioning()
+    if way == "to the landing":
+        cockpit.set_mode(Mode.LOITER)
+        cockpit.set_mode(Mode.RTL)
+    assert not cockpit.vehicle.mission.result.finished
+    cockpit.vehicle.store.clear(0)
+    cockpit.fly(2.0)
+    assert cockpit.vehicle.mission.result.finished
+    assert cockpit.vehicle.context.setpoint.kind is SetpointKind.LOITER
+    assert "Mission finished, loitering" in cockpit.texts()
+
+
+def transitioning() -> Cockpit:
+    """A VTOL whose way back begins with a transition that takes its time."""
+    plans = [
+        takeoff(40, north_m=60.0, command=Cmd.NAV_VTOL_TAKEOFF),
+        waypoint(300, 0, 40),
+        do(Cmd.DO_VTOL_TRANSITION, 3),
+        waypoint(600, 0, 40, 60, 3),
+    ]
+    return returning(plans, 3, "vtol")
+
+
 # back -------------------------------------------------------------------------------------------------------
 
 NO_LANDING = [takeoff(12), waypoint(*NORTH, 12, 0, 2), waypoint(*EAST, 12, 0, 2), waypoint(*GARDEN, 12, 60, 2)]

@@ -1690,8 +1690,9 @@ export interface components {
          * ConsentRequest
          * @description Consent to a drop that asks for it, or refuse it.
          *
-         *     `question` is the number of the question that is answered (the drop's `consent.question`); null answers the one that
-         *     is asked now. `reason` goes into the proof of delivery.
+         *     `question` is the number of the question that is answered (the drop's `consent.question`). A grant needs it, so that
+         *     it counts for nothing that the person has not seen; a refusal without it refuses whatever is asked now. `reason`
+         *     goes into the proof of delivery.
          */
         ConsentRequest: {
             /** Grant */

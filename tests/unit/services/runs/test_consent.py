@@ -33,7 +33,7 @@ from tests.unit.services.runs.desk import PLANS, Desk, desk, restarted
 MISSION = compile_plan(parse_plan((PLANS / "clinic-run.json").read_text()), default_facts(VehicleType.MULTICOPTER))
 COMPILED = MISSION.drops[0]
 
-GRANT, REFUSE = Answer(grant=True), Answer(grant=False, reason="children in the yard")
+GRANT, REFUSE = Answer(grant=True, question=1), Answer(grant=False, reason="children in the yard")
 
 
 @asynccontextmanager
