@@ -4,7 +4,8 @@ import { batch, computed, effect } from "@preact/signals";
 import { readToken } from "../api/token";
 import { isPresent, watchAttention, whyUnattended } from "../hands-on/attention";
 import { isNeutral, NEUTRAL } from "../hands-on/axes";
-import { NONE_HELD } from "../hands-on/keys";
+import { watchKeys } from "../hands-on/key-watch";
+import { NONE_HELD, released } from "../hands-on/keys";
 import { Session } from "../hands-on/session";
 import { neutral, placeOf, velocityOf, type Setpoint } from "../hands-on/setpoint";
 import type { StopReason } from "../hands-on/sender";
@@ -65,10 +66,18 @@ export function goThere(at: Point): boolean {
   return true;
 }
 
+/** By one press, whatever tool is in hand and wherever the focus is. An entry is broken off: the socket's end is Hold. */
+function escape(): void {
+  const { phase } = handsOn.value;
+  if (phase === "entering") session.giveBack();
+  else if (phase === "flying") void session.leave("hold");
+}
+
 const PAD_LOOK_MS = 250;
 
 /** Looking at another panel or vehicle gives the lease back. */
 export function watchHandsOn(): void {
+  watchKeys(window, { onRelease: (code) => (held.value = released(held.value, code)), onEscape: escape });
   watchAttention((reason) => {
     held.value = NONE_HELD; // a release outside of the page is never told
     if (reason !== "focus_left" || engaged.value) session.unattended(reason);
