@@ -15,6 +15,7 @@ import { HandsKeys } from "./hands-keys";
 import { HandsStick } from "./hands-stick";
 import { HoldButton } from "./hold-button";
 import { Icon } from "./icons";
+import { PassingButton } from "./passing-button";
 
 /** Everything that moves the vehicle. */
 export function HandsControls({ vehicle }: { vehicle: string }) {
@@ -76,9 +77,7 @@ function GoTo({ vehicle }: { vehicle: string }) {
           <span role="status">
             {vehicle} goes there{here === null ? "" : `, ${metres(metresBetween(here, place.at))} left`}
           </span>
-          <button type="button" class="small" onClick={() => (goTo.value = null)}>
-            Stop
-          </button>
+          <PassingButton name="Stop" onClick={() => (goTo.value = null)} />
         </>
       )}
     </div>
