@@ -1,9 +1,11 @@
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { flies, NONE_HELD, pressed } from "../hands-on/keys";
+import { WARN_AFTER_MS } from "../hands-on/presence";
 import { asSentence, plain } from "../format/words";
 import { held } from "../state/controls";
 import { engaged, handsOn, handsVehicle, offboardNow } from "../state/hands-on";
 import { detail } from "../state/offboard-facts";
+import { attendance } from "../state/presence";
 import { HandsControls, WaysOut } from "./hands-controls";
 import { HandsEntry } from "./hands-entry";
 import { HandsLease } from "./hands-lease";
@@ -31,6 +33,7 @@ export function HandsOnPanel() {
     <div class={`panel-body hands-on ${engaged.value ? "engaged" : ""}`} data-phase={phase} role="group" aria-label={`Fly ${vehicle.id} by hand`} tabIndex={-1} ref={root} onKeyDown={onKeyDown} onFocusOut={onFocusOut}>
       <Head />
       <Refusal />
+      {engaged.value && attendance.value === "warned" && <IsAnybodyThere vehicle={vehicle.id} />}
       {phase === "off" && <HandsLease vehicle={vehicle.id} />}
       {phase === "opening" && <p role="status">Asking for the lease of {vehicle.id}…</p>}
       {phase === "leased" && <HandsEntry vehicle={vehicle.id} />}
@@ -98,6 +101,16 @@ function Refusal() {
       <p>{asSentence(refusal.detail)}.</p>
       {refusal.hint !== "" && <p>{asSentence(refusal.hint)}.</p>}
       <code>{refusal.code}</code>
+    </div>
+  );
+}
+
+/** Before hands count as gone that have not moved for long. */
+function IsAnybodyThere({ vehicle }: { vehicle: string }) {
+  return (
+    <div class="hands-note tone-warn" role="alert">
+      <b>Is anybody there?</b>
+      <p>Nothing was touched for {WARN_AFTER_MS / 1000} s. Press a key or move the mouse or a stick: after a minute nothing is sent any more, and {vehicle} holds.</p>
     </div>
   );
 }
