@@ -9,23 +9,20 @@ cd "$(dirname "$0")/.."
 unset PYTHONDONTWRITEBYTECODE # the tests start many processes: each would compile everything anew
 
 ALONE_AT_MOST=3
-pytest=(.venv/bin/python -m pytest)
-log=$(mktemp)
-trap 'rm -f "$log"' EXIT
+cache=.pytest_cache/all
+pytest=(.venv/bin/python -m pytest -o cache_dir="$cache")
 
 status=0
-"${pytest[@]}" -n 3 --dist loadgroup --no-loadscope-reorder "$@" | tee "$log" || status=$?
+"${pytest[@]}" --cache-clear -n 3 --dist loadfile --no-loadscope-reorder "$@" || status=$?
 [[ $status -eq 1 ]] || exit "$status" # 0: all passed; others: not a test's failure
 
-# xdist puts @ and the group behind a test's name
-mapfile -t failed < <(sed -nE 's/^(FAILED|ERROR) (.+)@[A-Za-z0-9_]+( - .*)?$/\2/p' "$log" | sort -u)
-[[ $(grep -cE '^(FAILED|ERROR) ' "$log") -eq ${#failed[@]} ]] || exit "$status"
-((${#failed[@]} > 0 && ${#failed[@]} <= ALONE_AT_MOST)) || exit "$status"
+failed=$(.venv/bin/python -c 'import json, sys; print("\n".join(json.load(open(sys.argv[1]))))' "$cache/v/cache/lastfailed")
+(($(wc -l <<<"$failed") <= ALONE_AT_MOST)) || exit "$status"
 
-printf '\n==> %d failed among the others; once more, alone: %s\n' "${#failed[@]}" "${failed[*]}"
-"${pytest[@]}" "${failed[@]}" || {
+printf '\n==> failed among the others, once more alone:\n%s\n' "$failed"
+"${pytest[@]}" --last-failed --last-failed-no-failures none "$@" || {
   status=$?
   printf '==> failed alone too\n'
   exit "$status"
 }
-printf '==> UNSTEADY, passed only alone, to be mended: %s\n' "${failed[*]}"
+printf '==> UNSTEADY, passed only alone, to be mended:\n%s\n' "$failed"

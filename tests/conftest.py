@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import settings
+from xdist.scheduler import LoadFileScheduling
 
 # a slow machine is no broken law: time is measured in bench/, never in a test
 settings.register_profile("waydrop", deadline=None)
@@ -15,14 +16,23 @@ HEAVY = ("browser", "e2e")
 """Folders whose tests run a browser or whole services: one of each kind at a time is enough for two cores."""
 
 
-@pytest.hookimpl(tryfirst=True)
+class OneHeavyOfAKind(LoadFileScheduling):
+    """With several workers, one has all tests of a file, and all of a heavy folder."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        folder = _folder(nodeid)
+        return folder if folder in HEAVY else nodeid.partition("::")[0]
+
+
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> OneHeavyOfAKind:
+    """Called by pytest-xdist when it runs with several workers."""
+    return OneHeavyOfAKind(config, log)
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Who runs together with --dist loadgroup: a file's tests by one worker, all of a heavy folder's too, and first."""
-    items.sort(key=lambda item: _folder(item.path) not in HEAVY)
-    for item in items:
-        folder = _folder(item.path)
-        item.add_marker(pytest.mark.xdist_group(folder if folder in HEAVY else item.path.stem))
+    """The heavy folders first: what takes longest is not begun last."""
+    items.sort(key=lambda item: _folder(item.nodeid) not in HEAVY)
 
 
-def _folder(path: Path) -> str:
-    return path.relative_to(Path(__file__).parent).parts[0]
+def _folder(nodeid: str) -> str:
+    return nodeid.split("/")[1]
