@@ -29,6 +29,8 @@ CHROMIUM_ARGS = (
 expect.set_options(timeout=20_000)  # it ends a hang; on a busy machine a check of a plan may take seconds
 
 FLEET = "quad,quad,plane,vtol"
+GAP_S = 2.5
+"""More than the default: on a busy machine a healthy process may stand still for longer than that."""
 SPEED = 4.0
 
 
@@ -54,7 +56,11 @@ async def browser() -> AsyncIterator[Browser]:
 @pytest.fixture(scope="session")
 def idle_service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServiceProcess]:
     """A service whose vehicles stay on the ground, for the tests that only look."""
-    with SimulatedFleet(FLEET) as fleet, simulated_service(tmp_path_factory.mktemp("idle"), fleet) as service:
+    folder = tmp_path_factory.mktemp("idle")
+    with (
+        SimulatedFleet(FLEET) as fleet,
+        simulated_service(folder, fleet, WAYDROP_OFFBOARD_GAP_S=str(GAP_S)) as service,
+    ):
         yield service
 
 

@@ -36,7 +36,7 @@ describe("keys", () => {
 });
 
 describe("a gamepad", () => {
-  const pad = (...axes: number[]) => ({ id: "pad", connected: true, axes });
+  const pad = (...axes: number[]) => ({ id: "pad", connected: true, mapping: "standard", axes, buttons: [] });
 
   it("climbs and turns with its left stick and moves with its right one", () => {
     expect(padAxes([1, -1, 0, 0])).toEqual({ forward: 0, right: 0, up: 1, clockwise: 1 });
@@ -71,6 +71,15 @@ describe("a gamepad", () => {
   it("is looked for past the holes that unplugged ones leave", () => {
     expect(firstPad([null, { ...pad(0), connected: false }, pad(0, 0, 0, 0)])).toEqual(pad(0, 0, 0, 0));
     expect(firstPad([])).toBeNull();
+  });
+
+  it("of which the browser does not know what its axes mean never counts: a trigger may rest at -1 there", () => {
+    const gate = new PadGate();
+    const other = { ...pad(0, 0, 0, 0), id: "other", mapping: "" };
+    gate.read(other); // in the middle, until its trigger is touched
+    expect([isNeutral(gate.read({ ...other, axes: [0, 0, -1, 0] })), gate.state]).toEqual([true, "unknown"]);
+    expect(firstPad([other, pad(0, 0, 0, 0)])?.id).toBe("pad");
+    expect(firstPad([null, other])?.id).toBe("other");
   });
 });
 

@@ -5,7 +5,10 @@ import { bounded, isNeutral, NEUTRAL, withDeadZone, type Axes } from "./axes";
 export interface PadReading {
   readonly id: string;
   readonly connected: boolean;
+  /** "standard" where the browser knows which axis is which; else an axis may be a trigger that rests at -1. */
+  readonly mapping: string;
   readonly axes: readonly number[];
+  readonly buttons: readonly { readonly pressed: boolean }[];
 }
 
 /** Worn sticks rest up to so far from their middle. */
@@ -17,7 +20,8 @@ export function padAxes(axes: readonly number[]): Axes {
   return { forward: -back || 0, right, up: -down || 0, clockwise: turn };
 }
 
-export type PadState = "none" | "waits" | "counts";
+/** `unknown`: nobody knows what its axes mean, so it never counts. */
+export type PadState = "none" | "unknown" | "waits" | "counts";
 
 /** Lets a gamepad count only after all its sticks were once in the middle: none that lies on its side flies anything. */
 export class PadGate {
@@ -35,6 +39,11 @@ export class PadGate {
       this.shut();
       return NEUTRAL;
     }
+    if (!isStandard(pad)) {
+      this.shut();
+      this.state = "unknown";
+      return NEUTRAL;
+    }
     const axes = padAxes(pad.axes);
     if (this.#open !== pad.id) this.#open = isNeutral(axes) ? pad.id : null;
     this.state = this.#open === null ? "waits" : "counts";
@@ -42,7 +51,12 @@ export class PadGate {
   }
 }
 
-/** The first that is connected. Browsers leave holes where one was unplugged. */
+/** The first connected one that can count, else the first of all. Browsers leave holes where one was unplugged. */
 export function firstPad(pads: readonly (PadReading | null)[]): PadReading | null {
-  return pads.find((pad) => pad?.connected === true) ?? null;
+  const connected = pads.filter((pad) => pad?.connected === true);
+  return connected.find((pad) => pad !== null && isStandard(pad)) ?? connected[0] ?? null;
+}
+
+function isStandard({ mapping }: PadReading): boolean {
+  return mapping === "standard";
 }

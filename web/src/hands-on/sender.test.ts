@@ -56,7 +56,7 @@ describe("the sender", () => {
     expect(sent.length).toBe(4);
   });
 
-  it.each(["hidden", "window_left", "focus_left"] as const)("stops when nobody is there (%s), says why, and never resumes by itself", (reason) => {
+  it.each(["hidden", "window_left", "focus_left", "nobody"] as const)("stops when nobody is there (%s), says why, and never resumes by itself", (reason) => {
     sender.start();
     vi.advanceTimersByTime(100);
     const before = sent.length;

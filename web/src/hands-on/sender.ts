@@ -6,7 +6,7 @@
 import type { Setpoint } from "./setpoint";
 
 /** Why nothing is sent any more. */
-export type StopReason = "hidden" | "window_left" | "focus_left" | "page_closed" | "stood_still" | "no_answer";
+export type StopReason = "hidden" | "window_left" | "focus_left" | "page_closed" | "nobody" | "stood_still" | "no_answer";
 
 export interface SenderHost {
   /** Milliseconds of a clock that never jumps. */

@@ -1,6 +1,7 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { Offboard } from "../api/types";
 import type { Answer, ClientFrame } from "./frames";
+import { Presence } from "./presence";
 import type { StopReason } from "./sender";
 import { HANDS_OFF, Session, type HandsOn } from "./session";
 import { neutral, speedsOf, type Setpoint } from "./setpoint";
@@ -50,6 +51,7 @@ class FakeWire {
 
 let now: HandsOn;
 let asked: Setpoint | StopReason;
+let ask: () => Setpoint | StopReason;
 let present: boolean;
 let fresh: number;
 let session: Session;
@@ -72,10 +74,11 @@ beforeEach(() => {
   vi.useFakeTimers();
   FakeWire.all = [];
   [now, asked, present, fresh] = [HANDS_OFF, ON, true, 0];
+  ask = () => asked;
   session = new Session({
     connect: (_, events) => new FakeWire(events),
     now: () => Date.now(),
-    ask: () => asked,
+    ask: () => ask(),
     neutral: () => STILL,
     isPresent: () => present,
     onFreshHands: () => (fresh += 1),
@@ -130,7 +133,7 @@ describe("a session", () => {
     expect([now.phase, now.refusal?.code, wire().count("setpoint") - before, wire().count("renew")]).toEqual(["leased", "offboard.audit_failed", 0, 1]);
   });
 
-  it.each(["hidden", "window_left", "focus_left"] as const)("falls silent for good when nobody is there (%s): the dead-man does the rest", async (reason) => {
+  it.each(["hidden", "window_left", "focus_left", "nobody"] as const)("falls silent for good when nobody is there (%s): the dead-man does the rest", async (reason) => {
     await flying();
     session.unattended(reason);
     const before = wire().count("setpoint");
@@ -150,6 +153,19 @@ describe("a session", () => {
     asked = "focus_left";
     await vi.advanceTimersByTimeAsync(60);
     expect(now.phase).toBe("silent");
+  });
+
+  it("falls silent a minute after the last touch, with the page visible and in focus all the time", async () => {
+    await flying();
+    const presence = new Presence();
+    presence.touch(Date.now());
+    ask = () => (presence.at(Date.now()) === "nobody" ? "nobody" : ON);
+    await vi.advanceTimersByTimeAsync(50_000);
+    presence.key({ repeat: false }, Date.now());
+    await vi.advanceTimersByTimeAsync(59_900);
+    expect(now.phase).toBe("flying");
+    await vi.advanceTimersByTimeAsync(200);
+    expect([now.phase, now.ended]).toEqual(["silent", "Nobody touched a control for a minute."]);
   });
 
   it("breaks an entry off when nobody is there, so that no mode is entered in which nobody flies", async () => {

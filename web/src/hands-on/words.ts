@@ -10,6 +10,7 @@ const STOPS: Readonly<Record<StopReason, string>> = {
   window_left: "The window lost the focus.",
   focus_left: "The focus left the controls.",
   page_closed: "The page was closed.",
+  nobody: "Nobody touched a control for a minute.",
   stood_still: "The page stood still for more than a second.",
   no_answer: "The service did not answer for more than a second.",
 };

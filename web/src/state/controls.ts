@@ -2,7 +2,7 @@
 
 import { batch, computed, signal } from "@preact/signals";
 import { NEUTRAL, together, type Axes } from "../hands-on/axes";
-import { firstPad, PadGate, type PadState } from "../hands-on/gamepad";
+import { firstPad, PadGate, type PadReading, type PadState } from "../hands-on/gamepad";
 import { keyAxes, NONE_HELD, type Held } from "../hands-on/keys";
 import type { Pace } from "../hands-on/setpoint";
 import { CENTRED, stickAxes, type Knob } from "../hands-on/sticks";
@@ -36,8 +36,8 @@ export function freshHands(): void {
   gate.shut();
 }
 
-/** Gamepads tell nothing by themselves: they are asked. */
-export function readPads(): void {
+/** Gamepads tell nothing by themselves: they are asked. Returns the one that was looked at. */
+export function readPads(): PadReading | null {
   const pad = firstPad(navigator.getGamepads());
   const axes = gate.read(pad);
   batch(() => {
@@ -45,4 +45,5 @@ export function readPads(): void {
     padName.value = pad?.id ?? "";
     padState.value = gate.state;
   });
+  return pad;
 }

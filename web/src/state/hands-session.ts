@@ -4,7 +4,8 @@ import { batch, computed, effect } from "@preact/signals";
 import { readToken } from "../api/token";
 import { isPresent, watchAttention, whyUnattended } from "../hands-on/attention";
 import { isNeutral, NEUTRAL } from "../hands-on/axes";
-import { NONE_HELD } from "../hands-on/keys";
+import { watchKeys } from "../hands-on/key-watch";
+import { NONE_HELD, released } from "../hands-on/keys";
 import { Session } from "../hands-on/session";
 import { neutral, placeOf, velocityOf, type Setpoint } from "../hands-on/setpoint";
 import type { StopReason } from "../hands-on/sender";
@@ -13,6 +14,7 @@ import type { Point } from "../map/geometry";
 import { freshHands, goTo, goToArmed, held, heldAxes, readPads } from "./controls";
 import { engaged, handsOn, handsVehicle } from "./hands-on";
 import { speeds, sticksHeld } from "./offboard-facts";
+import { attendanceNow, touched, watchInput } from "./presence";
 import { panel, vehicleId } from "./selection";
 
 /** What all controls together ask for; nothing unless they are engaged. */
@@ -29,7 +31,10 @@ const session = new Session({
 });
 
 export const takeLease = (vehicle: string): void => session.take(vehicle);
-export const enter = (): Promise<void> => session.enter(sticksHeld.value);
+export function enter(): Promise<void> {
+  touched();
+  return session.enter(sticksHeld.value);
+}
 export const leave = (to: "hold" | "mission" | "return"): Promise<void> => session.leave(to);
 export const giveBack = (): void => session.giveBack();
 
@@ -44,7 +49,7 @@ function standStill(): Setpoint {
 function ask(): Setpoint | StopReason {
   const away = whyUnattended();
   if (away !== null) return away;
-  readPads();
+  if (attendanceNow(readPads()) === "nobody") return "nobody";
   const axes = asked.value;
   if (!isNeutral(axes)) {
     goTo.value = null; // a hand at the controls is newer than the place
@@ -65,10 +70,19 @@ export function goThere(at: Point): boolean {
   return true;
 }
 
+/** By one press, whatever tool is in hand and wherever the focus is. An entry is broken off: the socket's end is Hold. */
+function escape(): void {
+  const { phase } = handsOn.value;
+  if (phase === "entering") session.giveBack();
+  else if (phase === "flying") void session.leave("hold");
+}
+
 const PAD_LOOK_MS = 250;
 
 /** Looking at another panel or vehicle gives the lease back. */
 export function watchHandsOn(): void {
+  watchInput();
+  watchKeys(window, { onRelease: (code) => (held.value = released(held.value, code)), onEscape: escape });
   watchAttention((reason) => {
     held.value = NONE_HELD; // a release outside of the page is never told
     if (reason !== "focus_left" || engaged.value) session.unattended(reason);

@@ -1,5 +1,6 @@
 import { goToArmed } from "../state/controls";
 import { handsVehicle } from "../state/hands-on";
+import { PassingButton } from "./passing-button";
 
 /** On the map: what the next click does. */
 export function GoToHint() {
@@ -8,9 +9,7 @@ export function GoToHint() {
     <div class="map-edit">
       <p class="map-hint" role="status">
         <span>Click where {handsVehicle.value?.id ?? "it"} shall go, at its own speed and the altitude of now.</span>
-        <button type="button" class="small" onClick={() => (goToArmed.value = false)}>
-          Cancel
-        </button>
+        <PassingButton name="Cancel" onClick={() => (goToArmed.value = false)} />
       </p>
     </div>
   );

@@ -2,6 +2,7 @@ import type { VehicleType } from "../api/types";
 import { metres, speed } from "../format/units";
 import { plain } from "../format/words";
 import { PACES } from "../hands-on/setpoint";
+import type { PadState } from "../hands-on/gamepad";
 import { knobsOf } from "../hands-on/sticks";
 import { metresBetween } from "../map/geometry";
 import { vehiclePoint } from "../map/camera";
@@ -15,6 +16,7 @@ import { HandsKeys } from "./hands-keys";
 import { HandsStick } from "./hands-stick";
 import { HoldButton } from "./hold-button";
 import { Icon } from "./icons";
+import { PassingButton } from "./passing-button";
 
 /** Everything that moves the vehicle. */
 export function HandsControls({ vehicle }: { vehicle: string }) {
@@ -76,16 +78,19 @@ function GoTo({ vehicle }: { vehicle: string }) {
           <span role="status">
             {vehicle} goes there{here === null ? "" : `, ${metres(metresBetween(here, place.at))} left`}
           </span>
-          <button type="button" class="small" onClick={() => (goTo.value = null)}>
-            Stop
-          </button>
+          <PassingButton name="Stop" onClick={() => (goTo.value = null)} />
         </>
       )}
     </div>
   );
 }
 
-const PAD_WORDS = { none: "No gamepad. Press a button on one to connect it.", waits: "counts as soon as its sticks were in the middle.", counts: "counts: left stick climbs and turns, right stick moves." } as const;
+const PAD_WORDS: Readonly<Record<PadState, string>> = {
+  none: "No gamepad. Press a button on one to connect it.",
+  unknown: "does not count: this browser does not know which of its axes is which (it has no standard mapping).",
+  waits: "counts as soon as its sticks were in the middle.",
+  counts: "counts: left stick climbs and turns, right stick moves.",
+};
 
 function Gamepad() {
   const state = padState.value;

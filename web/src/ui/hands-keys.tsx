@@ -19,7 +19,7 @@ const CAPS: readonly Cap[] = [
   { code: "KeyF", cap: "F", other: "PageDown", does: "descend" },
 ];
 
-/** The keys that fly, lit while they are held. Arrow keys move as well; Escape leaves to Hold. */
+/** The keys that fly, lit while they are held. Arrow keys move as well; Escape leaves to Hold, also from the map. */
 export function HandsKeys() {
   const now = held.value;
   return (

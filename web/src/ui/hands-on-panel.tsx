@@ -1,10 +1,11 @@
 import { useLayoutEffect, useRef } from "preact/hooks";
-import { flies, pressed, released } from "../hands-on/keys";
+import { flies, NONE_HELD, pressed } from "../hands-on/keys";
+import { WARN_AFTER_MS } from "../hands-on/presence";
 import { asSentence, plain } from "../format/words";
 import { held } from "../state/controls";
 import { engaged, handsOn, handsVehicle, offboardNow } from "../state/hands-on";
-import { leave } from "../state/hands-session";
 import { detail } from "../state/offboard-facts";
+import { attendance } from "../state/presence";
 import { HandsControls, WaysOut } from "./hands-controls";
 import { HandsEntry } from "./hands-entry";
 import { HandsLease } from "./hands-lease";
@@ -29,9 +30,10 @@ export function HandsOnPanel() {
   const vehicle = handsVehicle.value;
   if (vehicle === null) return <NoVehicle />;
   return (
-    <div class={`panel-body hands-on ${engaged.value ? "engaged" : ""}`} data-phase={phase} role="group" aria-label={`Fly ${vehicle.id} by hand`} tabIndex={-1} ref={root} onKeyDown={onKeyDown} onKeyUp={onKeyUp}>
+    <div class={`panel-body hands-on ${engaged.value ? "engaged" : ""}`} data-phase={phase} role="group" aria-label={`Fly ${vehicle.id} by hand`} tabIndex={-1} ref={root} onKeyDown={onKeyDown} onFocusOut={onFocusOut}>
       <Head />
       <Refusal />
+      {engaged.value && attendance.value === "warned" && <IsAnybodyThere vehicle={vehicle.id} />}
       {phase === "off" && <HandsLease vehicle={vehicle.id} />}
       {phase === "opening" && <p role="status">Asking for the lease of {vehicle.id}…</p>}
       {phase === "leased" && <HandsEntry vehicle={vehicle.id} />}
@@ -47,12 +49,13 @@ export function HandsOnPanel() {
 function onKeyDown(event: KeyboardEvent): void {
   if (!engaged.value || (event.target instanceof Element && event.target.closest(FIELDS) !== null)) return;
   held.value = pressed(held.value, event);
-  if (event.code === "Escape" && !event.repeat) void leave("hold");
   if (flies(event.code) && !event.ctrlKey && !event.altKey && !event.metaKey) event.preventDefault(); // else the panel scrolls
 }
 
-function onKeyUp(event: KeyboardEvent): void {
-  held.value = released(held.value, event.code);
+/** Keys count only in here: none that is down goes on counting when the focus goes elsewhere, to the map too. */
+function onFocusOut({ currentTarget, relatedTarget }: FocusEvent): void {
+  const stays = relatedTarget instanceof Node && (currentTarget as Node).contains(relatedTarget);
+  if (!stays) held.value = NONE_HELD;
 }
 
 function NoVehicle() {
@@ -98,6 +101,16 @@ function Refusal() {
       <p>{asSentence(refusal.detail)}.</p>
       {refusal.hint !== "" && <p>{asSentence(refusal.hint)}.</p>}
       <code>{refusal.code}</code>
+    </div>
+  );
+}
+
+/** Before hands count as gone that have not moved for long. */
+function IsAnybodyThere({ vehicle }: { vehicle: string }) {
+  return (
+    <div class="hands-note tone-warn" role="alert">
+      <b>Is anybody there?</b>
+      <p>Nothing was touched for {WARN_AFTER_MS / 1000} s. Press a key or move the mouse or a stick: after a minute nothing is sent any more, and {vehicle} holds.</p>
     </div>
   );
 }

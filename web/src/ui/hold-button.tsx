@@ -1,5 +1,6 @@
 import { useEffect, useRef, useState } from "preact/hooks";
 import type { Tone } from "../format/words";
+import { useFocusBack } from "./use-focus-back";
 
 const HOLD_MS = 900;
 const HINT_MS = 2500;
@@ -25,6 +26,7 @@ export function HoldButton({ verb, vehicle, tone = "info", disabled = false, onC
   const [phase, setPhase] = useState<Phase>("idle");
   const timer = useRef<ReturnType<typeof setTimeout>>(undefined);
   useEffect(() => () => clearTimeout(timer.current), []);
+  const ref = useFocusBack();
 
   const enter = (next: Phase, afterMs?: number, then?: () => void) => {
     clearTimeout(timer.current);
@@ -56,6 +58,7 @@ export function HoldButton({ verb, vehicle, tone = "info", disabled = false, onC
   return (
     <button
       type="button"
+      ref={ref}
       class={`hold tone-${tone} ${phase}`}
       style={{ "--hold-ms": `${HOLD_MS}ms` }}
       disabled={disabled}
