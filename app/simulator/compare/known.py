@@ -77,6 +77,7 @@ KNOWN: tuple[Known, ...] = (
     Known("10_plane_delivery", "track", "^(4 to 5|5 to 6), ", _PLANE_TURNS),
     Known("12_vtol_delivery", "track", "^6 to 7, .* in height", _PLANE_TURNS),
     Known("25_land_detector_plane", "track", "^2 to 3, ", _PLANE_TURNS),
+    Known("25_land_detector_plane", "track", "^3 to 4, ", _PLANE_STOPS),
     Known("25_land_detector_vtol", "track", "^0 to 1, .* in height", _PLANE_TURNS),
     Known("25_land_detector_plane", "home position", "^[0-9.]+ m apart, after a move", _PLANE_STOPS),
     Known("25_land_detector_quad", "current mission item: times", "^2 after 1: 5.04 s", _TWO_SLOTS),

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import AsyncIterator, Iterator
+from contextlib import suppress
 
 import pytest
 
 from app.domain.errors import LinkTimeoutError, VehicleQuarantinedError
 from app.domain.ports import DuplicateSystem, LinkLost, LinkRestored, Rebooted, StatusText, VehicleLink
-from app.domain.vehicle import GnssFix, VehicleType
+from app.domain.vehicle import FlightMode, GnssFix, VehicleType
 from tests.contract.vehicles.driving import Heard, flying, mission, opened, opened_link, until, uploaded
 from tests.simulated import SimulatedFleet
 
@@ -93,10 +94,15 @@ async def test_datagrams_that_overtake_each_other_are_no_restart_and_no_second_v
     own_quad: SimulatedFleet, own_link: VehicleLink
 ) -> None:
     heard = Heard(own_link)
-    for fault, value in {"jitter_s": 0.3, "reorder": 0.3, "duplicate": 0.3, "loss": 0.1}.items():
+    for fault, value in {"jitter_s": 0.3, "reorder": 0.3, "duplicate": 0.3}.items():
         own_quad.control(fault, value)
     await flying(own_link, mission(5, north_m=30))
-    await own_link.return_to_launch()
+    own_quad.control("loss", 0.1)
+    for _ in range(5):  # with losses one command in a hundred goes unanswered, and says so
+        with suppress(LinkTimeoutError):
+            await own_link.return_to_launch()
+            break
+    await until(lambda: own_link.state().mode is FlightMode.RETURN, "it must return", 20.0)
     assert not heard.of(DuplicateSystem)
     assert not heard.of(Rebooted)
 
