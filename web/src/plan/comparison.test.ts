@@ -13,7 +13,7 @@ test("a visit has a name of its own", () => {
 
 test("a difference has its sign, and what was called unsure", () => {
   expect(differenceWords(item({}))).toBe("+10 %");
-  expect(differenceWords(item({ difference_percent: -7.4, unsure_s: 3 }))).toBe("-7 %, unsure by 3 s");
+  expect(differenceWords(item({ difference_percent: -7.4, unsure_s: 3 }))).toBe("-7 % ± 3 s");
 });
 
 test("what was not flown says why", () => {

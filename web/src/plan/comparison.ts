@@ -15,7 +15,7 @@ export function differenceWords(item: ItemComparison): string {
   if (item.flown_s === null) return item.reason;
   if (item.difference_percent === null) return "";
   const rounded = Math.round(item.difference_percent);
-  const unsure = item.unsure_s > 0 ? `, unsure by ${Math.round(item.unsure_s)} s` : "";
+  const unsure = item.unsure_s > 0 ? ` ± ${Math.round(item.unsure_s)} s` : "";
   return `${rounded > 0 ? "+" : ""}${rounded} %${unsure}`;
 }
 

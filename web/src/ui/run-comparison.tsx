@@ -37,7 +37,7 @@ export function RunComparison({ run }: { run: Run }) {
         </tbody>
         <tfoot>
           <tr>
-            <th scope="row">Compared items</th>
+            <th scope="row" title="All items that were flown">All</th>
             <td>{seconds(comparison.predicted_s)}</td>
             <td>{seconds(comparison.flown_s)}</td>
             <td />
