@@ -8,11 +8,13 @@ from dataclasses import replace
 import structlog
 
 from app.domain.compiler import compile_plan
+from app.domain.continuation import rest_of
 from app.domain.errors import LinkError, NotFoundError, VehicleQuarantinedError
 from app.domain.mission import Mission, MissionType
 from app.domain.plan import Plan, parse_plan
 from app.domain.ports import PlanStore, VehicleLink
 from app.domain.run import Run, RunState
+from app.domain.vehicle import VehicleFacts
 from app.services.clock import Clock
 from app.services.fleet import Fleet
 from app.services.journal import Journal
@@ -76,7 +78,7 @@ class TakeUp:
         deadline_s = self._clock.monotonic() + self._settings.lost_after_s
         while True:
             try:
-                mission = compile_plan(plan, await link.read_facts())
+                mission = _compiled(run, plan, await link.read_facts())
                 on_board = await link.download(MissionType.MISSION)
             except LinkError as error:
                 if self._clock.monotonic() >= deadline_s:
@@ -99,6 +101,14 @@ class TakeUp:
         elif not reason:
             state, reason = RunState.LOST, "the vehicle was not seen again after Waydrop restarted"
         await close_unseen(run, state, reason, self._journal, self._clock)
+
+
+def _compiled(run: Run, plan: Plan, facts: VehicleFacts) -> Mission:
+    """The mission as it was uploaded: whole, or what was left of the plan when it was changed in flight."""
+    if run.change is None:
+        return compile_plan(plan, facts)
+    rest = rest_of(plan, run.change.continue_at, run.change.left_out)
+    return compile_plan(rest.plan, replace(facts, in_flight=run.change.began))
 
 
 def _is_known(link: VehicleLink) -> bool:
