@@ -116,7 +116,7 @@ class MissionChanger:
             by=by,
             at=self._clock.now(),
         )
-        return PendingChange(change, plan, mission, rest.begins_at, timeline.first(RECORDED_VISITS), self._settings)
+        return PendingChange(change, plan, mission, timeline.first(RECORDED_VISITS), self._settings)
 
     async def _send(self, pending: PendingChange) -> None:
         """Stored before it is sent: after a restart it must be known what may be on board."""

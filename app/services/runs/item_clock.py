@@ -34,10 +34,10 @@ class ItemClock:
         """Somebody else saw the first items, and nobody the beginning of the present one."""
         self._times, self._is_running = self._times.taken_up(len(flown)), True
 
-    def fly_on(self, mission: Mission, *, same_item: bool) -> None:
-        """The plan was changed in flight. `same_item`: the vehicle goes on with the item that it flew."""
+    def fly_on(self, mission: Mission) -> None:
+        """The plan was changed in flight: its first item begins now, also if the vehicle was on its way to it."""
         self._plan_item_of = mission.plan_item_of
-        self._times = self._times.flown_on(mission, self._now_s if not same_item else self._times.began_s)
+        self._times = self._times.flown_on(mission, self._now_s)
 
     def look(self, seen: Look, progress: Progress, releases: Iterable[Release], *, was_airborne: bool) -> None:
         """After each look at a vehicle that is heard."""

@@ -10,7 +10,7 @@ from app.domain.drop import DropOutcome, DropPhase, DropRecord
 from app.domain.gripper_turns import GripperTurns
 from app.domain.mission import CompiledDrop, Mission
 from app.domain.plan import Gripper, Plan, Winch
-from app.domain.run import IN_FLIGHT, Run, RunState
+from app.domain.run import IN_FLIGHT, PlanChange, Run, RunState
 from app.services.runs.embedded_release import EmbeddedRelease
 from app.services.runs.orders import Release
 from app.services.runs.settings import RunSettings
@@ -75,6 +75,22 @@ def carried_over(records: Sequence[DropRecord], mission: Mission) -> tuple[DropR
     ]
     told = {old.plan_item_id for old in records}
     return (*found, *(_fresh(drop) for item_id, drop in ahead.items() if item_id not in told))
+
+
+def changed_to(run: Run, change: PlanChange, mission: Mission) -> dict[str, object]:
+    """The fields of a run whose vehicle carries the changed mission; `mission` is what is left of the plan."""
+    return {
+        "plan_id": change.plan_id,
+        "plan_hash": change.plan_hash,
+        "mission_hash": change.mission_hash,
+        "mission_id": None if run.mission_id is None else change.mission_id,
+        "change": change,
+        "changing": None,
+        "changes": run.changes + 1,
+        "drops": carried_over(run.drops, mission),
+        "reached_seq": None,
+        "item_id": mission.plan_item_of.get(0),
+    }
 
 
 def is_concluded(record: DropRecord) -> bool:

@@ -11,7 +11,7 @@ from app.domain.plan import Plan
 from app.domain.prediction import Timeline
 from app.domain.run import PlanChange
 from app.domain.vehicle import VehicleState
-from app.services.runs.leg import Leg, carried_over, leg_of
+from app.services.runs.leg import Leg, changed_to, leg_of
 from app.services.runs.recorder import RunRecorder
 from app.services.runs.settings import RunSettings
 
@@ -21,7 +21,7 @@ SETTLED_S: Final = 3.0
 
 @dataclass(slots=True)
 class PendingChange:
-    """`mission` is the rest of `plan`, beginning with `begins_at`.
+    """`mission` is the rest of `plan`.
 
     `is_open` while it is under way, and until it is known which of the two the vehicle flies: no release is sent then.
     """
@@ -29,7 +29,6 @@ class PendingChange:
     change: PlanChange
     plan: Plan
     mission: Mission
-    begins_at: str
     timeline: Timeline
     settings: RunSettings
     is_open: bool = True
@@ -48,22 +47,13 @@ class PendingChange:
 
     def begin(self, recorder: RunRecorder) -> Leg:
         """It is on board: the run is of this plan from now on. The leg that the flight follows."""
-        run, change = recorder.run, self.change
-        recorder.note(
-            EventKind.RUN_MISSION_CHANGED,
-            change=change.model_dump(mode="json"),
-            timeline=self.timeline.model_dump(mode="json"),
-        )
-        recorder.change(
-            plan_id=change.plan_id,
-            plan_hash=change.plan_hash,
-            mission_hash=change.mission_hash,
-            mission_id=None if run.mission_id is None else change.mission_id,
-            change=change,
-            changing=None,
-            changes=run.changes + 1,
-            drops=carried_over(run.drops, self.mission),
-            reached_seq=None,
-            item_id=self.begins_at,
-        )
-        return leg_of(recorder.run, self.plan, self.mission, self.settings, changed_at=change.at)
+        tell_change(recorder, self.change, self.timeline)
+        recorder.change(**changed_to(recorder.run, self.change, self.mission))
+        return leg_of(recorder.run, self.plan, self.mission, self.settings, changed_at=self.change.at)
+
+
+def tell_change(recorder: RunRecorder, change: PlanChange, timeline: Timeline) -> None:
+    """Before the run's own change, so that the events tell which plan was flown until then."""
+    recorder.note(
+        EventKind.RUN_MISSION_CHANGED, change=change.model_dump(mode="json"), timeline=timeline.model_dump(mode="json")
+    )

@@ -87,7 +87,6 @@ class FlightWatch:
 
     def take_change(self, change: PendingChange) -> None:
         """The vehicle carries the changed mission: follow that one from here on."""
-        same_item = self._progress.item_id == change.begins_at
         ahead = {drop.plan_item_id for drop in change.mission.drops}
         for release in self.leg.releases:
             if not release.is_over and (release.is_busy or release.compiled.plan_item_id not in ahead):
@@ -95,7 +94,7 @@ class FlightWatch:
                 self.record(release)
         self.leg = change.begin(self._recorder)
         self._progress = replace(Progress.of(change.mission), flown=self._progress.flown)
-        self._item_clock.fly_on(change.mission, same_item=same_item)
+        self._item_clock.fly_on(change.mission)
         self._complete, self._mission_done, self.change = CompleteSign(), False, None
 
     def _settle_change(self, change: PendingChange, seen: Look) -> None:

@@ -263,3 +263,41 @@ async def test_after_a_restart_the_changed_mission_is_followed() -> None:
         await at.vehicle.fly_to_hold(47.398700, 8.546656, 1)
         await at.until(lambda: at.drop.outcome is DropOutcome.RELEASED, "the taken-up run must drop")
         assert at.run.flown_item_ids[:2] == ("takeoff", "corner")
+
+
+@pytest.mark.parametrize("arrived", [True, False])
+async def test_after_a_restart_in_the_middle_of_a_change_the_mission_on_board_is_followed(arrived: bool) -> None:
+    async with desk() as at:
+        await fly(at)
+        at.vehicle.lost_ack = LinkTimeoutError("killed meanwhile") if arrived else None
+        at.vehicle.upload_error = None if arrived else LinkTimeoutError("killed meanwhile")
+        with pytest.raises(LinkTimeoutError):
+            await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
+        changing = at.run.changing
+        assert changing is not None
+
+        def meanwhile() -> None:
+            if arrived:
+                at.vehicle.put(mission_id=changing.mission_id, mission_seq=0)
+
+        await restarted(at, meanwhile=meanwhile)
+        await at.until(lambda: at.run.changing is None, "it is known again what is flown")
+        assert at.run.plan_id == ("plan-2" if arrived else "plan-1")
+        assert at.kinds().count("run.mission_changed") == int(arrived)
+        await at.vehicle.fly_to_hold(47.398700 if arrived else at.mission.drops[0].latitude_deg, 8.546656, 2 - arrived)
+        await at.until(lambda: at.drop.outcome is DropOutcome.RELEASED, "the drop of that mission must be made")
+
+
+async def test_a_drop_that_a_change_takes_out_is_kept_and_one_that_it_brings_is_made() -> None:
+    def other_drop(document: Document) -> None:
+        item(document, "drop")["id"] = "drop-b"
+
+    async with desk() as at:
+        await fly(at)
+        run = await at.runs.change_mission(at.run_id, store(at, other_drop), None, "ann")
+        assert [(drop.plan_item_id, drop.outcome) for drop in run.drops] == [
+            ("drop", DropOutcome.KEPT),
+            ("drop-b", DropOutcome.PENDING),
+        ]
+        await at.vehicle.fly_to_hold(at.mission.drops[0].latitude_deg, 8.546656, 1)
+        await at.until(lambda: at.run.drops[1].outcome is DropOutcome.RELEASED, "the new drop must be made")
