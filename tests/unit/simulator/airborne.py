@@ -15,6 +15,7 @@ from app.simulator.mission.item import Item
 from app.simulator.mission.store import MissionStore, plan_of
 from app.simulator.mode_checks import ModeChecks
 from app.simulator.navigator.context import NavContext
+from app.simulator.navigator.gimbal import Command
 from app.simulator.navigator.mission_mode import MissionResult
 from app.simulator.offboard.stream import OffboardStream
 from app.simulator.offboard.target import OffboardTarget
@@ -35,7 +36,7 @@ class Airborne:
         spec = AIRFRAMES[airframe]
         self.said: list[str] = []
         self.events: list[tuple[object, ...]] = []
-        self.issued: list[int] = []
+        self.issued: list[Command] = []
         """Commands that the autopilot gives itself."""
         self.params = Params(spec.params, params)
         self.clock = VehicleClock(100.0)
@@ -51,7 +52,7 @@ class Airborne:
         )
         self.context = NavContext(
             self.state, self.params, 1, spec, PROFILES["px4-main"], FRAME, self.clock, self.text, self.event,
-            lambda command: self.issued.append(int(command[0])),
+            self.issued.append,
         )  # fmt: skip
         self.status.home = Home(0.0, 0.0, 0.0)
         self.status.armed = True

@@ -117,7 +117,7 @@ def test_the_motors_are_stopped_in_a_return_and_not_in_a_landing(action: int) ->
 
 
 def test_a_stop_of_the_motors_is_said_and_is_all() -> None:
-    air, link = lost(DISARM)
+    air, _ = lost(DISARM)
     assert air.said == [ACTIVATED, "Disarmed by failsafe"]
     assert air.events == [("commander_gcs_lost",), ("commander_disarmed_by", 14)]
     other, other_link = lost(TERMINATE)
