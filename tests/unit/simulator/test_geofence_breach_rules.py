@@ -74,6 +74,32 @@ def test_both_distances_are_from_home(
     assert not other.go(*beyond).breached
 
 
+@pytest.mark.parametrize(
+    ("params", "place", "breached"),
+    [
+        ({"GF_MAX_HOR_DIST": 40.0}, (0.0, 40.0, 20.0), True),
+        ({"GF_MAX_VER_DIST": 25.0}, (0.0, 30.0, 25.0), True),
+        ({"GF_MAX_HOR_DIST": 0.0, "GF_MAX_VER_DIST": 0.0}, (0.0, 900.0, 900.0), False),
+    ],
+)
+def test_a_distance_is_exceeded_where_it_is_reached_and_0_is_none(
+    params: dict[str, float], place: tuple[float, ...], breached: bool
+) -> None:
+    assert Fenced(SAY, fence=False, **params).go(*place).breached is breached
+
+
+@pytest.mark.parametrize("name", ["GF_MAX_HOR_DIST", "GF_MAX_VER_DIST"])
+def test_half_a_metre_is_a_limit_too(name: str) -> None:
+    fenced = Fenced(NOTHING, fence=False, **{name: 0.5})
+    fenced.air.params.set("GF_ACTION", SAY)
+    assert fenced.step().breached
+
+
+def test_0_does_not_look() -> None:
+    fenced = Fenced(NOTHING).go(*OUTSIDE)
+    assert (fenced.breached, fenced.air.said) == (False, [])
+
+
 def test_without_home_there_is_no_distance_from_it() -> None:
     fenced = Fenced(SAY, fence=False, GF_MAX_HOR_DIST=40.0, GF_MAX_VER_DIST=25.0)
     fenced.air.status.home = None
@@ -146,15 +172,18 @@ def test_2_holds_at_the_place_of_the_breach_at_once() -> None:
     assert (fenced.air.said, fenced.air.flown) == ([OUT, ACTIVATED], (Mode.LOITER, True))
 
 
+@pytest.mark.parametrize(("delay_s", "said_s"), [(3.6, 4), (3.4, 3)])
 @pytest.mark.parametrize(("action", "number", "then"), [(RETURN, 6, Mode.RTL), (LAND, 7, Mode.LAND)])
-def test_3_and_5_hold_for_com_fail_act_t_and_say_both(action: int, number: int, then: Mode) -> None:
-    fenced = Fenced(action, COM_FAIL_ACT_T=3.6).go(*OUTSIDE)
+def test_3_and_5_hold_for_com_fail_act_t_and_say_both(
+    action: int, number: int, then: Mode, delay_s: float, said_s: int
+) -> None:
+    fenced = Fenced(action, COM_FAIL_ACT_T=delay_s).go(*OUTSIDE)
     air = fenced.air
-    hold = "Failsafe activated, entering Hold for 4 seconds"
+    hold = f"Failsafe activated, entering Hold for {said_s} seconds"
     assert (air.said, fenced.held, air.flown) == ([OUT, hold], [], (Mode.LOITER, True))
-    assert air.events[1:] == [("commander_failsafe_enter_generic_hold", Mode.MISSION, number, 4)]
+    assert air.events[1:] == [("commander_failsafe_enter_generic_hold", Mode.MISSION, number, said_s)]
     took_s = air.until(fenced.breach.step, lambda: air.status.mode is not Mode.LOITER)
-    assert 3.6 - 0.3 <= took_s <= 3.62
+    assert delay_s - 0.3 <= took_s <= delay_s + 0.02
     fenced.step(10.0)
     assert air.flown == (then, True)
     assert air.events[2:] == [(ENTER, Mode.MISSION, number)], "once"
@@ -199,6 +228,13 @@ def test_a_hold_makes_no_end_of_the_breach_and_what_replaced_it_does() -> None:
     fenced = Fenced(HOLD).go(*OUTSIDE)
     assert fenced.go(*INSIDE).breached
     fenced.air.commander.force_mode(Mode.RTL)
+    assert not fenced.go(*INSIDE).breached
+
+
+def test_a_hold_by_the_user_makes_an_end_of_it_inside() -> None:
+    fenced = Fenced(SAY)
+    fenced.air.commander.change_mode(Mode.LOITER)
+    assert fenced.go(*OUTSIDE).breached
     assert not fenced.go(*INSIDE).breached
 
 

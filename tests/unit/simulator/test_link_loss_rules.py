@@ -69,6 +69,49 @@ def test_the_link_that_is_back_is_said_by_text_and_event_once() -> None:
     assert (air.said, air.events) == ([REGAINED], [("commander_gcs_lost",), ("commander_dl_regained",)])
 
 
+def test_the_action_comes_once() -> None:
+    air, link = lost(2)
+    air.run(link.step, 6.0)
+    air.commander.change_mode(Mode.LOITER)
+    air.run(link.step, 6.0)
+    assert air.flown == (Mode.LOITER, False)
+
+
+@pytest.mark.parametrize(("action", "then"), [(HOLD, Mode.LOITER), (2, Mode.RTL), (3, Mode.LAND)])
+def test_nav_dll_act_names_what_follows_the_hold(action: int, then: Mode) -> None:
+    air, link = lost(action)
+    assert air.flown == (Mode.LOITER, True)
+    air.run(link.step, 6.0)
+    assert air.flown == (then, True)
+
+
+def test_a_heartbeat_during_the_hold_forgets_the_action_and_stays_in_the_hold() -> None:
+    air, link = lost(2)
+    link.on_gcs_heartbeat()
+    air.run(link.step, 8.0)
+    assert air.flown == (Mode.LOITER, True)
+
+
+def test_who_took_over_during_the_hold_keeps_the_vehicle() -> None:
+    air, link = lost(2)
+    air.commander.change_mode(Mode.POSCTL)
+    air.run(link.step, 8.0)
+    assert air.flown == (Mode.POSCTL, False)
+
+
+@pytest.mark.parametrize("mode", [Mode.RTL, Mode.LAND])
+def test_who_comes_down_already_is_left_alone(mode: Mode) -> None:
+    air, _ = lost(2, mode)
+    assert (air.flown, air.said) == ((mode, False), [])
+
+
+def test_on_the_ground_there_is_no_hold() -> None:
+    air, link = heard(2)
+    air.land()
+    air.run(link.step, LOST_S + 8.0)
+    assert (air.flown, air.said) == ((Mode.MISSION, False), [])
+
+
 @pytest.mark.parametrize("action", [0, 4, 7])
 def test_without_an_action_the_loss_is_only_an_event(action: int) -> None:
     air, link = lost(action)

@@ -89,7 +89,7 @@ def test_without_home_nothing_arms() -> None:
     assert not air.checks.may_arm(Mode.LOITER)
 
 
-@pytest.mark.parametrize(("now_s", "armable"), [(4.5, False), (4.7, True)])
+@pytest.mark.parametrize(("now_s", "armable"), [(4.58, False), (4.6, True)])
 def test_the_checks_need_their_time_after_power_up(now_s: float, armable: bool) -> None:
     air = standing()
     air.clock.restart()

@@ -85,6 +85,18 @@ def test_who_flies_it_without_a_position_meanwhile_keeps_it() -> None:
     assert air.flown == (Mode.OFFBOARD, False)
 
 
+def test_a_descent_that_was_flown_out_of_begins_again_without_a_word() -> None:
+    air, loss = descending()
+    air.stream_attitude()
+    air.commander.change_mode(Mode.OFFBOARD)
+    air.run(loss.step, 1.0)
+    air.stream_position()
+    air.run(loss.step)
+    assert (air.flown, air.said) == ((Mode.LAND, True), ["Failsafe activated"])
+    regain(air, loss)
+    assert air.flown == (Mode.OFFBOARD, False)
+
+
 def test_a_terminated_vehicle_loses_its_position_without_a_word() -> None:
     air, loss = flying()
     air.commander.terminate()
