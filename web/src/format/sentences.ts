@@ -66,7 +66,7 @@ function sayOffboard(event: StreamEvent, vehicle: string): Sentence {
   return { text: `${vehicle}, offboard control: ${state}${after(", ", event.data["reason"])}.`, tone: state === "active" ? "warn" : "neutral" };
 }
 
-const TASK_WORDS: Readonly<Record<string, string>> = { inserted: "is queued", reached: "has come to its end", time_over: "has lasted its time", gripper_done: "has worked the gripper", skipped: "was skipped", paused: "is paused", resumed: "goes on", by_hand: "waits: its pilot flies by hand", blocked: "is stopped", dropped: "and what came after it are dropped" };
+const TASK_WORDS: Readonly<Record<string, string>> = { inserted: "is queued", reached: "has come to its end", time_over: "has lasted its time", gripper_done: "has worked the gripper", skipped: "was skipped", moved: "has another place in the queue", removed: "was taken out", paused: "is paused", resumed: "goes on", by_hand: "waits: its pilot flies by hand", blocked: "is stopped", dropped: "and what came after it are dropped" };
 
 function sayTasks(event: StreamEvent, vehicle: string): Sentence {
   const change = str(event.data["change"]);
