@@ -44,6 +44,7 @@ def chosen(
         (0, True, [RALLY], 50.0, Way.DIRECT, RALLY),
         (0, False, [RALLY], 10.0, Way.DIRECT, HOME),
         (0, False, [(8.0, 0.0)], 30.0, Way.DIRECT, HOME),  # a rally point as near as that to home is none
+        (0, False, [(12.0, 0.0)], 30.0, Way.DIRECT, (12.0, 0.0)),
         (0, False, [(30.0, 0.0), (62.0, 0.0)], 46.0, Way.DIRECT, (30.0, 0.0)),  # as near as the other
         (1, True, [], 20.0, Way.TO_LANDING, GARDEN),  # even when home is nearer
         (1, True, [RALLY], 20.0, Way.DIRECT, RALLY),
