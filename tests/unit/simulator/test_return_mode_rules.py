@@ -13,14 +13,17 @@ from app.simulator.navigator.return_mode import ReturnMode
 from app.simulator.setpoint import SetpointKind
 from app.simulator.state import Home
 from app.simulator.wire import Cmd, Mode
-from tests.unit.simulator.airborne import FRAME, Airborne
+from tests.unit.simulator.airborne import FRAME, Airborne, Place
 from tests.unit.simulator.cockpit import RELEASE, do, land, takeoff, waypoint
 
 PLANS = [takeoff(15), waypoint(100, 0, 15), RELEASE, waypoint(0, 100, 15), do(Cmd.DO_LAND_START), land(0, 200)]
 BREACH = ["RTL destination breaches geofence, will fly directly"]
 
 
-def entered(rtl_type: int, airframe: str = "quad", landed: bool = False, from_mission: bool = True) -> Airborne:
+def entered(
+    rtl_type: int, airframe: str = "quad", landed: bool = False, from_mission: bool = True, then: Place | None = None
+) -> Airborne:
+    """The first cycle; and one at another place."""
     air = Airborne(airframe, (0.0, 90.0, 20.0), RTL_TYPE=rtl_type)
     air.upload(PLANS)
     air.store.current_seq = 1
@@ -29,6 +32,9 @@ def entered(rtl_type: int, airframe: str = "quad", landed: bool = False, from_mi
     mode.from_mission = from_mission
     mode.activate()
     air.run(mode.step)
+    if then is not None:
+        air.place(*then)
+        air.run(mode.step)
     return air
 
 
@@ -37,6 +43,7 @@ def test_a_direct_return_flies_home() -> None:
     assert air.said[0].startswith("RTL: start return at")
     assert air.context.setpoint.kind is SetpointKind.LOITER
     assert len(air.said) == 1
+    assert entered(0, then=(0.0, 90.0, 30.0)).context.setpoint.kind is SetpointKind.POSITION
 
 
 @pytest.mark.parametrize(("from_mission", "seq"), [(True, 1), (False, 3)])
@@ -44,6 +51,8 @@ def test_a_return_along_the_mission_goes_on_or_begins_at_the_nearest(from_missio
     air = entered(2, from_mission=from_mission)
     assert air.said == ["Executing Mission"]
     assert air.store.current_seq == seq
+    there = (100.0, 0.0, 15.0) if from_mission else (0.0, 100.0, 15.0)
+    assert entered(2, from_mission=from_mission, then=there).store.current_seq == seq + 2
 
 
 def test_a_return_to_the_landing_knows_where_it_begins() -> None:
@@ -118,7 +127,7 @@ def test_it_is_said_once_for_each_fence_and_each_home() -> None:
     check.take(polygon(10.0))
     air.run(check.step, 10.0)
     assert air.said == BREACH * 2
-    for moved_m, times in ((0.08, 2), (0.3, 3)):
+    for moved_m, times in ((0.08, 2), (0.15, 3)):
         air.status.home = Home(0.0, moved_m, 0.0)
         air.run(check.step, 10.0)
         assert air.said == BREACH * times
