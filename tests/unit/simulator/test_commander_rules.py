@@ -148,6 +148,35 @@ def test_disarming_says_why_and_leaves_a_mode_that_comes_down(
     assert (air.status.armed, air.flown, air.commander.intended) == (False, (Mode.MISSION, False), Mode.MISSION)
 
 
+def test_without_a_take_off_it_disarms_after_com_disarm_prflt() -> None:
+    air = standing(COM_DISARM_PRFLT=7.0)
+    air.commander.arm(force=False)
+    assert air.until(air.commander.step, lambda: not air.status.armed) == pytest.approx(7.0, abs=0.03)
+    assert (air.said[-1], air.events[-1]) == ("Disarmed by auto preflight disarming", ("commander_disarmed_by", 7))
+
+
+@pytest.mark.parametrize(("mode", "wait_s"), [(Mode.LAND, 4.0), (Mode.MISSION, 0.02)])
+def test_after_a_landing_it_disarms_after_com_disarm_land_a_finished_mission_at_once(mode: Mode, wait_s: float) -> None:
+    air = Airborne(COM_DISARM_LAND=4.0)
+    air.commander.change_mode(mode)
+    air.run(air.commander.step)
+    assert (air.said, air.events) == (["Takeoff detected"], [("commander_takeoff_detected",)])
+    air.result.finished = True
+    air.land()
+    assert air.until(air.commander.step, lambda: not air.status.armed) == pytest.approx(wait_s, abs=0.03)
+    assert air.said[1:] == ["Landing detected", "Disarmed by landing"]
+    assert air.events[1:] == [("commander_landing_detected",), ("commander_disarmed_by", 6)]
+
+
+def test_a_landing_amid_a_mission_disarms_nobody() -> None:
+    air = Airborne()
+    air.commander.change_mode(Mode.MISSION)
+    air.run(air.commander.step)
+    air.land()
+    air.run(air.commander.step, 30.0)
+    assert air.status.armed
+
+
 def test_a_reboot_forgets_the_mode_of_before() -> None:
     air = Airborne()
     air.commander.change_mode(Mode.MISSION)

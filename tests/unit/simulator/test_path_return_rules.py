@@ -35,6 +35,7 @@ def test_a_position_is_passed_with_its_own_radius_and_without_its_hold() -> None
     assert along.at(95.9, 0, 15).seq == 1
     assert along.at(96.1, 0, 13).seq == 1, "not at its height"
     assert along.at(96.1, 0, 15).seq == 3
+    assert along.at(96.1, 0, 15, cycles=9).seq == 3, "one at a time"
     assert along.air.result.seq_reached == 1
     assert along.flies == (SetpointKind.POSITION, (100, 100), 25.0)
     assert along.setpoint.previous == (96.1, 0.0)
