@@ -50,6 +50,7 @@ def test_return_and_land_are_said_and_need_a_position_when_armed(
     [(Mode.LOITER, "Hold"), (Mode.RTL, "Return"), (Mode.MISSION, "Mission"), (Mode.TAKEOFF, "Takeoff")],
 )
 def test_a_mode_that_cannot_run_is_refused_in_the_air_by_the_name_that_px4_says(mode: Mode, name: str) -> None:
+    assert Airborne().commander.set_mode(mode) is Result.ACCEPTED
     air = Airborne()
     air.status.position_valid = False
     assert air.commander.set_mode(mode) is Result.TEMPORARILY_REJECTED
@@ -96,6 +97,7 @@ def test_a_start_arms_or_leaves_the_mode_as_it_was() -> None:
 def test_termination_stays_whatever_is_wanted_until_a_reboot() -> None:
     air = Airborne()
     air.commander.terminate()
+    assert air.flown == (Mode.TERMINATION, True)
     air.commander.force_mode(Mode.RTL)
     assert air.flown == (Mode.TERMINATION, True)
     air.commander.set_mode(Mode.LOITER)

@@ -156,6 +156,13 @@ def test_from_another_mode_it_joins_at_the_nearest_position_a_plane_at_no_landin
     assert high.seq == 1
 
 
+def test_on_to_the_landing_a_vtol_that_hovers_stays_as_it_is() -> None:
+    along = Along(current=3, airframe="vtol")
+    along.air.status.vtol_state = VtolState.MC
+    assert along.at(100, 100, 25).seq == 5
+    assert along.air.issued == []
+
+
 def test_nearest_counts_the_height() -> None:
     plans = [takeoff(15), waypoint(100, 0, 90), waypoint(100, 40, 15), land(0, 200)]
     assert Along(plans=plans, from_mission=False, at=(100.0, 0.0, 20.0)).seq == 2
