@@ -135,7 +135,7 @@ async def test_a_plane_whose_firmware_follows_no_path_point_is_flown_by_commands
             await dispatcher.post(f"{OFFBOARD}/enter", {"lease": lease})
             ordered = await until(
                 lambda: dispatcher.get(OFFBOARD),
-                lambda v: (v["offboard"]["order"] or {}).get("latitude_deg"),
+                lambda v: (v["offboard"]["order"] or {}).get("latitude_deg") is not None,
                 "the path is flown",
                 30,
             )
