@@ -68,7 +68,7 @@ def patterns(long_m: float, radius_m: float, seconds: float) -> dict[str, dict[s
 SUBJECTS: Final = {
     "quad": Subject("quad", "px4-main", "clinic-run.json", (1.0, 2.0), patterns(80.0, 20.0, 40.0), 30.0, 0.5, 6.0),
     "plane": Subject(
-        "plane", "px4-1.14", "fixed-wing-pass.json", (5.0, 5.0), patterns(480.0, 80.0, 70.0), 50.0, 2.0, 120.0
+        "plane", "px4-1.14", "fixed-wing-pass.json", (5.0, 5.0), patterns(600.0, 80.0, 70.0), 50.0, 2.0, 120.0
     ),
 }
 
@@ -81,15 +81,15 @@ async def flown(
     document |= subject.patterns[kind]
     queued = await dispatcher.post(TASKS, {"lease": lease, "task": document, "when_empty": "wait"}, expect=201)
     origin = EkfOrigin(**queued["queue"]["origin"], home_up_m=0.0)
-    course, leg = course_of(TaskDocument.model_validate(document).root, origin, 0.0), 0
+    course = course_of(TaskDocument.model_validate(document).root, origin, 0.0)
     if (await dispatcher.get(OFFBOARD))["offboard"]["state"] == "leased":
         await dispatcher.post(f"{OFFBOARD}/enter", {"lease": lease})
     beside: list[float] = []
-    while (await dispatcher.get(TASKS))["report"]["current_id"] == queued["task_id"]:
+    while (queue := await dispatcher.get(TASKS))["report"]["current_id"] == queued["task_id"]:
         vehicle = await truth(fleet)
         here = origin.place(vehicle["latitude_deg"], vehicle["longitude_deg"])
+        leg = queue["tasks"][0]["leg"]
         reference = course.reference(here, leg)
-        leg = reference.leg
         if not is_at_corner(course, here, subject) and (beside or abs(reference.cross_m) < subject.joined_m):
             beside.append(abs(reference.cross_m))
         await asyncio.sleep(0.05)

@@ -94,6 +94,29 @@ def metres_from(place: dict[str, Any], vehicle: dict[str, Any]) -> float:
     return 111_195.0 * math.hypot(north, east * math.cos(math.radians(place["latitude_deg"])))
 
 
+async def fly_and_pause(dispatcher: Dispatcher, simulated: SimulatedFleet) -> None:
+    """All of the queue, the path with a pause; control goes back."""
+    async with renewed(dispatcher) as lease:
+        for task in WING_QUEUE:
+            await dispatcher.post(TASKS, {"lease": lease, "task": task}, expect=201)
+        entered = await dispatcher.post(f"{OFFBOARD}/enter", {"lease": lease})
+        assert (entered["offboard"]["flown_by"], (await truth(simulated))["mode"]) == ("commands", "LOITER")
+        queue = await until(
+            lambda: dispatcher.get(TASKS), lambda v: v["report"]["task_list"] == [4], "the path must come", 90
+        )
+        assert queue["flown_by"] == "commands"
+        await dispatcher.post(f"{TASKS}/pause", {"lease": lease})
+        offboard = (await dispatcher.get(OFFBOARD))["offboard"]
+        assert (offboard["tasks"]["state"], offboard["order"]["command"]) == ("paused", "DO_REPOSITION")
+        await dispatcher.post(f"{TASKS}/resume", {"lease": lease})
+        await until(lambda: dispatcher.get(TASKS), lambda v: v["report"]["task_list"] == [0], "the path must end", 90)
+
+
+async def entered_with_a_path(dispatcher: Dispatcher, lease: str) -> None:
+    await dispatcher.post(TASKS, {"lease": lease, "task": WING_QUEUE[2]}, expect=201)
+    await dispatcher.post(f"{OFFBOARD}/enter", {"lease": lease})
+
+
 async def test_a_plane_whose_firmware_follows_no_path_point_is_flown_by_commands_in_hold(
     tmp_path: Path, http: aiohttp.ClientSession
 ) -> None:
@@ -104,35 +127,17 @@ async def test_a_plane_whose_firmware_follows_no_path_point_is_flown_by_commands
     ):
         dispatcher = Dispatcher(http, service.url)
         run_id = await paused_in_the_air(dispatcher, plan)
-        async with renewed(dispatcher) as lease:
-            for task in WING_QUEUE:
-                await dispatcher.post(TASKS, {"lease": lease, "task": task}, expect=201)
-            entered = await dispatcher.post(f"{OFFBOARD}/enter", {"lease": lease})
-            assert (entered["offboard"]["flown_by"], (await truth(simulated))["mode"]) == ("commands", "LOITER")
-            queue = await until(
-                lambda: dispatcher.get(TASKS), lambda v: v["report"]["task_list"] == [4], "the path must come", 90
-            )
-            assert queue["flown_by"] == "commands"
-            await dispatcher.post(f"{TASKS}/pause", {"lease": lease})
-            offboard = (await dispatcher.get(OFFBOARD))["offboard"]
-            place = offboard["order"]
-            assert (offboard["tasks"]["state"], place["command"]) == ("paused", "DO_REPOSITION")
-            await dispatcher.post(f"{TASKS}/resume", {"lease": lease})
-            await until(
-                lambda: dispatcher.get(TASKS), lambda v: v["report"]["task_list"] == [0], "the path must end", 90
-            )
+        await fly_and_pause(dispatcher, simulated)
         await dispatcher.until_run(run_id, lambda run: run["state"] == "flying", "the run must go on", 20)
         await dispatcher.post(f"/runs/{run_id}/pause")
         await dispatcher.until_run(run_id, lambda run: run["state"] == "paused", "it must pause", 20)
         async with renewed(dispatcher) as lease:
-            await dispatcher.post(TASKS, {"lease": lease, "task": WING_QUEUE[2]}, expect=201)
-            await dispatcher.post(f"{OFFBOARD}/enter", {"lease": lease})
+            await entered_with_a_path(dispatcher, lease)
             await dispatcher.post(f"{OFFBOARD}/leave", {"lease": lease, "to": "hold"})
-        offboard = (await dispatcher.get(OFFBOARD))["offboard"]
-        assert (offboard["order"]["latitude_deg"], offboard["order"]["result"]) == (None, "ACCEPTED"), "circle here"
+        order = (await dispatcher.get(OFFBOARD))["offboard"]["order"]
+        assert (order["latitude_deg"], order["result"]) == (None, "ACCEPTED"), "to hold is to circle here"
         async with renewed(dispatcher) as lease:
-            await dispatcher.post(TASKS, {"lease": lease, "task": WING_QUEUE[2]}, expect=201)
-            await dispatcher.post(f"{OFFBOARD}/enter", {"lease": lease})
+            await entered_with_a_path(dispatcher, lease)
             ordered = await until(
                 lambda: dispatcher.get(OFFBOARD),
                 lambda v: (v["offboard"]["order"] or {}).get("latitude_deg") is not None,
@@ -141,10 +146,6 @@ async def test_a_plane_whose_firmware_follows_no_path_point_is_flown_by_commands
             )
             service.kill()
         place = ordered["offboard"]["order"]
-        circles = await until(
-            lambda: truth(simulated),
-            lambda v: metres_from(place, v) < 100.0,
-            "it goes to where it was last sent, and onto the circle around it",
-            60,
-        )
+        there = "it goes to where it was last sent, and onto the circle around it"
+        circles = await until(lambda: truth(simulated), lambda v: metres_from(place, v) < 100.0, there, 60)
         assert circles["mode"] == "LOITER", "and circles there in Hold: no failsafe is needed"
