@@ -2088,6 +2088,8 @@ export interface components {
         /**
          * EntryCheckView
          * @description What an entry would find now. `reason` is empty unless the vehicle's state forbids it; an `audit` may too.
+         *
+         *     `flown_by`: how its tasks would be flown; null: not at all.
          */
         EntryCheckView: {
             /** Ready */
@@ -2098,10 +2100,18 @@ export interface components {
             hint: string;
             /** Audit */
             audit: components["schemas"]["AuditView"][];
+            /**
+             * Flown By
+             * @default null
+             */
+            flown_by: ("setpoints" | "commands") | null;
         };
         /**
          * EntryRequest
          * @description Enter OFFBOARD mode. `sticks_held`: a pilot holds the sticks, so a loss action that needs them is right.
+         *
+         *     `by` null: as the tasks of this vehicle are flown, so by `commands`, in Hold, where it follows none of their
+         *     setpoints.
          */
         EntryRequest: {
             /**
@@ -2114,10 +2124,15 @@ export interface components {
              * @default false
              */
             sticks_held: boolean;
+            /**
+             * By
+             * @default null
+             */
+            by: ("setpoints" | "commands") | null;
         };
         /**
          * EntryView
-         * @description OFFBOARD mode is entered, with these parameters on board.
+         * @description OFFBOARD mode is entered, or Hold if `offboard` says that it is flown by commands; the parameters on board.
          */
         EntryView: {
             /** Audit */
@@ -2981,6 +2996,8 @@ export interface components {
         /**
          * OffboardView
          * @description Offboard control of one vehicle. `reason` says why it is so, or why the last lease ended.
+         *
+         *     `flown_by`: setpoints in OFFBOARD mode, or commands in Hold: then `order` is the newest of them. Null: no lease.
          */
         OffboardView: {
             state: components["schemas"]["OffboardState"];
@@ -2990,6 +3007,13 @@ export interface components {
             sent: components["schemas"]["SentView"] | null;
             cadence: components["schemas"]["CadenceView"] | null;
             tasks: components["schemas"]["TaskReport"] | null;
+            /**
+             * Flown By
+             * @default null
+             */
+            flown_by: ("setpoints" | "commands") | null;
+            /** @default null */
+            order: components["schemas"]["OrderView"] | null;
         };
         /**
          * Order
@@ -3008,6 +3032,29 @@ export interface components {
              * @default null
              */
             notes: string | null;
+        };
+        /**
+         * OrderView
+         * @description The newest command of a vehicle that is flown by commands, and its answer.
+         *
+         *     `command`: DO_REPOSITION (without a place: circle here) or DO_ORBIT; `altitude_m` is AMSL, a positive `radius_m`
+         *     clockwise. `result`: `sent`, `no answer`, or the MAV_RESULT of its COMMAND_ACK.
+         */
+        OrderView: {
+            /** Command */
+            command: string;
+            /** Latitude Deg */
+            latitude_deg: number | null;
+            /** Longitude Deg */
+            longitude_deg: number | null;
+            /** Altitude M */
+            altitude_m: number | null;
+            /** Radius M */
+            radius_m: number | null;
+            /** Result */
+            result: string;
+            /** Age S */
+            age_s: number;
         };
         /**
          * OriginView
@@ -4403,6 +4450,8 @@ export interface components {
         /**
          * TasksView
          * @description The queue of one vehicle, current task first. `origin` null: the vehicle has not told it yet.
+         *
+         *     `flown_by`: how its tasks are flown; null: not at all, or its type is not known.
          */
         TasksView: {
             report: components["schemas"]["TaskReport"];
@@ -4412,6 +4461,11 @@ export interface components {
              * @enum {string}
              */
             when_empty: "plan" | "wait";
+            /**
+             * Flown By
+             * @default null
+             */
+            flown_by: ("setpoints" | "commands") | null;
             /** Capacity */
             capacity: number;
             /** Tasks */
