@@ -32,7 +32,12 @@ export function taskSummary(task: Task): string {
     task.duration_s > 0 ? `for ${seconds(task.duration_s)}` : "",
     task.type === "goto" && task.motion !== null ? "follows a moving target" : "",
   ];
-  return parts.filter((part) => part !== "").join(", ");
+  return joined(parts, ", ");
+}
+
+/** Numbers keep their units on the same line. */
+function joined(parts: readonly string[], by: string): string {
+  return parts.filter((part) => part !== "").map((part) => part.replace(/(\d) (?=\w)/g, "$1\u00a0")).join(by);
 }
 
 const ON_COURSE_M = 0.5;
@@ -44,7 +49,7 @@ export function progressWords({ cross_m, left_m }: QueuedTask, remaining_s: numb
     left_m === null ? "" : `${metres(Math.round(left_m))} to go`,
     cross_m === null ? "" : Math.abs(cross_m) < ON_COURSE_M ? "on course" : `${metres(Math.abs(cross_m))} ${cross_m > 0 ? "right" : "left"} of course`,
   ];
-  return parts.filter((part) => part !== "").join(" · ");
+  return joined(parts, " · ");
 }
 
 const STATES: Readonly<Record<TaskState, readonly [string, Tone]>> = {

@@ -32,6 +32,7 @@ export function HandsOnPanel() {
   });
   const vehicle = handsVehicle.value;
   if (vehicle === null) return <NoVehicle />;
+  const byControls = engaged.value && handsPage.value === "controls";
   return (
     <div class={`panel-body hands-on ${engaged.value ? `engaged on-${handsPage.value}` : ""}`} data-phase={phase} role="group" aria-label={`Fly ${vehicle.id} by hand`} tabIndex={-1} ref={root} onKeyDown={onKeyDown} onFocusOut={onFocusOut}>
       <Head />
@@ -44,8 +45,9 @@ export function HandsOnPanel() {
       {engaged.value && <WaysOut vehicle={vehicle.id} />}
       {phase === "silent" && <HandsOffNote vehicle={vehicle.id} />}
       {engaged.value && <HandsPages />}
+      {!byControls && <HandsTasks vehicle={vehicle.id} />}
       <HandsReadout />
-      {engaged.value && handsPage.value === "controls" ? <HandsControls vehicle={vehicle.id} /> : <HandsTasks vehicle={vehicle.id} />}
+      {byControls && <HandsControls vehicle={vehicle.id} />}
     </div>
   );
 }

@@ -28,7 +28,7 @@ export function HandsTasks({ vehicle }: { vehicle: string }) {
           </span>
         )}
       </h4>
-      {queue !== null && queue.report.reason !== "" && <p class="tasks-reason">{asSentence(queue.report.reason)}.</p>}
+      {queue?.report.state === "paused" && queue.report.reason !== "" && <p class="tasks-reason">{asSentence(queue.report.reason)}.</p>}
       {queue !== null && queue.tasks.length > 0 && <TaskList queue={queue} own={own} />}
       {own && queue !== null && <QueueActions queue={queue} vehicle={vehicle} />}
       {own && taskRefusal.value !== null && <RefusalNote refusal={taskRefusal.value} />}
@@ -52,7 +52,7 @@ function QueueActions({ queue, vehicle }: { queue: TaskQueue; vehicle: string })
         <PassingButton name="Pause" onClick={() => void queueAction("pause", "Pause")} />
       )}
       {!empty && <PassingButton name="Next task" onClick={() => void queueAction("next", "Next task")} />}
-      {!empty && <HoldButton verb="Clear the tasks of" vehicle={vehicle} tone="warn" onConfirm={() => void queueAction("clear", "Clear the tasks")} />}
+      {!empty && <HoldButton verb="Clear tasks of" vehicle={vehicle} tone="warn" onConfirm={() => void queueAction("clear", "Clear the tasks")} />}
     </div>
   );
 }
