@@ -73,9 +73,9 @@ export function stateTone({ state }: TaskReport): Tone {
 /** What the next click on the map does. */
 export function placeWords(kind: TaskKind, places: number, vehicle: string): string {
   const [least, most] = PLACES[kind];
-  if (kind === "path") return places === 0 ? "Click the places of the path, up to five." : places < most ? `${places} of up to ${most} places. Click the next, or add the task.` : "Five places are the most. Add the task.";
-  if (places >= least) return "Add the task, or click another place.";
+  if (kind === "path") return places === 0 ? "Click the places of the path, up to five." : places < most ? `${places} of up to ${most} places. Click the next, or add it.` : "Five places are the most. Add it.";
+  if (places >= least) return "Add it, or click elsewhere.";
   if (kind === "goto") return `Click where ${vehicle} shall go.`;
-  if (kind === "circle") return `Click the middle of the circle.`;
+  if (kind === "circle") return "Click the middle of the circle.";
   return places === 0 ? "Click where the line begins." : "Click where it ends.";
 }

@@ -84,7 +84,7 @@ function Head() {
     <header class="hands-head">
       <h3>{vehicle.id} by hand</h3>
       <span class={`hands-state ${on ? "on" : ""}`} role="status">
-        {on ? "Hands on" : off ? "Hands off" : plain(state)}
+        {on ? (handsOn.value.leads === "tasks" ? "Flies tasks" : "Hands on") : off ? "Hands off" : plain(state)}
       </span>
       <Followed vehicle={vehicle.id} />
     </header>
