@@ -135,7 +135,11 @@ async def test_tasks_are_clicked_on_the_map_put_in_order_and_flown_until_hands_t
         assert await cockpit.page.evaluate(AXE_ON_PANEL) == []
         await board.refused("limit.altitude")
         await cockpit.panel.focus()
+        await cockpit.page.keyboard.press("w")  # beside the tasks it means nothing
+        await board.press("Controls")
         await cockpit.page.keyboard.press("w")
+        await cockpit.says("stand still")
+        await cockpit.panel.get_by_role("button", name="Tasks (3)").click(timeout=PRESS_MS)
         await expect(board.state("by_hand")).to_be_visible()
         await cockpit.says("stand still")
         await board.press("Fly the tasks")

@@ -18,7 +18,7 @@ import { RefusalNote } from "./refusal-note";
 
 const FIELDS = "input, select, textarea";
 
-/** Flying by hand. Its keys count only while the focus is in here and the controls are engaged. */
+/** Flying by hand. Its keys count only while the focus is in here, and the controls are engaged and shown. */
 export function HandsOnPanel() {
   const root = useRef<HTMLDivElement>(null);
   const { phase } = handsOn.value;
@@ -53,7 +53,7 @@ export function HandsOnPanel() {
 }
 
 function onKeyDown(event: KeyboardEvent): void {
-  if (!engaged.value || (event.target instanceof Element && event.target.closest(FIELDS) !== null)) return;
+  if (!engaged.value || handsPage.value !== "controls" || (event.target instanceof Element && event.target.closest(FIELDS) !== null)) return;
   held.value = pressed(held.value, event);
   if (flies(event.code) && !event.ctrlKey && !event.altKey && !event.metaKey) event.preventDefault(); // else the panel scrolls
 }

@@ -33,7 +33,7 @@ export function HandsTasks({ vehicle }: { vehicle: string }) {
       {own && queue !== null && <QueueActions queue={queue} vehicle={vehicle} />}
       {own && taskRefusal.value !== null && <RefusalNote refusal={taskRefusal.value} />}
       {own && <TaskForm vehicle={vehicle} />}
-      {own && handsOn.value.leads === "tasks" && <p class="hint">Flown while this page is in front of you. Look away for 10 s, and {vehicle} holds and drops the rest. A stick or key takes over at once.</p>}
+      {own && handsOn.value.leads === "tasks" && <p class="hint">Flown while this page is in front of you. Look away for 10 s, and {vehicle} holds and drops the rest. A gamepad takes over at once, and so do the controls.</p>}
     </section>
   );
 }
