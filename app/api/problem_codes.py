@@ -46,6 +46,8 @@ _KINDS: Final = (
     ProblemKind("vehicle.quarantined", 409, "The vehicle is quarantined"),
     ProblemKind("vehicle.refused", 409, "The vehicle refused"),
     ProblemKind("run.wrong_state", 409, "The run is in another state"),
+    ProblemKind("job.wrong_state", 409, "The job is in another state"),
+    ProblemKind("jobs.full", 409, "So many jobs wait that no other is taken"),
     ProblemKind("drop.consent_not_asked", 409, "The drop asks for no consent now"),
     ProblemKind("drop.consent_too_late", 409, "The time to consent is over"),
     ProblemKind("drop.consent_answered", 409, "The other answer came first"),

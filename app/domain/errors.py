@@ -47,6 +47,18 @@ class WrongStateError(ConflictError):
     code = "run.wrong_state"
 
 
+class JobWrongStateError(ConflictError):
+    """The job is in a state in which this cannot be done."""
+
+    code = "job.wrong_state"
+
+
+class JobsFullError(ConflictError):
+    """So many jobs wait that no other is taken."""
+
+    code = "jobs.full"
+
+
 class ConsentNotAskedError(ConflictError):
     """The drop asks for no consent now: not yet, not any more, or never."""
 

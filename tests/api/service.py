@@ -20,6 +20,7 @@ from app.services.attachments import Attachments
 from app.services.clock import SystemClock
 from app.services.comparisons import Comparisons
 from app.services.fleet import Fleet
+from app.services.jobs import Jobs, JobSettings
 from app.services.journal import Journal
 from app.services.offboard import Offboard, OffboardSettings
 from app.services.plans import Plans
@@ -42,6 +43,9 @@ PATIENT = OffboardSettings(stream_s=0.2, gap_s=60.0, dead_man=DeadMan(max_age_s=
 
 PROMPT = WebhookSettings(backoff=Backoff(first_s=0.01, longest_s=0.05))
 """Webhooks that try again soon."""
+
+LIVELY = JobSettings(look_every_s=0.02, look_again_s=0.05)
+"""A queue that is looked at often."""
 
 
 @dataclass(frozen=True)
@@ -87,6 +91,7 @@ async def run_service(
     hooks: WebhookSettings = PROMPT,
     webhook_timeout_s: float = 30.0,
     links: int = 2,
+    jobs_settings: JobSettings = LIVELY,
 ) -> AsyncIterator[Service]:
     """A service with some vehicles. `change` may put other services in before it starts."""
     clock, stack = SystemClock(), AsyncExitStack()
@@ -99,10 +104,12 @@ async def run_service(
             await begun.start()
         runs = Runs(fleet, storage.plans, storage.runs, journal, clock)
         offboard = Offboard(fleet, runs, clock, PATIENT)
+        plans = Plans(storage.plans, journal, clock)
+        jobs = Jobs(storage.jobs, plans, runs, fleet, journal, clock, jobs_settings)
         services = change(
             ApiServices(
                 journal=journal,
-                plans=Plans(storage.plans, journal, clock),
+                plans=plans,
                 access=Access(storage.tokens, clock, bootstrap_token),
                 fleet=fleet,
                 telemetry=telemetry,
@@ -110,6 +117,7 @@ async def run_service(
                 attachments=Attachments(runs, storage.attachments, journal, clock),
                 proofs=Proofs(runs, storage.plans, storage.attachments, journal, clock, storage.gateway_id),
                 runs=runs,
+                jobs=jobs,
                 commands=VehicleCommands(fleet, journal),
                 offboard=offboard,
                 tasks=Tasks(offboard, fleet, clock),
@@ -121,11 +129,12 @@ async def run_service(
         )
         try:
             await until(lambda: journal.last_seq >= links)  # each vehicle has been seen
+            await jobs.begin()
             async with _served(services, settings, vehicles, storage) as service:
                 yield service
         finally:
             await stack.aclose()
-            for part in (services.offboard, services.runs, telemetry, fleet, journal):
+            for part in (services.jobs, services.offboard, services.runs, telemetry, fleet, journal):
                 await part.close()
 
 
