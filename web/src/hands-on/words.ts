@@ -2,7 +2,7 @@
 
 import type { Offboard, OffboardState } from "../api/types";
 import { metres, speed } from "../format/units";
-import { asSentence } from "../format/words";
+import { fullSentence } from "../format/words";
 import type { StopReason } from "./sender";
 
 const STOPS: Readonly<Record<StopReason, string>> = {
@@ -30,13 +30,8 @@ const CLOSES: Readonly<Record<number, string>> = {
 /** Why the service ended it: its own reason if it gave one, after what the page knows. */
 export function closeWords(code: number, reason: string, last: { readonly ended: string; readonly offboard: Offboard | null }): string {
   const given = last.offboard?.lease === null ? last.offboard.reason : "";
-  const why = CLOSES[code] ?? sentenceOf(given || reason || `closed with ${code}`);
+  const why = CLOSES[code] ?? fullSentence(given || reason || `closed with ${code}`);
   return `${last.ended} ${why}`.trim();
-}
-
-function sentenceOf(text: string): string {
-  const words = asSentence(text);
-  return /[.!?]$/.test(words) ? words : `${words}.`;
 }
 
 /** The steps of an entry, in order. */

@@ -2,9 +2,10 @@ import type { DropRecord } from "../api/types";
 import { clockTime, fullTime, metres, speed } from "../format/units";
 import { asSentence, certaintyName, consentWords, outcomeName, outcomeTone, plain } from "../format/words";
 import { Badge } from "./badge";
+import { DropAttachments } from "./drop-attachments";
 
 /** One drop with its evidence. What was sent, answered, put out and sensed are four facts, and stay four. */
-export function DropCard({ drop }: { drop: DropRecord }) {
+export function DropCard({ run, drop }: { run: string; drop: DropRecord }) {
   const certainty = certaintyName(drop.certainty);
   return (
     <article class={`drop-card tone-${outcomeTone(drop.outcome)}`} aria-label={`Drop ${drop.plan_item_id}`}>
@@ -28,6 +29,7 @@ export function DropCard({ drop }: { drop: DropRecord }) {
         </p>
       )}
       {drop.reason !== "" && <p class="drop-reason">{asSentence(drop.reason)}</p>}
+      <DropAttachments run={run} drop={drop.plan_item_id} />
     </article>
   );
 }

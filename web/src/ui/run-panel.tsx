@@ -35,7 +35,7 @@ export function RunPanel() {
       {run.drops.length > 0 && (
         <section aria-label="Drops" class="drops">
           {run.drops.map((drop) => (
-            <DropCard key={drop.plan_item_id} drop={drop} />
+            <DropCard key={`${run.id} ${drop.plan_item_id}`} run={run.id} drop={drop} />
           ))}
           <ProofButton key={run.id} run={run} />
         </section>
