@@ -14,11 +14,13 @@ import { watchPrincipal } from "./state/principal";
 import { watchSimulator } from "./state/simulator";
 import { startSync } from "./state/sync";
 import { applyTheme } from "./state/theme";
+import { keepUnits } from "./state/units";
 
 const root = document.getElementById("app");
 if (root === null) throw new Error("index.html has no #app");
 
 applyTheme();
+keepUnits();
 keepSelectionInAddress();
 startClock();
 keepDraftText();

@@ -1,7 +1,7 @@
 /** What happens at the controls, in words. Pure. */
 
 import type { Offboard, OffboardState } from "../api/types";
-import { metres, speed } from "../format/units";
+import { altitude, climbRate, speed } from "../format/units";
 import { fullSentence } from "../format/words";
 import type { StopReason } from "./sender";
 
@@ -55,15 +55,16 @@ const PARTS: readonly (readonly [key: string, plus: string, minus: string])[] = 
 export function setpointWords(setpoint: Readonly<Record<string, unknown>>): string {
   const parts = PARTS.flatMap(([key, plus, minus]) => {
     const value = setpoint[key];
-    return typeof value === "number" && Math.abs(value) >= 0.05 ? [`${speed(Math.abs(value))} ${value > 0 ? plus : minus}`] : [];
+    const say = key === "down_m_s" ? climbRate : speed;
+    return typeof value === "number" && Math.abs(value) >= 0.05 ? [`${say(Math.abs(value))} ${value > 0 ? plus : minus}`] : [];
   });
   const turn = setpoint["yawspeed_deg_s"];
   if (typeof turn === "number" && Math.abs(turn) >= 0.5) parts.push(`turn ${Math.abs(turn).toFixed(0)}°/s ${turn > 0 ? "right" : "left"}`);
   if (parts.length > 0) return parts.join(", ");
   const type = String(setpoint["type"]);
   if (type.startsWith("velocity")) return "stand still";
-  const altitude = setpoint["altitude_m"];
-  if (type === "position_global" && typeof altitude === "number") return `go to a place, ${metres(altitude)} AMSL`;
+  const height = setpoint["altitude_m"];
+  if (type === "position_global" && typeof height === "number") return `go to a place, ${altitude(height)} AMSL`;
   return type.replaceAll("_", " ");
 }
 

@@ -1,5 +1,5 @@
 import type { DropRecord } from "../api/types";
-import { clockTime, fullTime, metres, speed } from "../format/units";
+import { clockTime, distance, fullTime, speed } from "../format/units";
 import { asSentence, certaintyName, consentWords, outcomeName, outcomeTone, plain } from "../format/words";
 import { Badge } from "./badge";
 import { DropAttachments } from "./drop-attachments";
@@ -23,7 +23,7 @@ export function DropCard({ run, drop }: { run: string; drop: DropRecord }) {
       {drop.consent && drop.consent.state !== "asked" && <p class="drop-result">{consentWords(drop.consent)}</p>}
       {(certainty !== "" || drop.offset_m !== null) && (
         <p class="drop-result">
-          {[certainty === "" ? "" : plain(certainty), drop.offset_m === null ? "" : `${metres(drop.offset_m)} from the point`, drop.ground_speed_m_s === null ? "" : `at ${speed(drop.ground_speed_m_s)}`]
+          {[certainty === "" ? "" : plain(certainty), drop.offset_m === null ? "" : `${distance(drop.offset_m)} from the point`, drop.ground_speed_m_s === null ? "" : `at ${speed(drop.ground_speed_m_s)}`]
             .filter((part) => part !== "")
             .join(" · ")}
         </p>

@@ -1,7 +1,7 @@
 import { useComputed, type ReadonlySignal } from "@preact/signals";
 import type { Run, Vehicle, VehicleType } from "../api/types";
 import { api } from "../api/client";
-import { age, heading, metres, percent, speed } from "../format/units";
+import { age, altitude, climbRate, heading, percent, speed } from "../format/units";
 import { landedName, plain, runStateName, runStateTone, vehicleTypeName } from "../format/words";
 import { STALE_S } from "../map/features";
 import { now, secondsSince } from "../state/clock";
@@ -167,9 +167,9 @@ function VehicleDetails({ id }: { id: string }) {
   return (
     <div class="vehicle-details">
       <dl class="facts">
-        <Fact name="Altitude" value={metres(state.relative_altitude_m)} />
+        <Fact name="Altitude" value={altitude(state.relative_altitude_m)} />
         <Fact name="Ground speed" value={speed(ground)} />
-        <Fact name="Climb" value={speed(state.velocity_down_m_s === null ? null : -state.velocity_down_m_s)} />
+        <Fact name="Climb" value={climbRate(state.velocity_down_m_s === null ? null : -state.velocity_down_m_s)} />
         <Fact name="Heading" value={heading(state.heading_deg)} />
         <Fact name="Firmware" value={vehicle.firmware ?? "–"} />
         <Fact name="System id" value={String(vehicle.system_id)} />
