@@ -6,7 +6,8 @@ import type { Setpoint } from "./setpoint";
 export type Destination = "hold" | "mission" | "return";
 
 export type ClientFrame =
-  | { type: "take"; rate_hz: number }
+  | { type: "take"; rate_hz: number; override: boolean }
+  | { type: "hand_over"; to: string | null }
   | { type: "renew" }
   | { type: "enter"; sticks_held: boolean }
   | { type: "setpoint"; setpoint: Setpoint }

@@ -77,11 +77,12 @@ export class Session {
     );
   }
 
-  take(vehicle: string): void {
+  /** `override` takes it from whoever has it, and needs an admin. */
+  take(vehicle: string, override = false): void {
     if (this.#wire !== null) return;
     this.#set({ ...HANDS_OFF, phase: "opening", vehicle });
     const wire: Wire = this.host.connect(vehicle, {
-      onOpen: () => void this.#askForLease(wire),
+      onOpen: () => void this.#askForLease(wire, override),
       onState: (offboard) => wire === this.#wire && this.#set({ offboard, answer_ms: this.#sender.answer_ms }),
       onAnswer: (answer) => wire === this.#wire && this.#onSetpointAnswer(answer),
       onClosed: (code, reason) => wire === this.#wire && this.#end(closeWords(code, reason, this.#now)),
@@ -115,6 +116,16 @@ export class Session {
     if (this.#is("leaving")) this.#set({ phase: "flying", refusal: refusalOf(`Leave to ${to}`, answer) });
   }
 
+  /** Let somebody else take the lease over, in flight too; null takes the offer back. Nothing changes until it is taken. */
+  async handOver(to: string | null): Promise<void> {
+    const wire = this.#wire;
+    if (wire === null || !(this.#is("leased") || this.#is("flying"))) return;
+    const answer = await wire.ask({ type: "hand_over", to });
+    if (wire !== this.#wire) return;
+    const doing = to === null ? `Take the offer of ${this.#now.vehicle} back` : `Offer ${this.#now.vehicle} to ${to}`;
+    this.#set({ refusal: answer.type === "done" ? null : refusalOf(doing, answer) });
+  }
+
   /** Give the lease back, or stop asking for it. A vehicle that is flown is told to hold: the socket's end says so. */
   giveBack(): void {
     if (this.#wire !== null) this.#end("The lease was given back.", true);
@@ -139,9 +150,10 @@ export class Session {
     if (reason === "page_closed" && this.#wire !== null) this.#end(words, true);
   }
 
-  async #askForLease(wire: Wire): Promise<void> {
-    const answer = await wire.ask({ type: "take", rate_hz: RATE_HZ });
+  async #askForLease(wire: Wire, override: boolean): Promise<void> {
+    const answer = await wire.ask({ type: "take", rate_hz: RATE_HZ, override });
     if (wire !== this.#wire) return;
+    if (answer.type === "granted" && this.#now.offboard?.state === "active") return this.#flyOn();
     if (answer.type === "granted") {
       this.#keepLease(true);
       return this.#set({ phase: "leased" });
@@ -149,6 +161,13 @@ export class Session {
     const refusal = refusalOf(`Take the lease of ${this.#now.vehicle}`, answer);
     this.#end("", true);
     this.#set({ refusal });
+  }
+
+  /** Taken over in flight: somebody must speak before the dead-man acts. */
+  #flyOn(): void {
+    this.host.onFreshHands();
+    this.#set({ phase: "flying" });
+    this.#sender.start();
   }
 
   #onSetpointAnswer(answer: Answer): void {

@@ -19,6 +19,8 @@ export function stopWords(reason: StopReason): string {
   return STOPS[reason];
 }
 
+const LEASE_ENDED = 4410;
+
 const CLOSES: Readonly<Record<number, string>> = {
   1001: "The service stops.",
   1006: "The connection was lost.",
@@ -29,7 +31,8 @@ const CLOSES: Readonly<Record<number, string>> = {
 
 /** Why the service ended it: its own reason if it gave one, after what the page knows. */
 export function closeWords(code: number, reason: string, last: { readonly ended: string; readonly offboard: Offboard | null }): string {
-  const given = last.offboard?.lease === null ? last.offboard.reason : "";
+  const lease = code === LEASE_ENDED ? last.offboard?.lease : null;
+  const given = lease ? `taken over by ${lease.holder}` : (last.offboard?.reason ?? "");
   const why = CLOSES[code] ?? fullSentence(given || reason || `closed with ${code}`);
   return `${last.ended} ${why}`.trim();
 }

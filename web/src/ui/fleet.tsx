@@ -1,17 +1,15 @@
 import { useComputed, type ReadonlySignal } from "@preact/signals";
 import type { Run, Vehicle, VehicleType } from "../api/types";
-import { api } from "../api/client";
 import { age, altitude, climbRate, heading, percent, speed } from "../format/units";
 import { landedName, plain, runStateName, runStateTone, vehicleTypeName } from "../format/words";
 import { STALE_S } from "../map/features";
 import { now, secondsSince } from "../state/clock";
-import { report } from "../state/notices";
 import { currentRun } from "../state/runs";
 import { selectRun, selectVehicle, selectedVehicle } from "../state/selection";
 import { live, runs, vehicleIds, vehicles, world } from "../state/store";
 import { Badge } from "./badge";
-import { HoldButton } from "./hold-button";
 import { Icon, VehicleIcon } from "./icons";
+import { VehicleActions } from "./vehicle-actions";
 
 export function Fleet() {
   const ids = vehicleIds.value;
@@ -163,7 +161,6 @@ function VehicleDetails({ id }: { id: string }) {
   const north = state.velocity_north_m_s;
   const east = state.velocity_east_m_s;
   const ground = north === null || east === null ? null : Math.hypot(north, east);
-  const commandable = !inRun && state.armed === true && vehicle.quarantined === null && live.value;
   return (
     <div class="vehicle-details">
       <dl class="facts">
@@ -174,20 +171,9 @@ function VehicleDetails({ id }: { id: string }) {
         <Fact name="Firmware" value={vehicle.firmware ?? "–"} />
         <Fact name="System id" value={String(vehicle.system_id)} />
       </dl>
-      {commandable && (
-        <div class="actions">
-          <VehicleAction vehicle={vehicle} action="hold" verb="Hold" />
-          <VehicleAction vehicle={vehicle} action="return" verb="Return" />
-          <VehicleAction vehicle={vehicle} action="land" verb="Land" />
-        </div>
-      )}
+      {!inRun && <VehicleActions vehicle={vehicle} />}
     </div>
   );
-}
-
-function VehicleAction({ vehicle, action, verb }: { vehicle: Vehicle; action: "hold" | "return" | "land"; verb: string }) {
-  const send = () => void api.vehicleAction(vehicle.id, action).catch((error: unknown) => report(`${verb} ${vehicle.id}`, error));
-  return <HoldButton verb={verb} vehicle={vehicle.id} tone={action === "hold" ? "info" : "warn"} onConfirm={send} />;
 }
 
 function Fact({ name, value }: { name: string; value: string }) {
