@@ -4,26 +4,39 @@ import { age, altitude, climbRate, heading, percent, speed } from "../format/uni
 import { landedName, plain, runStateName, runStateTone, vehicleTypeName } from "../format/words";
 import { STALE_S } from "../map/features";
 import { now, secondsSince } from "../state/clock";
+import { isFiltered, showAllVehicles, shownIds } from "../state/fleet-filter";
 import { currentRun } from "../state/runs";
 import { selectRun, selectVehicle, selectedVehicle } from "../state/selection";
 import { live, runs, vehicleIds, vehicles, world } from "../state/store";
 import { Badge } from "./badge";
+import { FleetSearch } from "./fleet-search";
 import { Icon, VehicleIcon } from "./icons";
 import { VehicleActions } from "./vehicle-actions";
 
 export function Fleet() {
-  const ids = vehicleIds.value;
+  const ids = shownIds.value;
   return (
     <section class="card fleet" aria-labelledby="fleet-title">
       <h2 id="fleet-title">
-        Fleet <small>{ids.length}</small>
+        Fleet <small>{isFiltered.value ? `${ids.length} of ${vehicleIds.value.length}` : ids.length}</small>
       </h2>
+      <FleetSearch />
       {ids.length === 0 ? <NoVehicles /> : <ul class="rows">{ids.map((id) => <VehicleRow key={id} id={id} />)}</ul>}
     </section>
   );
 }
 
 function NoVehicles() {
+  if (isFiltered.value && vehicleIds.value.length > 0) {
+    return (
+      <div class="empty">
+        <p>No vehicle is like that.</p>
+        <button type="button" class="small" onClick={showAllVehicles}>
+          Show all {vehicleIds.value.length}
+        </button>
+      </div>
+    );
+  }
   return <p class="empty">{live.value ? "No vehicle has been seen yet. They appear here as soon as they send a heartbeat." : "The fleet appears here when the service answers."}</p>;
 }
 
