@@ -13,6 +13,8 @@ import { keepSelectionInAddress } from "./state/selection";
 import { watchPrincipal } from "./state/principal";
 import { watchSimulator } from "./state/simulator";
 import { startSync } from "./state/sync";
+import { watchTaskDraft } from "./state/task-draft";
+import { watchTaskQueue } from "./state/task-queue";
 import { applyTheme } from "./state/theme";
 import { keepUnits } from "./state/units";
 
@@ -28,6 +30,8 @@ watchDraft();
 watchEditor();
 watchHandsOn();
 watchOffboardFacts();
+watchTaskQueue();
+watchTaskDraft();
 render(<App />, root);
 startSync();
 watchPrincipal();

@@ -36,7 +36,7 @@ export function HandsLease({ vehicle }: { vehicle: string }) {
           Take the lease of {vehicle}
         </button>
       )}
-      <p class="hint">One client flies a vehicle at a time. To take the lease moves nothing.</p>
+      <p class="hint">One client flies a vehicle at a time.{!isFlown(offboard) && " To take the lease moves nothing."}</p>
       {holder !== null && !isOfferedToMe(offboard) && may("admin") && <Override vehicle={vehicle} holder={holder} offboard={offboard} />}
     </>
   );
