@@ -31,6 +31,7 @@ from app.services.journal import Journal
 from app.services.offboard import Offboard, OffboardSettings
 from app.services.plans import Plans
 from app.services.proofs import Proofs
+from app.services.rerouting import Rerouting
 from app.services.runs import Runs
 from app.services.simulation import Simulation
 from app.services.tasks import Tasks
@@ -84,9 +85,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
         await telemetry.start()
         webhooks = await stack.enter_async_context(_webhooks(storage, journal, clock, settings))
         plans = Plans(storage.plans, journal, clock)
-        jobs = Jobs(storage.jobs, plans, runs, fleet, journal, clock)
-        stack.push_async_callback(jobs.close)
-        await jobs.begin()
+        jobs = await stack.enter_async_context(_begun(Jobs(storage.jobs, plans, runs, fleet, journal, clock)))
         services = ApiServices(
             journal=journal,
             plans=plans,
@@ -98,6 +97,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
             telemetry=telemetry,
             runs=runs,
             jobs=jobs,
+            rerouting=Rerouting(runs, plans),
             commands=VehicleCommands(fleet, journal),
             offboard=offboard,
             tasks=Tasks(offboard, fleet, clock),
@@ -156,6 +156,16 @@ async def _webhooks(storage: Storage, journal: Journal, clock: Clock, settings: 
             yield webhooks
         finally:
             await webhooks.close()
+
+
+@asynccontextmanager
+async def _begun(jobs: Jobs) -> AsyncIterator[Jobs]:
+    """The queue of jobs, begun; it is closed before the runs that it makes."""
+    await jobs.begin()
+    try:
+        yield jobs
+    finally:
+        await jobs.close()
 
 
 def _api_settings(settings: Settings, gateway_id: str) -> ApiSettings:

@@ -38,6 +38,7 @@ from app.services.journal import Journal
 from app.services.offboard import Offboard
 from app.services.plans import Plans
 from app.services.proofs import Proofs
+from app.services.rerouting import Rerouting
 from app.services.runs import Runs
 from app.services.simulation import Simulation
 from app.services.tasks import Tasks
@@ -132,6 +133,7 @@ async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
             fleet=fleet,
             telemetry=TelemetryFeed(fleet, 3600.0),
             runs=runs,
+            rerouting=Rerouting(runs, plans),
             commands=VehicleCommands(fleet, journal),
             offboard=offboard,
             tasks=Tasks(offboard, fleet, clock),

@@ -19,6 +19,7 @@ from app.services.journal import Journal
 from app.services.offboard import Offboard
 from app.services.plans import Plans
 from app.services.proofs import Proofs
+from app.services.rerouting import Rerouting
 from app.services.runs import Runs
 from app.services.simulation import Simulation
 from app.services.tasks import Tasks
@@ -44,6 +45,7 @@ class ApiServices:
     telemetry: TelemetryFeed
     runs: Runs
     jobs: Jobs
+    rerouting: Rerouting
     commands: VehicleCommands
     offboard: Offboard
     tasks: Tasks
@@ -66,6 +68,7 @@ OFFBOARD: Final = web.AppKey("offboard", Offboard)
 PLANS: Final = web.AppKey("plans", Plans)
 PROOFS: Final = web.AppKey("proofs", Proofs)
 RUNS: Final = web.AppKey("runs", Runs)
+REROUTING: Final = web.AppKey("rerouting", Rerouting)
 SIMULATION: Final = web.AppKey("simulation", Simulation)
 WEBHOOKS: Final = web.AppKey("webhooks", Webhooks)
 TASKS: Final = web.AppKey("tasks", Tasks)
@@ -85,6 +88,7 @@ def install(app: web.Application, services: ApiServices) -> None:
     app[PLANS] = services.plans
     app[PROOFS] = services.proofs
     app[RUNS] = services.runs
+    app[REROUTING] = services.rerouting
     app[SIMULATION] = services.simulation
     app[WEBHOOKS] = services.webhooks
     app[TASKS] = services.tasks

@@ -25,6 +25,7 @@ from app.services.journal import Journal
 from app.services.offboard import Offboard, OffboardSettings
 from app.services.plans import Plans
 from app.services.proofs import Proofs
+from app.services.rerouting import Rerouting
 from app.services.runs import Runs
 from app.services.simulation import Simulation
 from app.services.tasks import Tasks
@@ -140,6 +141,7 @@ def _services(
         attachments=Attachments(runs, storage.attachments, journal, clock),
         proofs=Proofs(runs, storage.plans, storage.attachments, journal, clock, storage.gateway_id),
         runs=runs,
+        rerouting=Rerouting(runs, plans),
         jobs=Jobs(storage.jobs, plans, runs, fleet, journal, clock, jobs_settings),
         commands=VehicleCommands(fleet, journal),
         offboard=offboard,

@@ -328,6 +328,46 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/vehicles/{vehicle_id}/tasks/{task_id}/move": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Another place in the queue; what becomes the first is flown at once
+         * @description Role: pilot or higher.
+         */
+        post: operations["move_task"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{vehicle_id}/tasks/{task_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Take one task out; the current one as if it were skipped
+         * @description Role: pilot or higher.
+         */
+        delete: operations["remove_task"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/vehicles/{vehicle_id}/tasks/next": {
         parameters: {
             query?: never;
@@ -750,6 +790,46 @@ export interface paths {
          * @description Role: pilot or higher.
          */
         post: operations["abort_run"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/runs/{run_id}/mission": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Fly on with a changed plan, or from another item, without a pause
+         * @description Role: pilot or higher.
+         */
+        post: operations["change_mission"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/runs/{run_id}/stops": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Put more items into a run in flight
+         * @description Role: pilot or higher.
+         */
+        post: operations["insert_stops"];
         delete?: never;
         options?: never;
         head?: never;
@@ -2165,6 +2245,24 @@ export interface components {
             battery_percent: number | null;
         };
         /**
+         * EarlierPlan
+         * @description A plan that the run flew until it was changed in flight, and the mission of it that was on board.
+         */
+        EarlierPlan: {
+            /** Id */
+            id: string;
+            /** Hash */
+            hash: string;
+            /** Mission Hash */
+            mission_hash: string | null;
+            /** Mission Id */
+            mission_id: number | null;
+            /** Until */
+            until: number;
+            /** Changed By */
+            changed_by: string;
+        };
+        /**
          * Empty
          * @description No body, or `{}`.
          */
@@ -2189,6 +2287,8 @@ export interface components {
         /**
          * EntryCheckView
          * @description What an entry would find now. `reason` is empty unless the vehicle's state forbids it; an `audit` may too.
+         *
+         *     `flown_by`: how its tasks would be flown; null: not at all.
          */
         EntryCheckView: {
             /** Ready */
@@ -2199,10 +2299,18 @@ export interface components {
             hint: string;
             /** Audit */
             audit: components["schemas"]["AuditView"][];
+            /**
+             * Flown By
+             * @default null
+             */
+            flown_by: ("setpoints" | "commands") | null;
         };
         /**
          * EntryRequest
          * @description Enter OFFBOARD mode. `sticks_held`: a pilot holds the sticks, so a loss action that needs them is right.
+         *
+         *     `by` null: as the tasks of this vehicle are flown, so by `commands`, in Hold, where it follows none of their
+         *     setpoints.
          */
         EntryRequest: {
             /**
@@ -2215,10 +2323,15 @@ export interface components {
              * @default false
              */
             sticks_held: boolean;
+            /**
+             * By
+             * @default null
+             */
+            by: ("setpoints" | "commands") | null;
         };
         /**
          * EntryView
-         * @description OFFBOARD mode is entered, with these parameters on board.
+         * @description OFFBOARD mode is entered, or Hold if `offboard` says that it is flown by commands; the parameters on board.
          */
         EntryView: {
             /** Audit */
@@ -2264,7 +2377,7 @@ export interface components {
          * @description What an event says. The data of each kind is documented here; it is what the stream carries.
          * @enum {string}
          */
-        EventKind: "service.started" | "service.stopped" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.command" | "offboard.lease" | "offboard.changed" | "tasks.changed" | "tasks.gripper" | "plan.created" | "run.created" | "run.changed" | "run.predicted" | "run.upload_progress" | "run.item" | "run.item_ended" | "run.command" | "run.ack" | "run.drop" | "run.attachment" | "drop.consent_asked" | "drop.consent_closed" | "simulator.fault" | "job.changed" | "job.queue_changed" | "webhook.changed";
+        EventKind: "service.started" | "service.stopped" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.command" | "offboard.lease" | "offboard.changed" | "tasks.changed" | "tasks.gripper" | "plan.created" | "run.created" | "run.changed" | "run.predicted" | "run.upload_progress" | "run.mission_changed" | "run.item" | "run.item_ended" | "run.command" | "run.ack" | "run.drop" | "run.attachment" | "drop.consent_asked" | "drop.consent_closed" | "simulator.fault" | "job.changed" | "job.queue_changed" | "webhook.changed";
         /**
          * EventsView
          * @description A page of events in order. `last_seq` is the newest there is; ask again after the last one of the page.
@@ -2607,6 +2720,41 @@ export interface components {
          * @enum {string}
          */
         HookState: "delivering" | "retrying" | "disabled" | "stopped";
+        /**
+         * InFlight
+         * @description Place and motion at one moment; the altitude is above home.
+         *
+         *     `wing_borne`: a VTOL that flies on its wing (EXTENDED_SYS_STATE.vtol_state). `asked_speed_m_s` is the speed that the
+         *     plan asked for last: a new mission has to ask for it again. None: its own cruise speed.
+         */
+        InFlight: {
+            /** Latitude Deg */
+            latitude_deg: number;
+            /** Longitude Deg */
+            longitude_deg: number;
+            /** Relative Altitude M */
+            relative_altitude_m: number;
+            /**
+             * Ground Speed M S
+             * @default 0
+             */
+            ground_speed_m_s: number;
+            /**
+             * Course Deg
+             * @default null
+             */
+            course_deg: number | null;
+            /**
+             * Wing Borne
+             * @default false
+             */
+            wing_borne: boolean;
+            /**
+             * Asked Speed M S
+             * @default null
+             */
+            asked_speed_m_s: number | null;
+        };
         /**
          * ItemComparison
          * @description One visit of one plan item, in seconds of the vehicle's clock.
@@ -3090,6 +3238,22 @@ export interface components {
             value: number;
         };
         /**
+         * MissionChangeRequest
+         * @description Fly on with `plan` (null: the run's own plan) from the item `continue_at` (null: the one that is flown now).
+         */
+        MissionChangeRequest: {
+            /**
+             * Plan
+             * @default null
+             */
+            plan: string | null;
+            /**
+             * Continue At
+             * @default null
+             */
+            continue_at: string | null;
+        };
+        /**
          * MissionProof
          * @description What was uploaded: SHA-256 over mission, fence and rally points; PX4's CRC-32 of the mission, if it gave one.
          */
@@ -3133,6 +3297,19 @@ export interface components {
             north_m_s: number;
             /** East M S */
             east_m_s: number;
+        };
+        /**
+         * MoveRequest
+         * @description Before which other task this one shall stand; null: last.
+         */
+        MoveRequest: {
+            /**
+             * Lease
+             * @description the id that taking the lease gave
+             */
+            lease: string;
+            /** Before */
+            before: string | null;
         };
         /**
          * NewWebhookView
@@ -3213,6 +3390,8 @@ export interface components {
         /**
          * OffboardView
          * @description Offboard control of one vehicle. `reason` says why it is so, or why the last lease ended.
+         *
+         *     `flown_by`: setpoints in OFFBOARD mode, or commands in Hold: then `order` is the newest of them. Null: no lease.
          */
         OffboardView: {
             state: components["schemas"]["OffboardState"];
@@ -3222,6 +3401,13 @@ export interface components {
             sent: components["schemas"]["SentView"] | null;
             cadence: components["schemas"]["CadenceView"] | null;
             tasks: components["schemas"]["TaskReport"] | null;
+            /**
+             * Flown By
+             * @default null
+             */
+            flown_by: ("setpoints" | "commands") | null;
+            /** @default null */
+            order: components["schemas"]["OrderView"] | null;
         };
         /**
          * Order
@@ -3240,6 +3426,29 @@ export interface components {
              * @default null
              */
             notes: string | null;
+        };
+        /**
+         * OrderView
+         * @description The newest command of a vehicle that is flown by commands, and its answer.
+         *
+         *     `command`: DO_REPOSITION (without a place: circle here) or DO_ORBIT; `altitude_m` is AMSL, a positive `radius_m`
+         *     clockwise. `result`: `sent`, `no answer`, or the MAV_RESULT of its COMMAND_ACK.
+         */
+        OrderView: {
+            /** Command */
+            command: string;
+            /** Latitude Deg */
+            latitude_deg: number | null;
+            /** Longitude Deg */
+            longitude_deg: number | null;
+            /** Altitude M */
+            altitude_m: number | null;
+            /** Radius M */
+            radius_m: number | null;
+            /** Result */
+            result: string;
+            /** Age S */
+            age_s: number;
         };
         /**
          * OriginView
@@ -3339,6 +3548,31 @@ export interface components {
              * @default []
              */
             rally_points: components["schemas"]["RallyPoint"][];
+        };
+        /**
+         * PlanChange
+         * @description A changed plan in flight: what is left of it from `continue_at` on, without the drops in `left_out`.
+         *
+         *     `mission_hash`, `mission_id`: see Run, of the rest alone. `began` is where the vehicle was. Times are Unix seconds.
+         */
+        PlanChange: {
+            /** Plan Id */
+            plan_id: string;
+            /** Plan Hash */
+            plan_hash: string;
+            /** Mission Hash */
+            mission_hash: string;
+            /** Mission Id */
+            mission_id: number;
+            /** Continue At */
+            continue_at: string;
+            /** Left Out */
+            left_out: string[];
+            began: components["schemas"]["InFlight"];
+            /** By */
+            by: string;
+            /** At */
+            at: number;
         };
         /**
          * PlanCheck
@@ -3907,6 +4141,11 @@ export interface components {
             ended_at: number | null;
             plan: components["schemas"]["PlanProof"];
             mission: components["schemas"]["MissionProof"];
+            /**
+             * Earlier Plans
+             * @default []
+             */
+            earlier_plans: components["schemas"]["EarlierPlan"][];
             vehicle: components["schemas"]["VehicleProof"];
             /** Drops */
             drops: components["schemas"]["DropRecord"][];
@@ -4064,6 +4303,8 @@ export interface components {
          *     `asked` is what a user last asked for in flight: "pause", "return", "land", "resume" until the vehicle is in Mission
          *     mode again, or "" for the mission itself;
          *     "contingency" when a drop failed and the plan says to return.
+         *     A plan may be changed in flight: `plan_id` to `mission_hash` are of the newest that the vehicle carries, `change`
+         *     says where it went on, `changes` counts. `changing` is a change whose arrival on board is not known yet.
          *     `reached_seq` is the highest mission item known to be done: after a reboot of the vehicle nothing before it is
          *     flown again.
          */
@@ -4140,6 +4381,15 @@ export interface components {
              * @default
              */
             asked: string;
+            /** @default null */
+            change: components["schemas"]["PlanChange"] | null;
+            /** @default null */
+            changing: components["schemas"]["PlanChange"] | null;
+            /**
+             * Changes
+             * @default 0
+             */
+            changes: number;
             /**
              * Drops
              * @default []
@@ -4449,6 +4699,24 @@ export interface components {
             offboard: components["schemas"]["OffboardView"] | null;
         };
         /**
+         * StopsRequest
+         * @description Fly to `items` (as in a plan) too, before or after the stop of an item that is still to come.
+         */
+        StopsRequest: {
+            /** Items */
+            items: unknown[];
+            /**
+             * Before
+             * @default null
+             */
+            before: string | null;
+            /**
+             * After
+             * @default null
+             */
+            after: string | null;
+        };
+        /**
          * SwitchFault
          * @description Is there or not.
          */
@@ -4596,6 +4864,8 @@ export interface components {
         /**
          * TasksView
          * @description The queue of one vehicle, current task first. `origin` null: the vehicle has not told it yet.
+         *
+         *     `flown_by`: how its tasks are flown; null: not at all, or its type is not known.
          */
         TasksView: {
             report: components["schemas"]["TaskReport"];
@@ -4605,6 +4875,11 @@ export interface components {
              * @enum {string}
              */
             when_empty: "plan" | "wait";
+            /**
+             * Flown By
+             * @default null
+             */
+            flown_by: ("setpoints" | "commands") | null;
             /** Capacity */
             capacity: number;
             /** Tasks */
@@ -7408,6 +7683,276 @@ export interface operations {
                 };
             };
             /** @description `tasks.refused`: The task is not queued; `request.invalid`: The body does not fit this request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    move_task: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+                task_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["MoveRequest"];
+            };
+        };
+        responses: {
+            /** @description The queue as it is now */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TasksView"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `offboard.lease_lost`: The lease is not yours, or has ended; `conflict`: Not now */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.invalid`: The body does not fit this request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    remove_task: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+                task_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["LeaseUse"];
+            };
+        };
+        responses: {
+            /** @description The queue as it is now */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TasksView"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `offboard.lease_lost`: The lease is not yours, or has ended; `conflict`: Not now */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.invalid`: The body does not fit this request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -10318,6 +10863,338 @@ export interface operations {
                 };
             };
             /** @description `vehicle.link`: The link to the vehicle failed */
+            502: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `vehicle.timeout`: The vehicle did not answer */
+            504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    change_mission: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Repeat the request with the same key and body: it is done once */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                run_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["MissionChangeRequest"];
+            };
+        };
+        responses: {
+            /** @description The run as it is now; follow it at Location or by the stream */
+            202: {
+                headers: {
+                    /** @description Where the new or changed resource is */
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Run"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON; `idempotency.key_invalid`: The Idempotency-Key cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `conflict`: Not now; `run.wrong_state`: The run is in another state; `run.drop_in_progress`: A drop is in progress; `run.pause_first`: The vehicle has to hold first; `run.changing`: The mission is being changed; `vehicle.quarantined`: The vehicle is quarantined; `vehicle.refused`: The vehicle refused */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `plan.rejected`: The plan cannot be flown; `request.invalid`: The body does not fit this request; `idempotency.key_reused`: The Idempotency-Key was used for another request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `vehicle.link`: The link to the vehicle failed; `mission.upload_failed`: The mission could not be uploaded */
+            502: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `vehicle.timeout`: The vehicle did not answer */
+            504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    insert_stops: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Repeat the request with the same key and body: it is done once */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                run_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["StopsRequest"];
+            };
+        };
+        responses: {
+            /** @description The run as it is now; follow it at Location or by the stream */
+            202: {
+                headers: {
+                    /** @description Where the new or changed resource is */
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Run"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON; `idempotency.key_invalid`: The Idempotency-Key cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `conflict`: Not now; `run.wrong_state`: The run is in another state; `run.drop_in_progress`: A drop is in progress; `run.pause_first`: The vehicle has to hold first; `run.changing`: The mission is being changed; `vehicle.quarantined`: The vehicle is quarantined; `vehicle.refused`: The vehicle refused */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `plan.invalid`: The document is not a plan; `plan.rejected`: The plan cannot be flown; `request.invalid`: The body does not fit this request; `idempotency.key_reused`: The Idempotency-Key was used for another request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `vehicle.link`: The link to the vehicle failed; `mission.upload_failed`: The mission could not be uploaded */
             502: {
                 headers: {
                     [name: string]: unknown;
