@@ -44,8 +44,8 @@ class ApiServices:
     fleet: Fleet
     telemetry: TelemetryFeed
     runs: Runs
-    jobs: Jobs
     rerouting: Rerouting
+    jobs: Jobs
     commands: VehicleCommands
     offboard: Offboard
     tasks: Tasks

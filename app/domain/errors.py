@@ -47,18 +47,6 @@ class WrongStateError(ConflictError):
     code = "run.wrong_state"
 
 
-class JobWrongStateError(ConflictError):
-    """The job is in a state in which this cannot be done."""
-
-    code = "job.wrong_state"
-
-
-class JobsFullError(ConflictError):
-    """So many jobs wait that no other is taken."""
-
-    code = "jobs.full"
-
-
 class DropInProgressError(ConflictError):
     """The vehicle is at a drop, or a release is not answered yet: the flight's plan cannot be changed until it is."""
 
@@ -75,6 +63,18 @@ class ChangeUnderWayError(ConflictError):
     """A change of the run's mission is under way, or it is not known whether it arrived."""
 
     code = "run.changing"
+
+
+class JobWrongStateError(ConflictError):
+    """The job is in a state in which this cannot be done."""
+
+    code = "job.wrong_state"
+
+
+class JobsFullError(ConflictError):
+    """So many jobs wait that no other is taken."""
+
+    code = "jobs.full"
 
 
 class ConsentNotAskedError(ConflictError):

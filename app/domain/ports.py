@@ -92,18 +92,9 @@ class DuplicateSystem:
     detail: str
 
 
-LinkFact = (
-    LinkLost
-    | LinkRestored
-    | IdentityKnown
-    | StateChanged
-    | MissionCurrent
-    | ItemReached
-    | GripperOutput
-    | StatusText
-    | Rebooted
-    | DuplicateSystem
-)
+LinkChange = LinkLost | LinkRestored | IdentityKnown | DuplicateSystem
+MissionFact = MissionCurrent | ItemReached | GripperOutput
+LinkFact = LinkChange | MissionFact | StateChanged | StatusText | Rebooted
 
 
 class VehicleLink(MissionLink, OffboardLink, Protocol):

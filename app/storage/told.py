@@ -27,8 +27,8 @@ class Told:
         self._plans: dict[str, dict[str, Any]] = {}
         self._runs: defaultdict[str, RunFold] = defaultdict(RunFold)
         self._attachments: dict[str, list[str]] = {}
-        self._jobs: dict[str, dict[str, Any]] = {}
         self._flown: defaultdict[str, set[str]] = defaultdict(set)
+        self._jobs: dict[str, dict[str, Any]] = {}
 
     def take(self, kind: str, run_id: str | None, data: str) -> None:
         """One event. `data` is its JSON text."""
