@@ -85,9 +85,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
         await telemetry.start()
         webhooks = await stack.enter_async_context(_webhooks(storage, journal, clock, settings))
         plans = Plans(storage.plans, journal, clock)
-        jobs = Jobs(storage.jobs, plans, runs, fleet, journal, clock)
-        stack.push_async_callback(jobs.close)
-        await jobs.begin()
+        jobs = await stack.enter_async_context(_begun(Jobs(storage.jobs, plans, runs, fleet, journal, clock)))
         services = ApiServices(
             journal=journal,
             plans=plans,
@@ -158,6 +156,16 @@ async def _webhooks(storage: Storage, journal: Journal, clock: Clock, settings: 
             yield webhooks
         finally:
             await webhooks.close()
+
+
+@asynccontextmanager
+async def _begun(jobs: Jobs) -> AsyncIterator[Jobs]:
+    """The queue of jobs, begun; it is closed before the runs that it makes."""
+    await jobs.begin()
+    try:
+        yield jobs
+    finally:
+        await jobs.close()
 
 
 def _api_settings(settings: Settings, gateway_id: str) -> ApiSettings:
