@@ -18,6 +18,7 @@ from app.domain.errors import (
     PauseFirstError,
     PlanRejectedError,
     StorageError,
+    VehicleRefusedError,
     WrongStateError,
 )
 from app.domain.mission import MavCmd
@@ -301,3 +302,32 @@ async def test_a_drop_that_a_change_takes_out_is_kept_and_one_that_it_brings_is_
         ]
         await at.vehicle.fly_to_hold(at.mission.drops[0].latitude_deg, 8.546656, 1)
         await at.until(lambda: at.run.drops[1].outcome is DropOutcome.RELEASED, "the new drop must be made")
+
+
+async def test_a_mission_that_the_vehicle_finds_infeasible_is_replaced_by_the_one_before_and_it_holds() -> None:
+    async with desk() as at:
+        await fly(at)
+        at.vehicle.infeasible = 1
+        with pytest.raises(VehicleRefusedError):
+            await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
+        await at.until_state(RunState.PAUSED)
+        assert at.run.plan_id == "plan-1"
+        assert at.vehicle.on_board[1].x == round(at.mission.drops[0].latitude_deg * 1e7)
+        assert "refused its changed mission" in at.run.reason
+        await at.runs.resume(at.run_id, "ann")
+        await at.until_state(RunState.FLYING)
+
+
+async def test_a_vehicle_that_comes_to_its_next_item_meanwhile_is_not_taken_back() -> None:
+    async with desk() as at:
+        await fly(at)
+        at.vehicle.upload_gate.clear()
+        change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann"))
+        await at.until(lambda: at.run.changing is not None, "the change must begin")
+        at.vehicle.put(mission_seq=2)
+        await at.until(lambda: at.run.item_id == "clinic", "it flies what it flew")
+        at.vehicle.upload_gate.set()
+        await change
+        assert at.vehicle.sent[-1] == "set_current 1"
+        await at.until(lambda: at.run.item_id == "clinic", "it goes on there")
+        assert at.run.flown_item_ids == ("takeoff", "corner")
