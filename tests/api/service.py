@@ -90,17 +90,15 @@ async def run_service(
     links: int = 2,
 ) -> AsyncIterator[Service]:
     """A service with some vehicles. `change` may put other services in before it starts."""
-    clock, stack = SystemClock(), AsyncExitStack()
-    vehicles = tuple(FakeLink(number) for number in range(1, links + 1))
+    clock, stack, vehicles = SystemClock(), AsyncExitStack(), tuple(FakeLink(n) for n in range(1, links + 1))
     async with open_storage(await _journal_file(folder)) as storage:
         journal = Journal(storage.events, clock)
         fleet = Fleet(FakeSource(vehicles), journal)
         telemetry = TelemetryFeed(fleet, period_s=0.02)
         for begun in (journal, fleet, telemetry):
             await begun.start()
-        runs = Runs(fleet, storage.plans, storage.runs, journal, clock)
+        runs, plans = Runs(fleet, storage.plans, storage.runs, journal, clock), Plans(storage.plans, journal, clock)
         offboard = Offboard(fleet, runs, clock, PATIENT)
-        plans = Plans(storage.plans, journal, clock)
         services = change(
             ApiServices(
                 journal=journal,
