@@ -26,6 +26,7 @@ from app.services.clock import Clock, SystemClock
 from app.services.comparisons import Comparisons
 from app.services.fleet import Fleet
 from app.services.hang_watch import hang_watch
+from app.services.jobs import Jobs
 from app.services.journal import Journal
 from app.services.offboard import Offboard, OffboardSettings
 from app.services.plans import Plans
@@ -84,6 +85,9 @@ async def running(settings: Settings) -> AsyncIterator[str]:
         await telemetry.start()
         webhooks = await stack.enter_async_context(_webhooks(storage, journal, clock, settings))
         plans = Plans(storage.plans, journal, clock)
+        jobs = Jobs(storage.jobs, plans, runs, fleet, journal, clock)
+        stack.push_async_callback(jobs.close)
+        await jobs.begin()
         services = ApiServices(
             journal=journal,
             plans=plans,
@@ -95,6 +99,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
             telemetry=telemetry,
             runs=runs,
             rerouting=Rerouting(runs, plans),
+            jobs=jobs,
             commands=VehicleCommands(fleet, journal),
             offboard=offboard,
             tasks=Tasks(offboard, fleet, clock),
