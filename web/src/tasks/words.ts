@@ -1,7 +1,7 @@
 /** Tasks and their queue in plain English. Pure. */
 
 import type { QueuedTask, Task, TaskReport, TaskState } from "../api/types";
-import { metres, seconds, speed } from "../format/units";
+import { altitude, distance, seconds, speed } from "../format/units";
 import type { Tone } from "../format/words";
 import { PLACES, type TaskKind } from "./draft";
 
@@ -16,7 +16,7 @@ export function taskTitle(task: Task): string {
     case "goto":
       return task.gripper === "release" ? "Go to, and release" : task.gripper === "grab" ? "Go to, and grab" : task.stay ? "Go to, and stay" : "Go to";
     case "circle":
-      return `Circle of ${metres(Math.abs(task.radius_m))}, ${task.radius_m > 0 ? "clockwise" : "counter-clockwise"}`;
+      return `Circle of ${distance(Math.abs(task.radius_m))}, ${task.radius_m > 0 ? "clockwise" : "counter-clockwise"}`;
     case "segment":
       return "Line";
     case "path":
@@ -27,7 +27,7 @@ export function taskTitle(task: Task): string {
 /** How it is flown: what was not given is not said. */
 export function taskSummary(task: Task): string {
   const parts = [
-    task.relative_altitude_m !== null ? `${metres(task.relative_altitude_m)} above home` : task.absolute_altitude_m !== null ? `${metres(task.absolute_altitude_m)} AMSL` : "at its altitude",
+    task.relative_altitude_m !== null ? `${altitude(task.relative_altitude_m)} above home` : task.absolute_altitude_m !== null ? `${altitude(task.absolute_altitude_m)} AMSL` : "at its altitude",
     task.speed_m_s === null ? "" : speed(task.speed_m_s),
     task.duration_s > 0 ? `for ${seconds(task.duration_s)}` : "",
     task.type === "goto" && task.motion !== null ? "follows a moving target" : "",
@@ -46,8 +46,8 @@ const ON_COURSE_M = 0.5;
 export function progressWords({ cross_m, left_m }: QueuedTask, remaining_s: number): string {
   const parts = [
     remaining_s >= 0 ? `${seconds(Math.ceil(remaining_s))} left` : "",
-    left_m === null ? "" : `${metres(Math.round(left_m))} to go`,
-    cross_m === null ? "" : Math.abs(cross_m) < ON_COURSE_M ? "on course" : `${metres(Math.abs(cross_m))} ${cross_m > 0 ? "right" : "left"} of course`,
+    left_m === null ? "" : `${distance(Math.round(left_m))} to go`,
+    cross_m === null ? "" : Math.abs(cross_m) < ON_COURSE_M ? "on course" : `${distance(Math.abs(cross_m))} ${cross_m > 0 ? "right" : "left"} of course`,
   ];
   return joined(parts, " · ");
 }

@@ -4,11 +4,12 @@ import { WARN_AFTER_MS } from "../hands-on/presence";
 import { plain } from "../format/words";
 import { held } from "../state/controls";
 import { engaged, handsOn, handsPage, handsVehicle, offboardNow, steering } from "../state/hands-on";
-import { detail } from "../state/offboard-facts";
 import { attendance } from "../state/presence";
+import { HandsAbilities } from "./hands-abilities";
 import { HandsControls, WaysOut } from "./hands-controls";
 import { HandsEntry } from "./hands-entry";
 import { HandsLease } from "./hands-lease";
+import { HandsOffer } from "./hands-offer";
 import { HandsPages } from "./hands-pages";
 import { HandsReadout } from "./hands-readout";
 import { HandsSteps } from "./hands-steps";
@@ -23,7 +24,8 @@ export function HandsOnPanel() {
   const root = useRef<HTMLDivElement>(null);
   const { phase } = handsOn.value;
   useLayoutEffect(() => {
-    if (phase !== "entering") return;
+    if (phase !== "entering" && phase !== "flying") return;
+    if (phase === "flying" && root.current?.contains(document.activeElement)) return; // an entry, and the hands are there
     root.current?.focus(); // the button that began it is gone
     root.current?.scrollIntoView({ block: "start" });
   }, [phase]);
@@ -48,6 +50,8 @@ export function HandsOnPanel() {
       {!byControls && <HandsTasks vehicle={vehicle.id} />}
       <HandsReadout />
       {byControls && <HandsControls vehicle={vehicle.id} />}
+      {(phase === "leased" || phase === "flying") && <HandsOffer vehicle={vehicle.id} />}
+      {phase === "off" && <HandsAbilities vehicle={vehicle} />}
     </div>
   );
 }
@@ -86,16 +90,8 @@ function Head() {
       <span class={`hands-state ${on ? "on" : ""}`} role="status">
         {on ? (handsOn.value.leads === "tasks" ? "Flies tasks" : "Hands on") : off ? "Hands off" : plain(state)}
       </span>
-      <Followed vehicle={vehicle.id} />
     </header>
   );
-}
-
-/** What of this page the vehicle does not follow, with the reason. */
-function Followed({ vehicle }: { vehicle: string }) {
-  const row = detail.value?.capabilities.find(({ form }) => form === "velocity_body");
-  if (row === undefined || row.taken) return null;
-  return <p class="hands-note tone-warn">No sticks or keys for {vehicle}: {row.reason}. Programs can fly it with other setpoints (docs/offboard.md).</p>;
 }
 
 /** Before hands count as gone that have not moved for long. */
