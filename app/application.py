@@ -67,11 +67,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
         clock = SystemClock()
         access = _access(storage.tokens, settings)
         require_access_control(settings, has_tokens=await access.has_tokens())
-        journal = Journal(storage.events, clock)
-        await journal.start()
-        stack.push_async_callback(journal.close)
-        await _tell(journal, EventKind.SERVICE_STARTED, version=__version__)
-        stack.push_async_callback(_tell, journal, EventKind.SERVICE_STOPPED)
+        journal = await stack.enter_async_context(_journal(storage, clock))
         fleet = Fleet(MavsdkLinkSource(settings.connections), journal)
         stack.push_async_callback(fleet.close)
         await fleet.start()
@@ -126,6 +122,18 @@ async def verify(settings: Settings, anchors: Sequence[JournalHead]) -> Verifica
 def openapi_document() -> dict[str, Any]:
     """The OpenAPI 3.1 document of the REST interface, without a running service."""
     return describe(ROUTES, version=__version__)
+
+
+@asynccontextmanager
+async def _journal(storage: Storage, clock: Clock) -> AsyncIterator[Journal]:
+    """The journal, which says when the service began and ended."""
+    async with AsyncExitStack() as stack:
+        journal = Journal(storage.events, clock)
+        await journal.start()
+        stack.push_async_callback(journal.close)
+        await _tell(journal, EventKind.SERVICE_STARTED, version=__version__)
+        stack.push_async_callback(_tell, journal, EventKind.SERVICE_STOPPED)
+        yield journal
 
 
 def _access(tokens: TokenStore, settings: Settings) -> Access:

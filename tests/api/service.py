@@ -95,8 +95,7 @@ async def run_service(
     jobs_settings: JobSettings = LIVELY,
 ) -> AsyncIterator[Service]:
     """A service with some vehicles. `change` may put other services in before it starts."""
-    clock, stack = SystemClock(), AsyncExitStack()
-    vehicles = tuple(FakeLink(number) for number in range(1, links + 1))
+    clock, stack, vehicles = SystemClock(), AsyncExitStack(), tuple(FakeLink(n) for n in range(1, links + 1))
     async with open_storage(await _journal_file(folder)) as storage:
         journal = Journal(storage.events, clock)
         fleet = Fleet(FakeSource(vehicles), journal)

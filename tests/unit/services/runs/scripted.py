@@ -66,6 +66,7 @@ class ScriptedVehicle:
         self.order_gate.set()
         self.on_board: tuple[MissionItem, ...] = ()
         self.upload_error: LinkError | None = None
+        self.infeasible = 0
         self.lost_ack: LinkError | None = None
         self.upload_gate = asyncio.Event()
         self.upload_gate.set()
@@ -133,6 +134,10 @@ class ScriptedVehicle:
 
     async def wait_mission_ready(self, *, mission_id: int | None, rerun: bool, timeout_s: float) -> None:
         self.sent.append("wait_ready")
+        if self.infeasible > 0:
+            self.infeasible -= 1
+            self.put(mode=FlightMode.HOLD, mission_state=MissionState.NO_MISSION)
+            raise VehicleRefusedError("the vehicle found the mission infeasible", texts=["Geofence violation"])
 
     async def set_current(self, seq: int) -> None:
         self.sent.append(f"set_current {seq}")
