@@ -27,7 +27,7 @@ from app.services.offboard.setpoint_flow import SENDING, SetpointFlow
 from app.services.offboard.settings import OffboardSettings
 from app.services.offboard.stream import Author
 from app.services.offboard.surroundings import Surroundings
-from app.services.offboard_view import LeaseView, OffboardState, OffboardView
+from app.services.offboard_view import OffboardState, OffboardView
 
 log = structlog.get_logger(__name__)
 _S = OffboardState
@@ -161,7 +161,7 @@ class OffboardControl:
 
     async def hold(self) -> None:
         """Hold, seen; a commanded wing is in Hold and is told to circle where it is. Raises LinkError."""
-        await (self.orders.circle_here() if self._is_commanded else self.link.hold())
+        await (self.orders.circle_here() if self._is_commanded else self.orders.switch(self.link.hold()))
 
     def forget_setpoint(self) -> None:
         """What was put before does not count any more."""
@@ -200,16 +200,18 @@ class OffboardControl:
     def view(self) -> OffboardView:
         """How it is now."""
         now_s, lease = self._clock.monotonic(), self.lease
-        held = None
-        if lease is not None:
-            left_s = round(max(0.0, lease.expires_s - now_s), 1)
-            held = LeaseView(holder=lease.holder, expires_in_s=left_s, offered_to=lease.offered_to)
         streams = self.state in SENDING and not self._is_commanded
         sent, cadence = self._flow.views(now_s) if streams else (None, None)
-        order = self.orders.view(now_s) if self._is_commanded else None
-        tasks = None if self.guide is None else self.guide.report()
-        view = OffboardView(state=self.state, lease=held, reason=self.reason, sent=sent, cadence=cadence, tasks=tasks)
-        return view.model_copy(update={"flown_by": None if lease is None else self.means.value, "order": order})
+        return OffboardView(
+            state=self.state,
+            lease=None if lease is None else lease.view(now_s),
+            reason=self.reason,
+            sent=sent,
+            cadence=cadence,
+            tasks=None if self.guide is None else self.guide.report(),
+            flown_by=None if lease is None else self.means.value,
+            order=self.orders.view(now_s),
+        )
 
     def view_if_used(self) -> OffboardView | None:
         """For telemetry: nothing while nobody has ever had a lease."""
