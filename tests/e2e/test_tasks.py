@@ -140,7 +140,7 @@ async def test_a_plane_whose_firmware_follows_no_path_point_is_flown_by_commands
             "somebody else's Hold ends it, though the mode is the same",
             20,
         )
-        assert (ended["offboard"]["lease"], ended["offboard"]["order"]["latitude_deg"]) == (None, None), str(ended)[:900]
+        assert (ended["offboard"]["lease"], ended["offboard"]["order"]["latitude_deg"]) == (None, None), ended
         async with renewed(dispatcher) as lease:
             await entered_with_a_path(dispatcher, lease)
             ordered = await until(

@@ -134,7 +134,7 @@ class Passage:
                 control.move(_S.ACTIVE, "")
                 return entries
             control.move(_S.STREAMING, "the stream flows before the mode is asked for")
-            await control.streamed(control.settings.stream_s)
+            await control.flow.streamed(control.settings.stream_s)
             control.move(_S.SWITCHING, "asking for the mode")
             await control.orders.switch(control.link.enter_offboard())
             if control.lease is not None:
