@@ -34,7 +34,10 @@ WAITING_EVENTS: Final = 4096
 
 @dataclass(slots=True, eq=False)
 class FleetVehicle:
-    """One vehicle of the fleet. `run_id` is the run that owns it now, `offboard` how it is flown by hand."""
+    """One vehicle of the fleet. `run_id` is the run that owns it now, `offboard` how it is flown by hand.
+
+    `hold_commanded` is told of every Hold that is not of the hands' own: one that is in Hold already shows no change.
+    """
 
     id: str
     link: VehicleLink
@@ -42,6 +45,7 @@ class FleetVehicle:
     run_id: str | None = None
     announced: bool = False
     offboard: Callable[[], OffboardView | None] = lambda: None
+    hold_commanded: Callable[[], None] = lambda: None
     unsubscribe: Unsubscribe = field(default=lambda: None)
 
     def view(self) -> VehicleView:

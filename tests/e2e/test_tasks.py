@@ -133,9 +133,14 @@ async def test_a_plane_whose_firmware_follows_no_path_point_is_flown_by_commands
         await dispatcher.until_run(run_id, lambda run: run["state"] == "paused", "it must pause", 20)
         async with renewed(dispatcher) as lease:
             await entered_with_a_path(dispatcher, lease)
-            await dispatcher.post(f"{OFFBOARD}/leave", {"lease": lease, "to": "hold"})
-        order = (await dispatcher.get(OFFBOARD))["offboard"]["order"]
-        assert (order["latitude_deg"], order["result"]) == (None, "ACCEPTED"), "to hold is to circle here"
+            await dispatcher.post(f"/runs/{run_id}/pause")
+        ended = await until(
+            lambda: dispatcher.get(OFFBOARD),
+            lambda v: v["offboard"]["order"]["result"] == "ACCEPTED",
+            "somebody else's Hold ends it, though the mode is the same",
+            20,
+        )
+        assert (ended["offboard"]["lease"], ended["offboard"]["order"]["latitude_deg"]) == (None, None), ended
         async with renewed(dispatcher) as lease:
             await entered_with_a_path(dispatcher, lease)
             ordered = await until(

@@ -115,6 +115,7 @@ class Runs:
     async def pause(self, run_id: str, by: str) -> Run:
         """Hold. Raises NotFoundError, WrongStateError, LinkError."""
         flight = await self._flight(run_id)
+        self._fleet.vehicle(flight.run.vehicle_id).hold_commanded()
         await flight.pause()
         return flight.run
 

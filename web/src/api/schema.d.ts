@@ -3391,7 +3391,7 @@ export interface components {
          * OffboardView
          * @description Offboard control of one vehicle. `reason` says why it is so, or why the last lease ended.
          *
-         *     `flown_by`: setpoints in OFFBOARD mode, or commands in Hold: then `order` is the newest of them. Null: no lease.
+         *     `flown_by`: setpoints in OFFBOARD mode, or commands in Hold. Null: no lease. `order` is the newest command.
          */
         OffboardView: {
             state: components["schemas"]["OffboardState"];
@@ -3429,10 +3429,11 @@ export interface components {
         };
         /**
          * OrderView
-         * @description The newest command of a vehicle that is flown by commands, and its answer.
+         * @description The newest command of whoever flies by hand, and its answer.
          *
-         *     `command`: DO_REPOSITION (without a place: circle here) or DO_ORBIT; `altitude_m` is AMSL, a positive `radius_m`
-         *     clockwise. `result`: `sent`, `no answer`, or the MAV_RESULT of its COMMAND_ACK.
+         *     `command`: DO_SET_MODE on the way in and out; of a wing flown by commands DO_REPOSITION (without a place: circle
+         *     here) or DO_ORBIT; `altitude_m` is AMSL, a positive `radius_m` clockwise. `result`: `sent`, `no answer`, or the
+         *     MAV_RESULT of its COMMAND_ACK.
          */
         OrderView: {
             /** Command */
