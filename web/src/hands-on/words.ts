@@ -68,7 +68,7 @@ export function setpointWords(setpoint: Readonly<Record<string, unknown>>): stri
   if (type.startsWith("velocity")) return "stand still";
   const height = setpoint["altitude_m"];
   if (type === "position_global" && typeof height === "number") return `go to a place, ${altitude(height)} AMSL`;
-  return type.replaceAll("_", " ");
+  return type === "position_ned" ? "be at a place" : type.replaceAll("_", " ");
 }
 
 export type Stage = "speaks" | "silent" | "gone";

@@ -32,7 +32,12 @@ export function taskSummary(task: Task): string {
     task.duration_s > 0 ? `for ${seconds(task.duration_s)}` : "",
     task.type === "goto" && task.motion !== null ? "follows a moving target" : "",
   ];
-  return parts.filter((part) => part !== "").join(", ");
+  return joined(parts, ", ");
+}
+
+/** Numbers keep their units on the same line. */
+function joined(parts: readonly string[], by: string): string {
+  return parts.filter((part) => part !== "").map((part) => part.replace(/(\d) (?=\w)/g, "$1\u00a0")).join(by);
 }
 
 const ON_COURSE_M = 0.5;
@@ -44,7 +49,7 @@ export function progressWords({ cross_m, left_m }: QueuedTask, remaining_s: numb
     left_m === null ? "" : `${distance(Math.round(left_m))} to go`,
     cross_m === null ? "" : Math.abs(cross_m) < ON_COURSE_M ? "on course" : `${distance(Math.abs(cross_m))} ${cross_m > 0 ? "right" : "left"} of course`,
   ];
-  return parts.filter((part) => part !== "").join(" · ");
+  return joined(parts, " · ");
 }
 
 const STATES: Readonly<Record<TaskState, readonly [string, Tone]>> = {
@@ -68,9 +73,9 @@ export function stateTone({ state }: TaskReport): Tone {
 /** What the next click on the map does. */
 export function placeWords(kind: TaskKind, places: number, vehicle: string): string {
   const [least, most] = PLACES[kind];
-  if (kind === "path") return places === 0 ? "Click the places of the path, up to five." : places < most ? `${places} of up to ${most} places. Click the next, or add the task.` : "Five places are the most. Add the task.";
-  if (places >= least) return "Add the task, or click another place.";
+  if (kind === "path") return places === 0 ? "Click the places of the path, up to five." : places < most ? `${places} of up to ${most} places. Click the next, or add it.` : "Five places are the most. Add it.";
+  if (places >= least) return "Add it, or click elsewhere.";
   if (kind === "goto") return `Click where ${vehicle} shall go.`;
-  if (kind === "circle") return `Click the middle of the circle.`;
+  if (kind === "circle") return "Click the middle of the circle.";
   return places === 0 ? "Click where the line begins." : "Click where it ends.";
 }

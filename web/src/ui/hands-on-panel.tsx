@@ -19,7 +19,7 @@ import { RefusalNote } from "./refusal-note";
 
 const FIELDS = "input, select, textarea";
 
-/** Flying by hand. Its keys count only while the focus is in here and the controls are engaged. */
+/** Flying by hand. Its keys count only while the focus is in here, and the controls are engaged and shown. */
 export function HandsOnPanel() {
   const root = useRef<HTMLDivElement>(null);
   const { phase } = handsOn.value;
@@ -34,6 +34,7 @@ export function HandsOnPanel() {
   });
   const vehicle = handsVehicle.value;
   if (vehicle === null) return <NoVehicle />;
+  const byControls = engaged.value && handsPage.value === "controls";
   return (
     <div class={`panel-body hands-on ${engaged.value ? `engaged on-${handsPage.value}` : ""}`} data-phase={phase} role="group" aria-label={`Fly ${vehicle.id} by hand`} tabIndex={-1} ref={root} onKeyDown={onKeyDown} onFocusOut={onFocusOut}>
       <Head />
@@ -46,8 +47,9 @@ export function HandsOnPanel() {
       {engaged.value && <WaysOut vehicle={vehicle.id} />}
       {phase === "silent" && <HandsOffNote vehicle={vehicle.id} />}
       {engaged.value && <HandsPages />}
+      {!byControls && <HandsTasks vehicle={vehicle.id} />}
       <HandsReadout />
-      {engaged.value && handsPage.value === "controls" ? <HandsControls vehicle={vehicle.id} /> : <HandsTasks vehicle={vehicle.id} />}
+      {byControls && <HandsControls vehicle={vehicle.id} />}
       {(phase === "leased" || phase === "flying") && <HandsOffer vehicle={vehicle.id} />}
       {phase === "off" && <HandsAbilities vehicle={vehicle} />}
     </div>
@@ -55,7 +57,7 @@ export function HandsOnPanel() {
 }
 
 function onKeyDown(event: KeyboardEvent): void {
-  if (!engaged.value || (event.target instanceof Element && event.target.closest(FIELDS) !== null)) return;
+  if (!engaged.value || handsPage.value !== "controls" || (event.target instanceof Element && event.target.closest(FIELDS) !== null)) return;
   held.value = pressed(held.value, event);
   if (flies(event.code) && !event.ctrlKey && !event.altKey && !event.metaKey) event.preventDefault(); // else the panel scrolls
 }
@@ -86,7 +88,7 @@ function Head() {
     <header class="hands-head">
       <h3>{vehicle.id} by hand</h3>
       <span class={`hands-state ${on ? "on" : ""}`} role="status">
-        {on ? "Hands on" : off ? "Hands off" : plain(state)}
+        {on ? (handsOn.value.leads === "tasks" ? "Flies tasks" : "Hands on") : off ? "Hands off" : plain(state)}
       </span>
     </header>
   );
