@@ -23,6 +23,7 @@ MIN_TOKEN_CHARS: Final = 16
 
 _PORT_RANGE = re.compile(r"^(?P<head>.*:)(?P<first>\d{1,5})\.\.(?P<last>\d{1,5})$")
 _LOOPBACK_PORT = re.compile(r"127\.0\.0\.1:(?P<port>\d{1,5})")
+_TILE_URL = re.compile(r"https?://[A-Za-z0-9.\[\]:-]+/[^\s'\";]*$")
 _CONNECTION = re.compile(r"^(udpin|udpout|tcpin|tcpout|serial|raw)://\S+$")
 
 
@@ -57,6 +58,7 @@ class Settings(BaseSettings):
     `connections` are mavsdk URLs; a port may be a range (`udpin://0.0.0.0:14540..14543` is four connections).
     `allowed_hosts` are further Host names (without port) under which clients reach the service.
     `allowed_origins` are further web origins (`https://desk.example`) whose pages may send commands.
+    `tile_url` (`https://tiles.example/{z}/{x}/{y}.png`) or `tile_file` (PMTiles) is a map under the page's own grid.
     `simulator_control` is the control socket of simulated vehicles on this machine; with it their faults can be set.
     `offboard_limits` is JSON and bounds what pilots and programs may ask of a vehicle by hand; see docs/offboard.md.
     `offboard_gap_s`: standing still for so long ends every offboard lease; keep it below COM_OF_LOSS_T of all vehicles.
@@ -72,6 +74,9 @@ class Settings(BaseSettings):
     connections: Annotated[tuple[str, ...], NoDecode] = Field(default=(DEFAULT_CONNECTIONS,), validate_default=True)
     data_dir: Path = Field(default_factory=default_data_dir)
     page_dir: Path | None = Field(default_factory=default_page_dir)
+    tile_url: str | None = None
+    tile_file: Path | None = None
+    tile_attribution: str = Field(default="", max_length=200)
     simulator_control: str | None = None
     bootstrap_token: SecretStr | None = None
     allowed_hosts: Annotated[tuple[str, ...], NoDecode] = ()
@@ -99,6 +104,13 @@ class Settings(BaseSettings):
         if not value.strip() or "://" in value or "/" in value:
             raise ValueError("give an address or a name to listen on, such as 127.0.0.1 or 0.0.0.0")
         return value.strip()
+
+    @field_validator("tile_url")
+    @classmethod
+    def _tiles_numbered(cls, value: str | None) -> str | None:
+        if value is not None and not (_TILE_URL.match(value) and all(part in value for part in ("{z}", "{x}", "{y}"))):
+            raise ValueError("write it as https://tiles.example/{z}/{x}/{y}.png")
+        return value
 
     @field_validator("simulator_control")
     @classmethod
