@@ -8,7 +8,7 @@ from typing import Final
 from app.domain.consent import ConsentRecord
 from app.domain.drop import DropRecord
 from app.domain.gripper_turns import GripperTurns
-from app.domain.mission import Mission
+from app.domain.mission import CompiledDrop, Mission
 from app.domain.plan import Gripper, Plan, Winch
 from app.domain.ports import VehicleLink
 from app.domain.run import IN_FLIGHT, Run, RunState
@@ -39,17 +39,17 @@ class Assembled:
 
 def drop_records(mission: Mission) -> tuple[DropRecord, ...]:
     """The records of a mission's drops before the flight."""
-    return tuple(
-        [
-            DropRecord(
-                plan_item_id=drop.plan_item_id,
-                supervised=drop.supervised,
-                consent=ConsentRecord() if drop.needs_consent else None,
-                planned_latitude_deg=drop.latitude_deg,
-                planned_longitude_deg=drop.longitude_deg,
-            )
-            for drop in mission.drops
-        ]
+    return tuple([_new_record(drop) for drop in mission.drops])
+
+
+def _new_record(drop: CompiledDrop, alternate_to: str | None = None) -> DropRecord:
+    return DropRecord(
+        plan_item_id=drop.plan_item_id,
+        supervised=drop.supervised,
+        alternate_to=alternate_to,
+        consent=ConsentRecord() if drop.needs_consent else None,
+        planned_latitude_deg=drop.latitude_deg,
+        planned_longitude_deg=drop.longitude_deg,
     )
 
 
@@ -59,10 +59,12 @@ def assemble(
     """One flight, ready to `fly`."""
     recorder = RunRecorder(run, journal, clock)
     releases = _releases(run, plan, mission, settings)
-    watch = FlightWatch(link, mission, plan.vehicle_type, releases, recorder, settings, clock)
+    alternates = _alternates(run, plan, mission, settings)
+    watch = FlightWatch(link, mission, plan.vehicle_type, releases, alternates, recorder, settings, clock)
     preparation = Preparation(link, mission, recorder, settings, clock, closes_gripper=_starts_loaded(plan))
     sender = OrderSender(link, recorder, watch, settings)
-    consents = Consents([r for r in releases if isinstance(r, SupervisedRelease)], watch, recorder)
+    asking = [*releases, *alternates.values()]
+    consents = Consents([r for r in asking if isinstance(r, SupervisedRelease)], watch, recorder)
     flight = RunFlight(link, recorder, preparation, watch, sender, consents, settings)
     return Assembled(flight, recorder, watch)
 
@@ -87,3 +89,21 @@ def _releases(run: Run, plan: Plan, mission: Mission, settings: RunSettings) -> 
             turns, taken_up = GripperTurns.of(drop, mission), run.state not in NOT_STARTED
             made.append(EmbeddedRelease(drop, record, on_failure, turns, taken_up=taken_up))
     return tuple(made)
+
+
+def _alternates(run: Run, plan: Plan, mission: Mission, settings: RunSettings) -> dict[str, SupervisedRelease]:
+    """The drop at each alternate, by the drop that must fail before; one that was begun already goes on."""
+    offsets = {alternate.id: alternate.max_offset_m for _, alternate in plan.alternates}
+    begun = {record.plan_item_id: record for record in run.drops}
+    made: dict[str, SupervisedRelease] = {}
+    for drop in mission.drops:
+        if drop.alternate is None:
+            continue
+        name = drop.alternate.plan_item_id
+        record = begun.get(name)
+        waited_at_s = run.updated_at if record is not None and run.state in IN_FLIGHT else None
+        record = record or _new_record(drop.alternate, alternate_to=drop.plan_item_id)
+        offset_m = offsets.get(name) or settings.default_max_offset_m
+        on_failure = plan.contingency.on_drop_failure
+        made[drop.plan_item_id] = SupervisedRelease(drop.alternate, record, offset_m, on_failure, waited_at_s)
+    return made

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -36,14 +36,16 @@ class FlightWatch:
         mission: Mission,
         vehicle_type: VehicleType,
         releases: Sequence[Release],
+        alternates: Mapping[str, SupervisedRelease],
         recorder: RunRecorder,
         settings: RunSettings,
         clock: Clock,
     ) -> None:
         self._link = link
         self._vehicle_type = vehicle_type
-        self._releases = releases
-        self._supervised = tuple(release for release in releases if isinstance(release, SupervisedRelease))
+        begun = {record.plan_item_id for record in recorder.run.drops}
+        self._alternates = alternates
+        self._releases = [*releases, *(drop for drop in alternates.values() if drop.record.plan_item_id in begun)]
         self._recorder = recorder
         self._settings = settings
         self._clock = clock
@@ -138,6 +140,17 @@ class FlightWatch:
         if self._progress.is_complete and unasked:
             self._mission_done = True
 
+    def divert(self, plan_item_id: str) -> None:
+        """The vehicle is about to be sent to this drop's alternate: from now on the drop there is looked at too."""
+        alternate = self._alternates[plan_item_id]
+        if alternate not in self._releases:
+            self._releases.append(alternate)
+            self._recorder.change(drops=(*self._recorder.run.drops, alternate.record))
+
+    @property
+    def _supervised(self) -> tuple[SupervisedRelease, ...]:
+        return tuple([release for release in self._releases if isinstance(release, SupervisedRelease)])
+
     def _look_at_drops(self, seen: Look) -> tuple[Order, ...]:
         orders: list[Order] = []
         for release in self._releases:
@@ -158,9 +171,12 @@ class FlightWatch:
         """Take a drop's new record in; a supervised drop that is over counts as flown."""
         was_over = self._recorder.run.drop(release.record.plan_item_id).phase == "done"
         self._recorder.drop(release.record)
-        at_hold = self._progress.current is not None and self._progress.current >= min(release.compiled.hold_seqs)
+        current, hold_seqs = self._progress.current, release.compiled.hold_seqs
+        at_hold = current is not None and current >= min(hold_seqs)
+        if release.record.alternate_to is not None:  # the mission may have gone on past it without a visit
+            at_hold = current in hold_seqs
         if release.is_over and not was_over and release.compiled.supervised and at_hold:
-            through = max(release.compiled.hold_seqs)
+            through = max(hold_seqs)
             self._advance(self._progress.also_flown(release.record.plan_item_id, through_seq=through))
 
     def _follow_phase(self, seen: Look) -> None:
