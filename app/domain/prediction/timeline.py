@@ -57,10 +57,28 @@ class PredictedDrop(_Frozen):
     throw_m: float
 
 
+class PredictedAlternate(_Frozen):
+    """The other place of one drop: no part of the flight that is predicted, only of one in which that drop fails.
+
+    `seqs` are its mission items. Distance and time are of the way there, the time with its drop. The altitude is above
+    home.
+    """
+
+    item_id: str
+    drop_id: str
+    seqs: tuple[int, ...]
+    latitude_deg: float
+    longitude_deg: float
+    relative_altitude_m: float
+    distance_m: float
+    duration_s: float
+
+
 class Timeline(_Frozen):
     """`order` is the ids of the items as flown, jumps unrolled; jumps themselves are not in it, they take no time.
 
     `open_ended`: the last item never ends by itself. `truncated`: more visits than are predicted.
+    `longest_duration_s`, where there are `alternates`: of a flight in which each such drop fails as its hold ends.
     """
 
     entries: tuple[TimelineEntry, ...]
@@ -70,6 +88,8 @@ class Timeline(_Frozen):
     duration_s: float
     open_ended: bool = False
     truncated: bool = False
+    alternates: tuple[PredictedAlternate, ...] = ()
+    longest_duration_s: float | None = None
 
     def first(self, visits: int) -> Timeline:
         """Its first visits; itself if it has no more."""
