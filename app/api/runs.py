@@ -8,7 +8,7 @@ from aiohttp import web
 
 from app.api.answers import json_answer
 from app.api.bodies import NO_BODY, Empty, json_body
-from app.api.models import EventsQuery, EventsView, RunRequest
+from app.api.models import EventsQuery, EventsView, MissionChangeRequest, RunRequest
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.run_list import CSV, RunsQuery, RunsView, asks_for_csv, runs_csv
 from app.api.services import JOURNAL, RUNS
@@ -80,6 +80,13 @@ async def land_run(call: Call[NoQuery, Empty]) -> web.Response:
 async def abort_run(call: Call[NoQuery, Empty]) -> web.Response:
     """POST /runs/{run_id}/abort."""
     return await _tell(call, Runs.abort)
+
+
+async def change_mission(call: Call[NoQuery, MissionChangeRequest]) -> web.Response:
+    """POST /runs/{run_id}/mission."""
+    asked, runs = call.body, call.request.app[RUNS]
+    run = await runs.change_mission(call.path_value("run_id"), asked.plan, asked.continue_at, call.principal.name)
+    return _accepted(run)
 
 
 async def _tell(call: Call[NoQuery, Empty], action: Callable[[Runs, str, str], Awaitable[Run]]) -> web.Response:
@@ -158,6 +165,22 @@ ROUTES: tuple[AnyRoute, ...] = (
         body=NO_BODY,
         answers=(Answer(200, "A page of events", EventsView),),
         errors=("not_found", "storage.failed"),
+    ),
+    Route(
+        method="POST",
+        path=f"{API}/runs/{{run_id}}/mission",
+        handler=change_mission,
+        summary="Change the plan of a run in flight, without a pause",
+        tag="runs",
+        role=Role.PILOT,
+        query=NoQuery,
+        body=json_body(MissionChangeRequest),
+        answers=(_ACCEPTED,),
+        errors=(
+            *_ACTION_ERRORS,
+            *("plan.rejected", "run.drop_in_progress", "run.pause_first", "run.changing", "mission.upload_failed"),
+        ),
+        idempotent=True,
     ),
     *(
         Route(

@@ -47,6 +47,24 @@ class WrongStateError(ConflictError):
     code = "run.wrong_state"
 
 
+class DropInProgressError(ConflictError):
+    """The vehicle is at a drop, or a release is not answered yet: the flight's plan cannot be changed until it is."""
+
+    code = "run.drop_in_progress"
+
+
+class PauseFirstError(ConflictError):
+    """The change is safe only while the vehicle holds."""
+
+    code = "run.pause_first"
+
+
+class ChangeUnderWayError(ConflictError):
+    """A change of the run's mission is under way, or it is not known whether it arrived."""
+
+    code = "run.changing"
+
+
 class ConsentNotAskedError(ConflictError):
     """The drop asks for no consent now: not yet, not any more, or never."""
 

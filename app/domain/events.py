@@ -50,6 +50,8 @@ class EventKind(StrEnum):
     """data: the timeline for this vehicle, as predicted before the flight; at most its first 500 visits."""
     RUN_UPLOAD_PROGRESS = "run.upload_progress"
     """data: mission_type, sent, total, attempt, percent."""
+    RUN_MISSION_CHANGED = "run.mission_changed"
+    """data: change (see Run.change) and timeline, as predicted for the rest. The vehicle has the changed mission."""
     RUN_ITEM = "run.item"
     """data: item_id, seq, what ("current" | "reached")."""
     RUN_ITEM_ENDED = "run.item_ended"

@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict
 
 from app.domain.drop import DropRecord
 from app.domain.errors import WrongStateError
+from app.domain.in_flight import InFlight
 from app.domain.vehicle import VehicleType
 
 
@@ -53,6 +54,25 @@ NEXT: Final[dict[RunState, frozenset[RunState]]] = {
 }
 
 
+class PlanChange(BaseModel):
+    """A changed plan in flight: what is left of it from `continue_at` on, without the drops in `left_out`.
+
+    `mission_hash`, `mission_id`: see Run, of the rest alone. `began` is where the vehicle was. Times are Unix seconds.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    plan_id: str
+    plan_hash: str
+    mission_hash: str
+    mission_id: int
+    continue_at: str
+    left_out: tuple[str, ...]
+    began: InFlight
+    by: str
+    at: float
+
+
 class Run(BaseModel):
     """One run as stored and shown. Times are Unix seconds.
 
@@ -62,6 +82,8 @@ class Run(BaseModel):
     `asked` is what a user last asked for in flight: "pause", "return", "land", "resume" until the vehicle is in Mission
     mode again, or "" for the mission itself;
     "contingency" when a drop failed and the plan says to return.
+    A plan may be changed in flight: `plan_id` to `mission_hash` are of the newest that the vehicle carries, `change`
+    says where it went on, `changes` counts. `changing` is a change whose arrival on board is not known yet.
     `reached_seq` is the highest mission item known to be done: after a reboot of the vehicle nothing before it is
     flown again.
     """
@@ -86,6 +108,9 @@ class Run(BaseModel):
     requested_by: str = ""
     start_requested: bool = False
     asked: str = ""
+    change: PlanChange | None = None
+    changing: PlanChange | None = None
+    changes: int = 0
     drops: tuple[DropRecord, ...] = ()
     created_at: float
     updated_at: float
@@ -123,7 +148,11 @@ class Run(BaseModel):
 
     def drop(self, plan_item_id: str) -> DropRecord:
         """The record of one drop; KeyError if the plan has no such drop."""
-        for record in self.drops:
-            if record.plan_item_id == plan_item_id:
-                return record
-        raise KeyError(plan_item_id)
+        found = self.find_drop(plan_item_id)
+        if found is None:
+            raise KeyError(plan_item_id)
+        return found
+
+    def find_drop(self, plan_item_id: str) -> DropRecord | None:
+        """The record of one drop; None if there is none, as of an alternate to which the vehicle was not sent."""
+        return next((record for record in self.drops if record.plan_item_id == plan_item_id), None)

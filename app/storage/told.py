@@ -27,6 +27,7 @@ class Told:
         self._plans: dict[str, dict[str, Any]] = {}
         self._runs: defaultdict[str, RunFold] = defaultdict(RunFold)
         self._attachments: dict[str, list[str]] = {}
+        self._flown: defaultdict[str, set[str]] = defaultdict(set)
 
     def take(self, kind: str, run_id: str | None, data: str) -> None:
         """One event. `data` is its JSON text."""
@@ -38,11 +39,14 @@ class Told:
             where = f"attachment {told.get('name')} of drop {told.get('plan_item_id')} of run {run_id}"
             self._attachments.setdefault(str(told.get("sha256")), []).append(where)
         elif run_id is not None and kind in _RUN_KINDS:
-            self._runs[run_id].take(kind, object_of(data))
+            told = object_of(data)
+            self._runs[run_id].take(kind, told)
+            if "plan_hash" in told:  # a run that was changed in flight flew several plans
+                self._flown[str(told.get("plan_id"))].add(str(told["plan_hash"]))
 
     def altered_plans(self, rows: Iterable[sqlite3.Row]) -> Iterator[str]:
         """Plans that are not the ones that were posted, or not the ones that a run flew."""
-        missing, flown = dict(self._plans), self._flown_hashes()
+        missing, flown = dict(self._plans), self._flown
         for row in rows:
             told = missing.pop(row["id"], None)
             if told is None:
@@ -81,13 +85,6 @@ class Told:
         for sha256, where in self._attachments.items():
             if not is_intact(sha256):
                 yield from (f"{one}: the file {sha256} is missing or is not the one that was attached" for one in where)
-
-    def _flown_hashes(self) -> dict[str, set[str]]:
-        flown: defaultdict[str, set[str]] = defaultdict(set)
-        for fold in self._runs.values():
-            if (run := fold.run()) is not None:
-                flown[run.plan_id].add(run.plan_hash)
-        return flown
 
 
 def object_of(text: object) -> dict[str, Any]:

@@ -82,6 +82,21 @@ class QueueFrame(ClientFrame):
     do: QueueAction
 
 
+class MoveFrame(ClientFrame):
+    """Another place in the queue: before that other task; null: last. What becomes the first is flown at once."""
+
+    type: Literal["move"]
+    task_id: Identifier
+    before: Identifier | None
+
+
+class RemoveFrame(ClientFrame):
+    """Take one task out; the current one as if it were skipped."""
+
+    type: Literal["remove"]
+    task_id: Identifier
+
+
 class TargetFrame(ClientFrame):
     """Where the target of a goto is now, and how it moves."""
 
@@ -104,6 +119,8 @@ AnyClientFrame = Annotated[
     | SetpointFrame
     | TaskFrame
     | QueueFrame
+    | MoveFrame
+    | RemoveFrame
     | TargetFrame
     | LeaveFrame
     | HandOverFrame
@@ -191,6 +208,8 @@ CLIENT_FRAMES: Final[tuple[type[BaseModel], ...]] = (
     SetpointFrame,
     TaskFrame,
     QueueFrame,
+    MoveFrame,
+    RemoveFrame,
     TargetFrame,
     LeaveFrame,
     HandOverFrame,

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from app.domain.finding import json_pointer
+from app.domain.in_flight import InFlight
 from app.domain.plan.alternate import Alternate
 from app.domain.plan.document import Plan
 from app.domain.plan.drops import DropUse, drops_of
@@ -32,12 +33,14 @@ class Detour:
     drops: dict[str, str]
 
 
-def over_alternates(plan: Plan, home: GlobalPosition) -> Detour | None:
+def over_alternates(plan: Plan, home: GlobalPosition, in_flight: InFlight | None = None) -> Detour | None:
     """None if no drop of the plan has an alternate that can be flown to.
 
     A drop that fails is a wait for its whole hold. Place and drop of an alternate both have the alternate's id.
     """
-    failing = {drop.step.index: drop for drop in drops_of(walk(plan, home)) if drop.alternate is not None}
+    failing = {
+        drop.step.index: drop for drop in drops_of(walk(plan, home, in_flight=in_flight)) if drop.alternate is not None
+    }
     if not failing:
         return None
     items: list[PlanItem] = []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -35,7 +36,7 @@ def predict(plan: Plan, facts: VehicleFacts, wind: Wind = CALM) -> Timeline:
     """The timeline of a plan for a vehicle with these facts. Works for plans with errors too, as far as they go."""
     facts = usable_facts(facts)
     timeline = _timeline(plan, facts, wind)
-    detour = over_alternates(plan, reference_home(plan, facts))
+    detour = over_alternates(plan, reference_home(plan, facts), facts.in_flight)
     if detour is None:
         return timeline
     seqs_of = _seqs_of(plan, facts)
@@ -45,7 +46,7 @@ def predict(plan: Plan, facts: VehicleFacts, wind: Wind = CALM) -> Timeline:
 def _timeline(plan: Plan, facts: VehicleFacts, wind: Wind) -> Timeline:
     flight = _flight(plan, facts, wind)
     order = flown_order(plan)
-    steps = walk(plan, flight.home, order.indexes)
+    steps = walk(plan, flight.home, order.indexes, facts.in_flight)
     speeds = speeds_along(plan, facts, steps)
     drops = {id(drop.step): drop for drop in drops_of(steps)}
     braking = {id(drop.anchor): drop for drop in drops.values() if brakes_at_waypoint(drop)}
@@ -54,7 +55,8 @@ def _timeline(plan: Plan, facts: VehicleFacts, wind: Wind) -> Timeline:
     entries: list[TimelineEntry] = []
     found: list[PredictedDrop] = []
     visits: Counter[str] = Counter()
-    now_s, motion, anchored, was_unsure = 0.0, Motion(), Motion(), False
+    begins = _begins(flight)
+    now_s, motion, anchored, was_unsure = 0.0, begins, begins, False
     for number, (step, speed_m_s) in enumerate(zip(steps, speeds, strict=True)):
         visits[step.item.id] += 1
         drop = drops.get(id(step)) or braking.get(id(step))
@@ -80,6 +82,16 @@ def _timeline(plan: Plan, facts: VehicleFacts, wind: Wind) -> Timeline:
         open_ended=order.open_ended,
         truncated=order.truncated,
     )
+
+
+def _begins(flight: Flight) -> Motion:
+    """At home on the ground, or as it flies."""
+    now = flight.facts.in_flight
+    if now is None:
+        return Motion()
+    course_rad = None if now.course_deg is None or now.ground_speed_m_s <= 0.0 else math.radians(now.course_deg)
+    point = flight.to_local(now.latitude_deg, now.longitude_deg)
+    return Motion(point, now.relative_altitude_m, now.ground_speed_m_s, course_rad, course_rad)
 
 
 def _after_unsure(took: Effort) -> Effort:

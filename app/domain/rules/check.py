@@ -50,7 +50,7 @@ def check_plan(plan: Plan, facts: VehicleFacts | None) -> tuple[Finding, ...]:
     """
     context = context_of(plan, facts)
     findings = _broken(context)
-    detour = over_alternates(plan, context.home)
+    detour = over_alternates(plan, context.home, context.facts.in_flight)
     if detour is not None:
         over = _broken(context_of(detour.plan, facts))
         findings |= set(detour_findings(detour, over, findings))
@@ -67,7 +67,7 @@ def context_of(plan: Plan, vehicle: VehicleFacts | None) -> RuleContext:
     if facts.vehicle_type is not plan.vehicle_type:
         facts = default_facts(plan.vehicle_type)
     home = reference_home(plan, facts)
-    steps = walk(plan, home)
+    steps = walk(plan, home, in_flight=facts.in_flight)
     projection = LocalProjection(home.latitude_deg, home.longitude_deg)
     fenced = plan.geofence.polygons or plan.geofence.circles
     return RuleContext(

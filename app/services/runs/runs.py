@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import secrets
 from collections.abc import Coroutine, Sequence
-from typing import Final
 
 import structlog
 
@@ -23,15 +22,14 @@ from app.domain.run_filter import ALL_RUNS, RunFilter
 from app.services.clock import Clock
 from app.services.fleet import Fleet, FleetVehicle
 from app.services.journal import Journal
-from app.services.runs.assembly import assemble, drop_records
+from app.services.runs.assembly import assemble
 from app.services.runs.consents import without_flight
 from app.services.runs.flight import RunFlight
-from app.services.runs.settings import RunSettings
+from app.services.runs.leg import drop_records
+from app.services.runs.settings import RECORDED_VISITS, RunSettings
 from app.services.runs.take_up import TakeUp
 
 log = structlog.get_logger(__name__)
-RECORDED_VISITS: Final = 500
-"""Of a prediction: nested jumps can make more, and every one of them is stored."""
 
 
 class Runs:
@@ -76,9 +74,7 @@ class Runs:
             NotFoundError, VehicleBusyError, VehicleQuarantinedError, ConflictError, PlanRejectedError, LinkError,
             StorageError.
         """
-        stored = await self._plans.get(plan_id)
-        if stored is None:
-            raise NotFoundError(f"no plan {plan_id!r}", hint="POST the plan to /api/v1/plans first")
+        stored = await self._stored(plan_id)
         link = self._fleet.link(vehicle_id)
         vehicle = self._fleet.vehicle(vehicle_id)
         _refuse_unfit(vehicle, self._taken_by(vehicle))
@@ -146,6 +142,17 @@ class Runs:
         await flight.abort()
         return flight.run
 
+    async def change_mission(self, run_id: str, plan_id: str, continue_at: str | None, by: str) -> Run:
+        """Fly on with another plan, without a pause: from an item, or None from the one that is flown now.
+
+        Raises:
+            NotFoundError, WrongStateError, DropInProgressError, PauseFirstError, ChangeUnderWayError, ConflictError,
+            PlanRejectedError, LinkError, StorageError: see MissionChanger.
+        """
+        flight = await self._flight(run_id)
+        await flight.changer.change(await self._stored(plan_id), continue_at, by)
+        return flight.run
+
     async def answer_consent(self, run_id: str, plan_item_id: str, answer: Answer, by: str) -> Run:
         """An operator's answer to a drop that asks for consent: the first in time counts, the same again is no error.
 
@@ -185,6 +192,12 @@ class Runs:
         self._flights[run_id] = made.flight
         self._own(run_id, made.flight.fly())
         return run
+
+    async def _stored(self, plan_id: str) -> StoredPlan:
+        stored = await self._plans.get(plan_id)
+        if stored is None:
+            raise NotFoundError(f"no plan {plan_id!r}", hint="POST the plan to /api/v1/plans first")
+        return stored
 
     def _taken_by(self, vehicle: FleetVehicle) -> str | None:
         """The run that has the vehicle. One whose end is stored, and so may be known, has it no longer."""

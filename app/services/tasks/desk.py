@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from app.domain.errors import ConflictError, LeaseLostError, NotFoundError, TaskRefusedError
+from app.domain.errors import ConflictError, LeaseLostError, TaskRefusedError
 from app.domain.ports import Unsubscribe
 from app.domain.tasks.admission import course_of, refuse_beyond, refuse_kind
 from app.domain.tasks.course import Course
@@ -37,11 +37,8 @@ class TaskDesk:
             or the task in whose place it would be flown works the gripper now, and would do so again.
         """
         flight = self._own(lease_id)
-        if mode != "append" and flight.is_gripping:
-            raise ConflictError(
-                "the current task works the gripper now: flown again it would do so twice",
-                hint="wait for the gripper's answer, append the task, or skip the current one",
-            )
+        if mode != "append":
+            self._refuse_while_gripping("append the task")
         course, up_m = self._admit(task)
         queue = flight.queue.insert(task, course, mode, up_m)
         flight.when_empty = when_empty or flight.when_empty
@@ -55,6 +52,26 @@ class TaskDesk:
         if flight.queue.current is None:
             raise ConflictError("the queue is empty: there is nothing to skip")
         flight.finish("skipped")
+
+    def move(self, lease_id: str, task_id: str, before: str | None) -> None:
+        """Another place in the queue: before that other task, or last. What becomes the first is flown at once.
+
+        Raises:
+            NotFoundError: one of them is not in the queue. ConflictError: the current task works the gripper, and would
+            lose its place.
+        """
+        flight = self._own(lease_id)
+        queue = flight.queue.reordered(task_id, before)
+        if queue.current is not flight.queue.current:
+            self._refuse_while_gripping("move it later")
+        if queue is not flight.queue:
+            flight.put(queue, "moved", queue.entry(task_id))
+
+    def remove(self, lease_id: str, task_id: str) -> None:
+        """Take one task out; the current one as if it were skipped. Raises NotFoundError."""
+        flight = self._own(lease_id)
+        entry = flight.queue.entry(task_id)
+        flight.put(flight.queue.without(task_id), "removed", entry)
 
     def clear(self, lease_id: str) -> None:
         """Drop all tasks; what happens then is as when the last one ends."""
@@ -83,9 +100,7 @@ class TaskDesk:
             TaskRefusedError, NotFoundError, ConflictError: the target stays as it was.
         """
         flight = self._own(lease_id)
-        found = next((entry for entry in flight.queue.entries if entry.id == task_id), None)
-        if found is None:
-            raise NotFoundError(f"no task {task_id!r} is in the queue")
+        found = flight.queue.entry(task_id)
         if not isinstance(found.task, Goto) or found.task.gripper is not None:
             raise ConflictError(f"task {task_id} has no target that may move: only a goto without gripper has one")
         task = found.task.model_copy(update={"point": point, "motion": motion})
@@ -122,6 +137,14 @@ class TaskDesk:
             raise ConflictError("no task was left: control goes back to the plan", hint="take the lease again")
         flight.lease_id = lease.id
         return flight
+
+    def _refuse_while_gripping(self, instead: str) -> None:
+        """Raises ConflictError where another task would take the place of one that works the gripper."""
+        if self._flight.is_gripping:
+            raise ConflictError(
+                "the current task works the gripper now: flown again it would do so twice",
+                hint=f"wait for the gripper's answer, {instead}, or skip the current one",
+            )
 
     def _admit(self, task: Task) -> tuple[Course, float | None]:
         flight = self._flight

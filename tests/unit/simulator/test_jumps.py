@@ -40,9 +40,15 @@ def test_a_jump_of_no_repeats_is_none(repeats: float) -> None:
 
 def test_minus_one_repeats_for_ever() -> None:
     assert set(visits(items((3, 1, -1)), 300)[1:]) == {1, 2}
+    assert len(visits(items((1, 0, -1)), 65_600)) == 65_600, "also more often than PX4 can count"
 
 
-@pytest.mark.parametrize("target", [6, 99])
+def test_jumps_one_behind_the_other_are_all_taken() -> None:
+    plan = items((0, 1, 1), (1, 2, 1), (2, 3, 1), (3, 4, 1), (4, 5, 1))
+    assert JumpCounter().resolve(plan, 0) == 5
+
+
+@pytest.mark.parametrize("target", [-1, 6, 99])
 def test_a_jump_to_an_item_that_is_missing_ends_the_mission(target: int) -> None:
     assert visits(items((3, target, 2))) == [0, 1, 2]
 

@@ -328,6 +328,46 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/vehicles/{vehicle_id}/tasks/{task_id}/move": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Another place in the queue; what becomes the first is flown at once
+         * @description Role: pilot or higher.
+         */
+        post: operations["move_task"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/vehicles/{vehicle_id}/tasks/{task_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        post?: never;
+        /**
+         * Take one task out; the current one as if it were skipped
+         * @description Role: pilot or higher.
+         */
+        delete: operations["remove_task"];
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/vehicles/{vehicle_id}/tasks/next": {
         parameters: {
             query?: never;
@@ -630,6 +670,26 @@ export interface paths {
         get: operations["list_run_events"];
         put?: never;
         post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/runs/{run_id}/mission": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Change the plan of a run in flight, without a pause
+         * @description Role: pilot or higher.
+         */
+        post: operations["change_mission"];
         delete?: never;
         options?: never;
         head?: never;
@@ -2033,6 +2093,24 @@ export interface components {
             battery_percent: number | null;
         };
         /**
+         * EarlierPlan
+         * @description A plan that the run flew until it was changed in flight, and the mission of it that was on board.
+         */
+        EarlierPlan: {
+            /** Id */
+            id: string;
+            /** Hash */
+            hash: string;
+            /** Mission Hash */
+            mission_hash: string | null;
+            /** Mission Id */
+            mission_id: number | null;
+            /** Until */
+            until: number;
+            /** Changed By */
+            changed_by: string;
+        };
+        /**
          * Empty
          * @description No body, or `{}`.
          */
@@ -2132,7 +2210,7 @@ export interface components {
          * @description What an event says. The data of each kind is documented here; it is what the stream carries.
          * @enum {string}
          */
-        EventKind: "service.started" | "service.stopped" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.command" | "offboard.lease" | "offboard.changed" | "tasks.changed" | "tasks.gripper" | "plan.created" | "run.created" | "run.changed" | "run.predicted" | "run.upload_progress" | "run.item" | "run.item_ended" | "run.command" | "run.ack" | "run.drop" | "run.attachment" | "drop.consent_asked" | "drop.consent_closed" | "simulator.fault" | "webhook.changed";
+        EventKind: "service.started" | "service.stopped" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.command" | "offboard.lease" | "offboard.changed" | "tasks.changed" | "tasks.gripper" | "plan.created" | "run.created" | "run.changed" | "run.predicted" | "run.upload_progress" | "run.mission_changed" | "run.item" | "run.item_ended" | "run.command" | "run.ack" | "run.drop" | "run.attachment" | "drop.consent_asked" | "drop.consent_closed" | "simulator.fault" | "webhook.changed";
         /**
          * EventsView
          * @description A page of events in order. `last_seq` is the newest there is; ask again after the last one of the page.
@@ -2480,6 +2558,41 @@ export interface components {
          */
         HookState: "delivering" | "retrying" | "disabled" | "stopped";
         /**
+         * InFlight
+         * @description Place and motion at one moment; the altitude is above home.
+         *
+         *     `wing_borne`: a VTOL that flies on its wing (EXTENDED_SYS_STATE.vtol_state). `asked_speed_m_s` is the speed that the
+         *     plan asked for last: a new mission has to ask for it again. None: its own cruise speed.
+         */
+        InFlight: {
+            /** Latitude Deg */
+            latitude_deg: number;
+            /** Longitude Deg */
+            longitude_deg: number;
+            /** Relative Altitude M */
+            relative_altitude_m: number;
+            /**
+             * Ground Speed M S
+             * @default 0
+             */
+            ground_speed_m_s: number;
+            /**
+             * Course Deg
+             * @default null
+             */
+            course_deg: number | null;
+            /**
+             * Wing Borne
+             * @default false
+             */
+            wing_borne: boolean;
+            /**
+             * Asked Speed M S
+             * @default null
+             */
+            asked_speed_m_s: number | null;
+        };
+        /**
          * ItemComparison
          * @description One visit of one plan item, in seconds of the vehicle's clock.
          *
@@ -2767,6 +2880,19 @@ export interface components {
             value: number;
         };
         /**
+         * MissionChangeRequest
+         * @description Fly on with this plan. `continue_at` is the id of the item to go on with; null: the item that is flown now.
+         */
+        MissionChangeRequest: {
+            /** Plan */
+            plan: string;
+            /**
+             * Continue At
+             * @default null
+             */
+            continue_at: string | null;
+        };
+        /**
          * MissionProof
          * @description What was uploaded: SHA-256 over mission, fence and rally points; PX4's CRC-32 of the mission, if it gave one.
          */
@@ -2810,6 +2936,19 @@ export interface components {
             north_m_s: number;
             /** East M S */
             east_m_s: number;
+        };
+        /**
+         * MoveRequest
+         * @description Before which other task this one shall stand; null: last.
+         */
+        MoveRequest: {
+            /**
+             * Lease
+             * @description the id that taking the lease gave
+             */
+            lease: string;
+            /** Before */
+            before: string | null;
         };
         /**
          * NewWebhookView
@@ -3016,6 +3155,31 @@ export interface components {
              * @default []
              */
             rally_points: components["schemas"]["RallyPoint"][];
+        };
+        /**
+         * PlanChange
+         * @description A changed plan in flight: what is left of it from `continue_at` on, without the drops in `left_out`.
+         *
+         *     `mission_hash`, `mission_id`: see Run, of the rest alone. `began` is where the vehicle was. Times are Unix seconds.
+         */
+        PlanChange: {
+            /** Plan Id */
+            plan_id: string;
+            /** Plan Hash */
+            plan_hash: string;
+            /** Mission Hash */
+            mission_hash: string;
+            /** Mission Id */
+            mission_id: number;
+            /** Continue At */
+            continue_at: string;
+            /** Left Out */
+            left_out: string[];
+            began: components["schemas"]["InFlight"];
+            /** By */
+            by: string;
+            /** At */
+            at: number;
         };
         /**
          * PlanCheck
@@ -3609,6 +3773,11 @@ export interface components {
             ended_at: number | null;
             plan: components["schemas"]["PlanProof"];
             mission: components["schemas"]["MissionProof"];
+            /**
+             * Earlier Plans
+             * @default []
+             */
+            earlier_plans: components["schemas"]["EarlierPlan"][];
             vehicle: components["schemas"]["VehicleProof"];
             /** Drops */
             drops: components["schemas"]["DropRecord"][];
@@ -3746,6 +3915,8 @@ export interface components {
          *     `asked` is what a user last asked for in flight: "pause", "return", "land", "resume" until the vehicle is in Mission
          *     mode again, or "" for the mission itself;
          *     "contingency" when a drop failed and the plan says to return.
+         *     A plan may be changed in flight: `plan_id` to `mission_hash` are of the newest that the vehicle carries, `change`
+         *     says where it went on, `changes` counts. `changing` is a change whose arrival on board is not known yet.
          *     `reached_seq` is the highest mission item known to be done: after a reboot of the vehicle nothing before it is
          *     flown again.
          */
@@ -3822,6 +3993,15 @@ export interface components {
              * @default
              */
             asked: string;
+            /** @default null */
+            change: components["schemas"]["PlanChange"] | null;
+            /** @default null */
+            changing: components["schemas"]["PlanChange"] | null;
+            /**
+             * Changes
+             * @default 0
+             */
+            changes: number;
             /**
              * Drops
              * @default []
@@ -7050,6 +7230,276 @@ export interface operations {
             };
         };
     };
+    move_task: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+                task_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["MoveRequest"];
+            };
+        };
+        responses: {
+            /** @description The queue as it is now */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TasksView"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `offboard.lease_lost`: The lease is not yours, or has ended; `conflict`: Not now */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.invalid`: The body does not fit this request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    remove_task: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+                task_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["LeaseUse"];
+            };
+        };
+        responses: {
+            /** @description The queue as it is now */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TasksView"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `offboard.lease_lost`: The lease is not yours, or has ended; `conflict`: Not now */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.invalid`: The body does not fit this request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     next_task: {
         parameters: {
             query?: never;
@@ -9006,6 +9456,172 @@ export interface operations {
             };
             /** @description `storage.failed`: The journal cannot be written */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    change_mission: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Repeat the request with the same key and body: it is done once */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                run_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["MissionChangeRequest"];
+            };
+        };
+        responses: {
+            /** @description The run as it is now; follow it at Location or by the stream */
+            202: {
+                headers: {
+                    /** @description Where the new or changed resource is */
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Run"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON; `idempotency.key_invalid`: The Idempotency-Key cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `conflict`: Not now; `run.wrong_state`: The run is in another state; `vehicle.quarantined`: The vehicle is quarantined; `vehicle.refused`: The vehicle refused; `run.drop_in_progress`: A drop is in progress; `run.pause_first`: The vehicle has to hold first; `run.changing`: The mission is being changed */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `plan.rejected`: The plan cannot be flown; `request.invalid`: The body does not fit this request; `idempotency.key_reused`: The Idempotency-Key was used for another request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `vehicle.link`: The link to the vehicle failed; `mission.upload_failed`: The mission could not be uploaded */
+            502: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `vehicle.timeout`: The vehicle did not answer */
+            504: {
                 headers: {
                     [name: string]: unknown;
                 };

@@ -1,17 +1,20 @@
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { flies, NONE_HELD, pressed } from "../hands-on/keys";
 import { WARN_AFTER_MS } from "../hands-on/presence";
-import { asSentence, plain } from "../format/words";
+import { plain } from "../format/words";
 import { held } from "../state/controls";
-import { engaged, handsOn, handsVehicle, offboardNow } from "../state/hands-on";
+import { engaged, handsOn, handsPage, handsVehicle, offboardNow, steering } from "../state/hands-on";
 import { detail } from "../state/offboard-facts";
 import { attendance } from "../state/presence";
 import { HandsControls, WaysOut } from "./hands-controls";
 import { HandsEntry } from "./hands-entry";
 import { HandsLease } from "./hands-lease";
+import { HandsPages } from "./hands-pages";
 import { HandsReadout } from "./hands-readout";
 import { HandsSteps } from "./hands-steps";
+import { HandsTasks } from "./hands-tasks";
 import { Icon } from "./icons";
+import { RefusalNote } from "./refusal-note";
 
 const FIELDS = "input, select, textarea";
 
@@ -30,18 +33,19 @@ export function HandsOnPanel() {
   const vehicle = handsVehicle.value;
   if (vehicle === null) return <NoVehicle />;
   return (
-    <div class={`panel-body hands-on ${engaged.value ? "engaged" : ""}`} data-phase={phase} role="group" aria-label={`Fly ${vehicle.id} by hand`} tabIndex={-1} ref={root} onKeyDown={onKeyDown} onFocusOut={onFocusOut}>
+    <div class={`panel-body hands-on ${engaged.value ? `engaged on-${handsPage.value}` : ""}`} data-phase={phase} role="group" aria-label={`Fly ${vehicle.id} by hand`} tabIndex={-1} ref={root} onKeyDown={onKeyDown} onFocusOut={onFocusOut}>
       <Head />
-      <Refusal />
-      {engaged.value && attendance.value === "warned" && <IsAnybodyThere vehicle={vehicle.id} />}
+      {handsOn.value.refusal !== null && <RefusalNote refusal={handsOn.value.refusal} />}
+      {steering.value && attendance.value === "warned" && <IsAnybodyThere vehicle={vehicle.id} />}
       {phase === "off" && <HandsLease vehicle={vehicle.id} />}
       {phase === "opening" && <p role="status">Asking for the lease of {vehicle.id}…</p>}
       {phase === "leased" && <HandsEntry vehicle={vehicle.id} />}
       {(phase === "entering" || phase === "leaving") && <HandsSteps />}
-      {(phase === "entering" || phase === "flying") && <WaysOut vehicle={vehicle.id} />}
+      {engaged.value && <WaysOut vehicle={vehicle.id} />}
       {phase === "silent" && <HandsOffNote vehicle={vehicle.id} />}
+      {engaged.value && <HandsPages />}
       <HandsReadout />
-      {(phase === "entering" || phase === "flying") && <HandsControls vehicle={vehicle.id} />}
+      {engaged.value && handsPage.value === "controls" ? <HandsControls vehicle={vehicle.id} /> : <HandsTasks vehicle={vehicle.id} />}
     </div>
   );
 }
@@ -90,19 +94,6 @@ function Followed({ vehicle }: { vehicle: string }) {
   const row = detail.value?.capabilities.find(({ form }) => form === "velocity_body");
   if (row === undefined || row.taken) return null;
   return <p class="hands-note tone-warn">No sticks or keys for {vehicle}: {row.reason}. Programs can fly it with other setpoints (docs/offboard.md).</p>;
-}
-
-function Refusal() {
-  const { refusal } = handsOn.value;
-  if (refusal === null) return null;
-  return (
-    <div class="hands-note tone-danger" role="alert">
-      <b>{refusal.doing}: refused</b>
-      <p>{asSentence(refusal.detail)}.</p>
-      {refusal.hint !== "" && <p>{asSentence(refusal.hint)}.</p>}
-      <code>{refusal.code}</code>
-    </div>
-  );
 }
 
 /** Before hands count as gone that have not moved for long. */

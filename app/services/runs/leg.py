@@ -1,0 +1,138 @@
+"""What a flight flies: a plan, its mission and its drops, from the take-off or since the plan was changed in flight."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from app.domain.consent import ConsentRecord
+from app.domain.drop import DropOutcome, DropPhase, DropRecord
+from app.domain.gripper_turns import GripperTurns
+from app.domain.mission import CompiledDrop, Mission
+from app.domain.plan import Gripper, Plan, Winch
+from app.domain.run import IN_FLIGHT, PlanChange, Run, RunState
+from app.services.runs.embedded_release import EmbeddedRelease
+from app.services.runs.orders import Release
+from app.services.runs.settings import RunSettings
+from app.services.runs.supervised_release import SupervisedRelease
+
+_NOT_STARTED = frozenset({RunState.CREATED, RunState.UPLOADING, RunState.UPLOADED})
+_NEVER_AGAIN = frozenset({DropOutcome.RELEASED, DropOutcome.UNKNOWN})
+
+
+@dataclass(frozen=True, slots=True)
+class Leg:
+    """One mission of a flight. `plan` is the whole plan; `mission` may be only the rest of it.
+
+    `alternates` are the drops at other places, by the drop that must fail before; among the `releases` are those that
+    the vehicle was sent to.
+    """
+
+    plan: Plan
+    mission: Mission
+    releases: tuple[Release, ...]
+    alternates: Mapping[str, SupervisedRelease] = field(default_factory=dict)
+
+    @property
+    def supervised(self) -> tuple[SupervisedRelease, ...]:
+        """Its drops that Waydrop commands."""
+        return tuple(release for release in self.releases if isinstance(release, SupervisedRelease))
+
+    def diverted(self, plan_item_id: str) -> Leg:
+        """The leg whose vehicle goes to this drop's alternate."""
+        return replace(self, releases=(*self.releases, self.alternates[plan_item_id]))
+
+
+def leg_of(run: Run, plan: Plan, mission: Mission, settings: RunSettings, *, changed_at: float | None = None) -> Leg:
+    """The leg for a run that has a record of each of the mission's drops.
+
+    `changed_at`: when the plan was changed in flight; no hold of this mission can have begun before.
+    """
+    offsets = {item.id: item.max_offset_m for item in plan.items if isinstance(item, Gripper | Winch)}
+    made: list[Release] = []
+    waited_at_s = run.updated_at if run.state in IN_FLIGHT else None
+    taken_up = run.state not in _NOT_STARTED
+    if changed_at is not None:
+        waited_at_s, taken_up = changed_at, False
+    on_failure = plan.contingency.on_drop_failure
+    offsets |= {alternate.id: alternate.max_offset_m for _, alternate in plan.alternates}
+    alternates: dict[str, SupervisedRelease] = {}
+
+    def supervised(drop: CompiledDrop, record: DropRecord) -> SupervisedRelease:
+        offset_m = offsets.get(drop.plan_item_id) or settings.default_max_offset_m
+        return SupervisedRelease(drop, record, offset_m, on_failure, waited_at_s)
+
+    for drop in mission.drops:
+        record = run.drop(drop.plan_item_id)
+        if not drop.supervised:
+            turns = GripperTurns.of(drop, mission)
+            made.append(EmbeddedRelease(drop, record, on_failure, turns, taken_up=taken_up))
+            continue
+        begun = None if drop.alternate is None else run.find_drop(drop.alternate.plan_item_id)
+        if drop.alternate is not None and begun is None:
+            alternates[drop.plan_item_id] = supervised(drop.alternate, _fresh(drop.alternate, to=drop.plan_item_id))
+        made.append(supervised(drop if begun is None else _without_alternate(drop), record))
+        if drop.alternate is not None and begun is not None:
+            made.append(supervised(drop.alternate, begun))
+    return Leg(plan, mission, tuple(made), alternates)
+
+
+def _without_alternate(drop: CompiledDrop) -> CompiledDrop:
+    """It was gone to already: nobody goes there twice."""
+    return replace(drop, alternate=None, alternate_seq=None, leave_s=0.0)
+
+
+def drop_records(mission: Mission) -> tuple[DropRecord, ...]:
+    """The records of a mission's drops before the flight."""
+    return tuple(_fresh(drop) for drop in mission.drops)
+
+
+def carried_over(records: Sequence[DropRecord], mission: Mission) -> tuple[DropRecord, ...]:
+    """The records after a change: those of the mission's drops are fresh, the others stay as they ended.
+
+    A parcel that was kept may be tried again; how often consent was asked goes on counting, so that an old answer
+    counts for nothing.
+    """
+    ahead = {drop.plan_item_id: drop for drop in mission.drops}
+    concluded = concluded_drops(records)
+    found = [
+        _fresh(ahead.pop(old.plan_item_id), old) if old.plan_item_id in ahead.keys() - concluded else old
+        for old in records
+    ]
+    told = {old.plan_item_id for old in records}
+    return (*found, *(_fresh(drop) for item_id, drop in ahead.items() if item_id not in told))
+
+
+def changed_to(run: Run, change: PlanChange, mission: Mission) -> dict[str, object]:
+    """The fields of a run whose vehicle carries the changed mission; `mission` is what is left of the plan."""
+    return {
+        "plan_id": change.plan_id,
+        "plan_hash": change.plan_hash,
+        "mission_hash": change.mission_hash,
+        "mission_id": None if run.mission_id is None else change.mission_id,
+        "change": change,
+        "changing": None,
+        "changes": run.changes + 1,
+        "drops": carried_over(run.drops, mission),
+        "reached_seq": None,
+        "item_id": mission.plan_item_of.get(0),
+    }
+
+
+def concluded_drops(records: Sequence[DropRecord]) -> frozenset[str]:
+    """The drops that must never be visited again: released, there or at the alternate, or nobody knows."""
+    over = [record for record in records if record.phase is DropPhase.DONE and record.outcome in _NEVER_AGAIN]
+    elsewhere = {record.alternate_to for record in over if record.alternate_to is not None}
+    return frozenset({record.plan_item_id for record in over} | elsewhere)
+
+
+def _fresh(drop: CompiledDrop, old: DropRecord | None = None, to: str | None = None) -> DropRecord:
+    questions = 0 if old is None or old.consent is None else old.consent.question
+    return DropRecord(
+        plan_item_id=drop.plan_item_id,
+        supervised=drop.supervised,
+        alternate_to=to,
+        consent=ConsentRecord(question=questions) if drop.needs_consent else None,
+        planned_latitude_deg=drop.latitude_deg,
+        planned_longitude_deg=drop.longitude_deg,
+    )
