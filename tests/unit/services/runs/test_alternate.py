@@ -10,9 +10,10 @@ import pytest
 from app.domain.commands import MavResult
 from app.domain.consent import Answer
 from app.domain.drop import DropOutcome, DropPhase
-from app.domain.errors import LinkTimeoutError
+from app.domain.errors import DropInProgressError, LinkTimeoutError
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode
+from app.services.runs.leg import concluded_drops
 from tests.unit.domain.plan_pieces import at
 from tests.unit.services.runs.desk import Desk, desk, restarted
 
@@ -122,10 +123,21 @@ async def test_a_vehicle_that_somebody_took_is_not_sent_to_the_alternate(asking:
 
 async def test_if_the_alternate_fails_too_the_plan_says_what_then(asking: Desk) -> None:
     await _refuse(asking)
-    await asking.until(lambda: len(asking.run.drops) == 2, "it must be sent on")
+    await asking.until(lambda: len(asking.run.drops) == 2 and bool(_sent_to(asking)), "it must be sent on")
     asking.vehicle.put(mission_seq=asking.mission.drops[0].resume_seq)  # it passes the alternate without a hold
     await asking.until(lambda: "return" in asking.vehicle.sent, "the plan says return")
     assert [outcome for _, outcome in _outcomes(asking)] == ["kept", "kept"]
+
+
+async def test_the_plan_is_not_changed_on_the_way_to_the_alternate_and_its_drop_never_made_again(asking: Desk) -> None:
+    await _refuse(asking)
+    await asking.until(lambda: len(asking.run.drops) == 2 and bool(_sent_to(asking)), "it must be sent on")
+    asking.vehicle.put(relative_altitude_m=15.0)
+    with pytest.raises(DropInProgressError):
+        await asking.runs.change_mission(asking.run_id, "plan-1", None, "ann")
+    await _fly_on_to_the_alternate(asking)
+    await asking.until(lambda: _outcomes(asking)[1] == ("locker", "released"), "it must be released there")
+    assert concluded_drops(asking.run.drops) == {asking.drop.plan_item_id, "locker"}
 
 
 async def test_after_a_restart_the_drop_at_the_alternate_goes_on(asking: Desk) -> None:
