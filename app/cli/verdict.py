@@ -31,10 +31,7 @@ def verdict(run: Run, *, least: Certainty) -> Verdict:
     if run.state is not RunState.COMPLETED:
         why = f": {run.reason}" if run.reason else ""
         reasons.append(f"the run is {run.state.value}{why}")
-    made_elsewhere = {drop.alternate_to for drop in run.drops}
-    for drop in run.drops:
-        if drop.plan_item_id in made_elsewhere:
-            continue  # its parcel went on to the alternate: what counts is the drop there
+    for drop in run.last_drops:
         if drop.outcome is not DropOutcome.RELEASED:
             why = f": {drop.reason}" if drop.reason else ""
             reasons.append(f"drop {drop.plan_item_id} is {drop.outcome.value}{why}")

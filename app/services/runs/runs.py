@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import secrets
-from collections.abc import Coroutine, Sequence
+from collections.abc import Collection, Coroutine, Sequence
 
 import structlog
 
@@ -67,8 +67,8 @@ class Runs:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
 
-    async def create(self, plan_id: str, vehicle_id: str, *, start: bool, by: str) -> Run:
-        """A new run, on its way to the vehicle.
+    async def create(self, plan_id: str, vehicle_id: str, *, start: bool, by: str, run_id: str | None = None) -> Run:
+        """A new run, on its way to the vehicle. `run_id`: a new id that the caller has stored before.
 
         Raises:
             NotFoundError, VehicleBusyError, VehicleQuarantinedError, ConflictError, PlanRejectedError, LinkError,
@@ -78,7 +78,7 @@ class Runs:
         link = self._fleet.link(vehicle_id)
         vehicle = self._fleet.vehicle(vehicle_id)
         _refuse_unfit(vehicle, self._taken_by(vehicle))
-        run_id = f"run-{secrets.token_hex(6)}"
+        run_id = run_id or new_run_id()
         vehicle.run_id = run_id  # taken before the first await: a second request meets a busy vehicle
         try:
             return await self._create(run_id, stored, vehicle, link, start=start, by=by)
@@ -142,15 +142,19 @@ class Runs:
         await flight.abort()
         return flight.run
 
-    async def change_mission(self, run_id: str, plan_id: str, continue_at: str | None, by: str) -> Run:
+    async def change_mission(
+        self, run_id: str, plan_id: str, continue_at: str | None, by: str, needed: Collection[str] = ()
+    ) -> Run:
         """Fly on with another plan, without a pause: from an item, or None from the one that is flown now.
+
+        `needed` are items that must be among those left to fly.
 
         Raises:
             NotFoundError, WrongStateError, DropInProgressError, PauseFirstError, ChangeUnderWayError, ConflictError,
             PlanRejectedError, LinkError, StorageError: see MissionChanger.
         """
         flight = await self._flight(run_id)
-        await flight.changer.change(await self._stored(plan_id), continue_at, by)
+        await flight.changer.change(await self._stored(plan_id), continue_at, by, needed)
         return flight.run
 
     async def answer_consent(self, run_id: str, plan_item_id: str, answer: Answer, by: str) -> Run:
@@ -252,6 +256,11 @@ class Runs:
             reason = "its vehicle has not been seen since the service started" if run_id in self._waiting else "over"
             raise WrongStateError(f"run {run_id} is {run.state.value}: {reason}", state=run.state.value)
         return self._flights[run_id]
+
+
+def new_run_id() -> str:
+    """An id that no other run has."""
+    return f"run-{secrets.token_hex(6)}"
 
 
 def _refuse_unfit(vehicle: FleetVehicle, taken_by: str | None) -> None:

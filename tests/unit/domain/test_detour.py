@@ -13,6 +13,7 @@ from app.domain.compiler import compile_plan
 from app.domain.default_facts import default_facts
 from app.domain.drop import Certainty, DropOutcome, DropPhase, DropRecord
 from app.domain.item_times import EndedItem
+from app.domain.jobs.verdict import why_bad
 from app.domain.mission import MavCmd, Mission, MissionItem
 from app.domain.plan import Plan
 from app.domain.plan.parse import PlanInvalid
@@ -198,5 +199,6 @@ def test_what_was_flown_from_an_alternate_is_not_compared() -> None:
 def test_a_parcel_that_was_released_at_the_alternate_is_delivered() -> None:
     run = run_over_the_alternate()
     assert verdict(run, least=Certainty.ACKNOWLEDGED).achieved
+    assert why_bad(run) is None
     failed = run.model_copy(update={"drops": (run.drops[0],)})
     assert not verdict(failed, least=Certainty.ACKNOWLEDGED).achieved

@@ -29,8 +29,16 @@ def visits(plan: list[Item], most: int = 100) -> list[int]:
     return found
 
 
-def test_a_jump_is_taken_as_often_as_it_repeats() -> None:
-    assert visits(items((3, 1, 2))) == [0, 1, 2, 1, 2, 1, 2, 4, 5]
+@pytest.mark.parametrize("repeats", [1, 2, 3])
+def test_a_jump_is_taken_as_often_as_it_repeats(repeats: int) -> None:
+    assert visits(items((3, 1, repeats))) == [0, 1, 2, *[1, 2] * repeats, 4, 5]
+
+
+def test_after_a_reset_it_is_taken_as_often_again() -> None:
+    counter, plan = JumpCounter(), items((3, 1, 1))
+    assert [counter.after(plan, 2), counter.after(plan, 2)] == [1, 4]
+    counter.reset()
+    assert [counter.after(plan, 2), counter.after(plan, 2)] == [1, 4]
 
 
 @pytest.mark.parametrize("repeats", [0, 0.9])

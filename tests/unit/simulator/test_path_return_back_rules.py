@@ -132,6 +132,12 @@ def test_to_the_landing_a_vtol_that_hovers_takes_the_wing_after_the_climb() -> N
     assert along.at(0, 0, 41).seq == 3
 
 
+def test_a_landing_that_begins_behind_its_own_land_item_ends_in_a_loiter() -> None:
+    plans = [takeoff(15), land(0, 200), do(Cmd.DO_LAND_START), waypoint(100, 0, 15)]
+    along = Along(Way.TO_LANDING, 0, plans=plans, at=(0.0, 0.0, 60.0)).at(0, 0, 55)
+    assert along.at(100, 0, 15).air.said[-1] == "Mission finished, loitering"
+
+
 # a mission that changes -------------------------------------------------------------------------------------
 
 

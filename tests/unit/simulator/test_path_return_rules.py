@@ -35,6 +35,7 @@ def test_a_position_is_passed_with_its_own_radius_and_without_its_hold() -> None
     assert along.at(95.9, 0, 15).seq == 1
     assert along.at(96.1, 0, 13).seq == 1, "not at its height"
     assert along.at(96.1, 0, 15).seq == 3
+    assert along.at(96.1, 0, 15, cycles=9).seq == 3, "one at a time"
     assert along.air.result.seq_reached == 1
     assert along.flies == (SetpointKind.POSITION, (100, 100), 25.0)
     assert along.setpoint.previous == (96.1, 0.0)
@@ -153,6 +154,13 @@ def test_from_another_mode_it_joins_at_the_nearest_position_a_plane_at_no_landin
     assert along.seq == (5 if airframe == "plane" else 6)
     high = Along(airframe=airframe, current=0, from_mission=False, at=(60.0, 0.0, 20.0))
     assert high.seq == 1
+
+
+def test_on_to_the_landing_a_vtol_that_hovers_stays_as_it_is() -> None:
+    along = Along(current=3, airframe="vtol")
+    along.air.status.vtol_state = VtolState.MC
+    assert along.at(100, 100, 25).seq == 5
+    assert along.air.issued == []
 
 
 def test_nearest_counts_the_height() -> None:

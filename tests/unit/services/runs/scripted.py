@@ -60,6 +60,10 @@ class ScriptedVehicle:
         self.setpoint_error: LinkError | None = None
         self.parameters: dict[str, float | int] = {"COM_OBL_RC_ACT": 5, "COM_OF_LOSS_T": 1.0, "COM_RC_IN_MODE": 4}
         self.answers: list[list[MavResult] | LinkError] = []
+        self.orders: list[CommandRequest] = []
+        self.order_answers: list[MavResult | LinkError] = []
+        self.order_gate = asyncio.Event()
+        self.order_gate.set()
         self.on_board: tuple[MissionItem, ...] = ()
         self.upload_error: LinkError | None = None
         self.lost_ack: LinkError | None = None
@@ -187,6 +191,14 @@ class ScriptedVehicle:
                 raise answer
             for result in answer:
                 yield CommandAck(request.command, int(result))
+            return
+        if request.command in (MavCmd.DO_REPOSITION, MavCmd.DO_ORBIT):
+            self.orders.append(request)
+            await self.order_gate.wait()
+            result = self.order_answers.pop(0) if self.order_answers else MavResult.ACCEPTED
+            if isinstance(result, LinkError):
+                raise result
+            yield CommandAck(request.command, int(result))
             return
         self.sent.append(f"{request.command.name} {request.params[1]:g}")
         yield CommandAck(request.command, int(MavResult.ACCEPTED))
