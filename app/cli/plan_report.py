@@ -11,7 +11,7 @@ from rich.table import Table
 from app.domain.errors import WaydropError
 from app.domain.finding import Finding, Severity
 from app.domain.plan import Plan
-from app.domain.prediction import PredictedDrop, Timeline
+from app.domain.prediction import PredictedAlternate, PredictedDrop, Timeline
 
 _STYLES = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow"}
 
@@ -58,6 +58,8 @@ def show_timeline(console: Console, plan: Plan, timeline: Timeline) -> None:
     console.print(table)
     for drop in timeline.drops:
         console.print(_drop_line(drop), markup=False)
+    for alternate in timeline.alternates:
+        console.print(_alternate_line(alternate), markup=False)
     end = "without an end of its own" if timeline.open_ended else f"{_clock(timeline.duration_s)} min"
     console.print(f"{timeline.distance_m / 1000:.2f} km, {end}", markup=False)
 
@@ -71,6 +73,11 @@ def _drop_line(drop: PredictedDrop) -> str:
     else:
         line += f", within {drop.offset_m:.1f} m of the point"
     return line
+
+
+def _alternate_line(alternate: PredictedAlternate) -> str:
+    way = f"{alternate.distance_m:.0f} m, {alternate.duration_s:.0f} s"
+    return f"if {alternate.drop_id} fails: to {alternate.item_id}, {way} with its drop"
 
 
 def _clock(seconds: float) -> str:

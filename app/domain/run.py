@@ -147,9 +147,19 @@ class Run(BaseModel):
         drops = tuple(drop if d.plan_item_id == drop.plan_item_id else d for d in self.drops)
         return self.model_copy(update={"drops": drops, "updated_at": now})
 
+    @property
+    def last_drops(self) -> tuple[DropRecord, ...]:
+        """The drops that say where each parcel is: not those whose parcel went on to an alternate."""
+        gone_on = {drop.alternate_to for drop in self.drops}
+        return tuple([drop for drop in self.drops if drop.plan_item_id not in gone_on])
+
     def drop(self, plan_item_id: str) -> DropRecord:
         """The record of one drop; KeyError if the plan has no such drop."""
-        for record in self.drops:
-            if record.plan_item_id == plan_item_id:
-                return record
-        raise KeyError(plan_item_id)
+        found = self.find_drop(plan_item_id)
+        if found is None:
+            raise KeyError(plan_item_id)
+        return found
+
+    def find_drop(self, plan_item_id: str) -> DropRecord | None:
+        """The record of one drop; None if there is none, as of an alternate to which the vehicle was not sent."""
+        return next((record for record in self.drops if record.plan_item_id == plan_item_id), None)

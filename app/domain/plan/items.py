@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from app.domain.consent import SHORTEST_QUESTION_S
+from app.domain.plan.alternate import DEFAULT_DROP_HOLD_S, Alternate, Consent, ConsentTimeoutS, HoldS
 from app.domain.plan.fields import (
     Altitude,
     ItemId,
@@ -21,8 +21,6 @@ from app.domain.plan.fields import (
     SpeedMS,
     YawDeg,
 )
-
-DEFAULT_DROP_HOLD_S = 30.0
 
 
 class Takeoff(Altitude):
@@ -108,18 +106,22 @@ class Drop(PlanModel):
     id: ItemId = ""
     release_motion: Literal["stopped", "moving"]
     mode: Literal["supervised", "embedded"] | None = None
-    hold_s: Annotated[float, Field(gt=0, le=600)] = DEFAULT_DROP_HOLD_S
+    hold_s: HoldS = DEFAULT_DROP_HOLD_S
     max_offset_m: RadiusM | None = None
-    consent: Literal["none", "operator"] = "none"
-    consent_timeout_s: Annotated[float, Field(ge=SHORTEST_QUESTION_S, le=600)] | None = None
+    consent: Consent = "none"
+    consent_timeout_s: ConsentTimeoutS | None = None
     instance: Annotated[int, Field(ge=1, le=16)] = 1
 
 
 class Gripper(Drop):
-    """Release or grab a parcel at the position item before (DO_GRIPPER)."""
+    """Release or grab a parcel at the position item before (DO_GRIPPER).
+
+    `alternate` is where a supervised release is made if it fails here.
+    """
 
     type: Literal["gripper"]
     action: Literal["release", "grab"]
+    alternate: Alternate | None = None
 
 
 class Winch(Drop):

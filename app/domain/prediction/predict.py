@@ -10,10 +10,12 @@ from dataclasses import replace
 from app.domain.compiler import compile_plan
 from app.domain.compiler.drop_items import brakes_at_waypoint
 from app.domain.errors import PlanRejectedError
+from app.domain.plan.detour import over_alternates
 from app.domain.plan.document import Plan
 from app.domain.plan.drops import DropUse, drops_of
 from app.domain.plan.items import Delay, Land, Loiter, ReturnToLaunch, Takeoff, Waypoint
 from app.domain.plan.walk import Carried, Step, reference_home, walk
+from app.domain.prediction.alternates import with_alternates
 from app.domain.prediction.durations import Ahead, effort, point_of
 from app.domain.prediction.effort import Effort, Flight
 from app.domain.prediction.flown_order import flown_order
@@ -33,6 +35,15 @@ AFTER_UNSURE_S, AFTER_UNSURE_MORE_S = 1.0, 4.0
 def predict(plan: Plan, facts: VehicleFacts, wind: Wind = CALM) -> Timeline:
     """The timeline of a plan for a vehicle with these facts. Works for plans with errors too, as far as they go."""
     facts = usable_facts(facts)
+    timeline = _timeline(plan, facts, wind)
+    detour = over_alternates(plan, reference_home(plan, facts), facts.in_flight)
+    if detour is None:
+        return timeline
+    seqs_of = _seqs_of(plan, facts)
+    return with_alternates(timeline, detour, _timeline(detour.plan, facts, wind), seqs_of)
+
+
+def _timeline(plan: Plan, facts: VehicleFacts, wind: Wind) -> Timeline:
     flight = _flight(plan, facts, wind)
     order = flown_order(plan)
     steps = walk(plan, flight.home, order.indexes, facts.in_flight)

@@ -59,10 +59,28 @@ class PredictedDrop(_Frozen):
     throw_m: float
 
 
+class PredictedAlternate(_Frozen):
+    """The other place of one drop: no part of the flight that is predicted, only of one in which that drop fails.
+
+    `seqs` are its mission items. Distance and time are of the way there, the time with its drop. The altitude is above
+    home.
+    """
+
+    item_id: str
+    drop_id: str
+    seqs: tuple[int, ...]
+    latitude_deg: float
+    longitude_deg: float
+    relative_altitude_m: float
+    distance_m: float
+    duration_s: float
+
+
 class Timeline(_Frozen):
     """`order` is the ids of the items as flown, jumps unrolled; jumps themselves are not in it, they take no time.
 
     `open_ended`: the last item never ends by itself. `truncated`: more visits than are predicted.
+    `longest_duration_s`, where there are `alternates`: of a flight in which each such drop fails as its hold ends.
     """
 
     entries: tuple[TimelineEntry, ...]
@@ -72,6 +90,8 @@ class Timeline(_Frozen):
     duration_s: float
     open_ended: bool = False
     truncated: bool = False
+    alternates: tuple[PredictedAlternate, ...] = ()
+    longest_duration_s: float | None = None
 
     def continued(self, flown: Collection[tuple[str, int]], rest: Timeline) -> Timeline:
         """The timeline of a flight whose plan was changed: what was flown of this one, then the rest.
@@ -93,6 +113,7 @@ class Timeline(_Frozen):
         ]
         ahead = {drop.item_id for drop in rest.drops}
         drops = [drop for drop in self.drops if drop.item_id not in ahead]
+        longest_s = rest.longest_duration_s
         moved = [drop.model_copy(update={"at_s": drop.at_s + after_s}) for drop in rest.drops]
         return rest.model_copy(
             update={
@@ -101,6 +122,7 @@ class Timeline(_Frozen):
                 "order": tuple(entry.item_id for entry in (*kept, *entries)),
                 "distance_m": sum(entry.distance_m for entry in kept) + rest.distance_m,
                 "duration_s": after_s + rest.duration_s,
+                "longest_duration_s": None if longest_s is None else after_s + longest_s,
             }
         )
 

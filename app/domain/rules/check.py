@@ -6,10 +6,12 @@ from app.domain.default_facts import default_facts
 from app.domain.fence_area import fence_area
 from app.domain.finding import Finding, Severity
 from app.domain.geo import LocalProjection
+from app.domain.plan.detour import over_alternates
 from app.domain.plan.document import Plan
 from app.domain.plan.drops import drops_of
 from app.domain.plan.walk import reference_home, walk
 from app.domain.rules import (
+    alternate,
     braking,
     commands,
     consent,
@@ -21,12 +23,14 @@ from app.domain.rules import (
     vehicle,
     vtol,
 )
+from app.domain.rules.detour import detour_findings
 from app.domain.rules.registry import Rule, RuleContext
 from app.domain.speeds import speeds_along
 from app.domain.vehicle import VehicleFacts
 
 RULES: tuple[Rule, ...] = (
     *gripper.RULES,
+    *alternate.RULES,
     *consent.RULES,
     *braking.RULES,
     *takeoff_landing.RULES,
@@ -40,10 +44,21 @@ RULES: tuple[Rule, ...] = (
 
 
 def check_plan(plan: Plan, facts: VehicleFacts | None) -> tuple[Finding, ...]:
-    """All findings, errors first, else in the order of the plan. Without facts the type's defaults are assumed."""
+    """All findings, errors first, else in the order of the plan. Without facts the type's defaults are assumed.
+
+    The way over the alternates is checked like the plan itself: an alternate breaks no fence and no limit.
+    """
     context = context_of(plan, facts)
-    findings = {finding for rule in RULES for finding in rule.findings(context)}
+    findings = _broken(context)
+    detour = over_alternates(plan, context.home, context.facts.in_flight)
+    if detour is not None:
+        over = _broken(context_of(detour.plan, facts))
+        findings |= set(detour_findings(detour, over, findings))
     return tuple(sorted(findings, key=_order))
+
+
+def _broken(context: RuleContext) -> set[Finding]:
+    return {finding for rule in RULES for finding in rule.findings(context)}
 
 
 def context_of(plan: Plan, vehicle: VehicleFacts | None) -> RuleContext:

@@ -14,6 +14,8 @@ class DropTerms:
     `release_latency_s` is the longest time a sent release may take to act: loop, link and servo together. A release
     is sent only if that much of the hold is left. `resume_s` is the longest time the order to move on may take.
     `consent_timeout_s`: how long an operator may take to answer; None as long as the hold allows.
+    `alternate_seq` leads to the other place for the parcel, None if there is none; the vehicle waits `leave_s` longer
+    than `hold_s` for it, and nothing is released in that time.
     """
 
     hold_seqs: tuple[int, ...]
@@ -24,6 +26,8 @@ class DropTerms:
     landed: bool = False
     needs_consent: bool = False
     consent_timeout_s: float | None = None
+    alternate_seq: int | None = None
+    leave_s: float = 0.0
     max_ground_speed_m_s: float = 0.5
     max_attempts: int = 3
     release_latency_s: float = 1.0
@@ -46,6 +50,8 @@ class DropTerms:
             landed=drop.landed,
             needs_consent=drop.needs_consent,
             consent_timeout_s=drop.consent_timeout_s,
+            alternate_seq=drop.alternate_seq,
+            leave_s=drop.leave_s,
         )
 
 

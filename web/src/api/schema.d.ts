@@ -1511,6 +1511,67 @@ export interface components {
             outputs: number[];
         };
         /**
+         * Alternate
+         * @description Where the vehicle goes with the parcel if the drop fails and the parcel is surely still on board.
+         *
+         *     It flies there straight, holds for at most `hold_s`, and a second supervised drop is made, with a record of its own
+         *     under this `id` (`<drop>-alternate` if not given). The other fields mean what they mean for a drop.
+         */
+        Alternate: {
+            /**
+             * Relative Altitude M
+             * @default null
+             */
+            relative_altitude_m: number | null;
+            /**
+             * Absolute Altitude M
+             * @default null
+             */
+            absolute_altitude_m: number | null;
+            /**
+             * Latitude Deg
+             * @description WGS84 latitude
+             */
+            latitude_deg: number;
+            /**
+             * Longitude Deg
+             * @description WGS84 longitude
+             */
+            longitude_deg: number;
+            /**
+             * Id
+             * @description stable name; made if missing
+             * @default
+             */
+            id: string;
+            /**
+             * Yaw Deg
+             * @default null
+             */
+            yaw_deg: number | null;
+            /**
+             * Hold S
+             * @default 30
+             */
+            hold_s: number;
+            /**
+             * Max Offset M
+             * @default null
+             */
+            max_offset_m: number | null;
+            /**
+             * Consent
+             * @default none
+             * @enum {string}
+             */
+            consent: "none" | "operator";
+            /**
+             * Consent Timeout S
+             * @default null
+             */
+            consent_timeout_s: number | null;
+        };
+        /**
          * Approach
          * @description Where a fixed wing descends on a circle before it lands along the tangent. The sign of the radius: direction.
          */
@@ -2124,13 +2185,19 @@ export interface components {
          *     `output_*` what the autopilot put out to the gripper (SERVO_OUTPUT_RAW), `sensed_at` when a sensor saw the parcel
          *     go. They are never merged. PX4's grippers have no sensor: `sensed_at` stays None for them.
          *
-         *     `consent` is None if the plan asks for none.
+         *     `consent` is None if the plan asks for none. `alternate_to` is the drop that failed before this one was tried at its
+         *     alternate; such a record is there only once the vehicle was sent on.
          */
         DropRecord: {
             /** Plan Item Id */
             plan_item_id: string;
             /** Supervised */
             supervised: boolean;
+            /**
+             * Alternate To
+             * @default null
+             */
+            alternate_to: string | null;
             /** @default waiting */
             phase: components["schemas"]["DropPhase"];
             /** @default null */
@@ -2615,6 +2682,8 @@ export interface components {
         /**
          * Gripper
          * @description Release or grab a parcel at the position item before (DO_GRIPPER).
+         *
+         *     `alternate` is where a supervised release is made if it fails here.
          */
         Gripper: {
             /**
@@ -2669,6 +2738,8 @@ export interface components {
              * @enum {string}
              */
             action: "release" | "grab";
+            /** @default null */
+            alternate: components["schemas"]["Alternate"] | null;
         };
         /**
          * HandOverRequest
@@ -3977,6 +4048,31 @@ export interface components {
             altitude_m: number;
         };
         /**
+         * PredictedAlternate
+         * @description The other place of one drop: no part of the flight that is predicted, only of one in which that drop fails.
+         *
+         *     `seqs` are its mission items. Distance and time are of the way there, the time with its drop. The altitude is above
+         *     home.
+         */
+        PredictedAlternate: {
+            /** Item Id */
+            item_id: string;
+            /** Drop Id */
+            drop_id: string;
+            /** Seqs */
+            seqs: number[];
+            /** Latitude Deg */
+            latitude_deg: number;
+            /** Longitude Deg */
+            longitude_deg: number;
+            /** Relative Altitude M */
+            relative_altitude_m: number;
+            /** Distance M */
+            distance_m: number;
+            /** Duration S */
+            duration_s: number;
+        };
+        /**
          * PredictedDrop
          * @description Where and how one drop is predicted to act.
          *
@@ -4729,7 +4825,7 @@ export interface components {
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
              */
-            fault: "duplicate_sysid" | "gps_loss" | "link_cut" | "range_loss" | "stuck_gripper" | "stuck_winch";
+            fault: "duplicate_sysid" | "gps_loss" | "link_cut" | "no_gripper" | "range_loss" | "stuck_gripper" | "stuck_winch";
             /**
              * Value
              * @description true sets it, false clears it
@@ -4915,6 +5011,7 @@ export interface components {
          * @description `order` is the ids of the items as flown, jumps unrolled; jumps themselves are not in it, they take no time.
          *
          *     `open_ended`: the last item never ends by itself. `truncated`: more visits than are predicted.
+         *     `longest_duration_s`, where there are `alternates`: of a flight in which each such drop fails as its hold ends.
          */
         Timeline: {
             /** Entries */
@@ -4937,6 +5034,16 @@ export interface components {
              * @default false
              */
             truncated: boolean;
+            /**
+             * Alternates
+             * @default []
+             */
+            alternates: components["schemas"]["PredictedAlternate"][];
+            /**
+             * Longest Duration S
+             * @default null
+             */
+            longest_duration_s: number | null;
         };
         /**
          * TimelineEntry

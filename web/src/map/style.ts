@@ -57,14 +57,16 @@ function planLayers(look: Look): LayerSpecification[] {
   const { palette: p, scale } = look;
   const state: ExpressionSpecification = ["get", "state"];
   return [
-    { id: "pathCasing", type: "line", source: "path", layout: { ...ROUND }, paint: { "line-color": p.pathCasing, "line-width": 6 * scale, "line-opacity": 0.8 } },
+    { id: "pathCasing", type: "line", source: "path", filter: ["!=", state, "alternate"], layout: { ...ROUND }, paint: { "line-color": p.pathCasing, "line-width": 6 * scale, "line-opacity": 0.8 } },
     {
       id: "path",
       type: "line",
       source: "path",
+      filter: ["!=", state, "alternate"],
       layout: { ...ROUND },
       paint: { "line-color": ["match", state, "done", p.pathDone, p.path], "line-width": ["match", state, "current", 4 * scale, 2.5 * scale] },
     },
+    { id: "pathElse", type: "line", source: "path", filter: ["==", state, "alternate"], layout: { ...ROUND }, paint: { "line-color": p.drop, "line-width": 1.8 * scale, "line-dasharray": [1.5, 2.5] } },
     { id: "tracks", type: "line", source: "tracks", layout: { ...ROUND }, paint: { "line-color": p.track, "line-width": 2 * scale, "line-opacity": 0.75 } },
     { id: "ringText", type: "symbol", source: "rings", filter: ["==", ["get", "kind"], "label"], layout: text("label", 11 * scale), paint: textPaint(p.ringText, p) },
     ...releaseLayers(look),
@@ -143,8 +145,8 @@ function handleLayers({ palette: p, scale }: Look): LayerSpecification[] {
       source: "handles",
       paint: {
         "circle-radius": ["match", role, "middle", 3.5 * scale, 5.5 * scale],
-        "circle-color": ["match", role, ["rally", "home", "approach"], p.path, p.background],
-        "circle-stroke-color": ["match", role, ["rally", "home", "approach"], p.halo, p.text],
+        "circle-color": ["match", role, ["rally", "home", "approach"], p.path, "alternate", p.drop, p.background],
+        "circle-stroke-color": ["match", role, ["rally", "home", "approach", "alternate"], p.halo, p.text],
         "circle-stroke-width": 1.8 * scale,
         "circle-opacity": ["match", role, "middle", 0.6, 1],
         "circle-stroke-opacity": ["match", role, "middle", 0.6, 1],

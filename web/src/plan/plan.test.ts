@@ -61,6 +61,8 @@ describe("the prediction", () => {
     duration_s: 200,
     open_ended: false,
     truncated: false,
+    alternates: [],
+    longest_duration_s: null,
   };
 
   it("says when each item is done, and how often it is visited", () => {
@@ -69,6 +71,11 @@ describe("the prediction", () => {
 
   it("says how a drop will act", () => {
     expect(dropText(timeline, "d")).toBe("embedded, predicted at 15.0 m/s and 40 m up · 25 m before the point · falls 2.8 s, flies on 42 m");
+  });
+
+  it("says where the parcel of a drop that fails goes", () => {
+    const other = { item_id: "locker", drop_id: "d", seqs: [3], latitude_deg: 0, longitude_deg: 0, relative_altitude_m: 15, distance_m: 50, duration_s: 16.3 };
+    expect(dropText({ ...timeline, alternates: [other] }, "d")).toMatch(/· if it fails on to locker, 50 m and 16 s$/);
   });
 
   it("sums up the flight", () => {

@@ -17,7 +17,7 @@ function drop(fields: Partial<Drop>): Drop {
 }
 
 function timeline(entries: Entry[], drops: Drop[] = []): Timeline {
-  return { entries, drops, order: [], distance_m: 100, duration_s: entries.at(-1)?.end_s ?? 0, open_ended: false, truncated: false };
+  return { entries, drops, order: [], distance_m: 100, duration_s: entries.at(-1)?.end_s ?? 0, open_ended: false, truncated: false, alternates: [], longest_duration_s: null };
 }
 
 describe("the altitude profile", () => {

@@ -22,10 +22,12 @@ export function totalText(timeline: Timeline | null): string {
 export function dropText(timeline: Timeline | null, itemId: string): string {
   const drop = timeline?.drops.find((predicted) => predicted.item_id === itemId);
   if (!drop) return "";
+  const other = timeline?.alternates.find((alternate) => alternate.drop_id === itemId);
   const parts = [
     `${drop.supervised ? "supervised" : "embedded"}, predicted at ${speed(drop.ground_speed_m_s)} and ${altitude(drop.relative_altitude_m)} up`,
     drop.lead_m >= 1 ? `${distance(drop.lead_m)} before the point` : "",
     drop.throw_m >= 1 ? `falls ${seconds(drop.fall_s)}, flies on ${distance(drop.throw_m)}` : "",
+    other ? `if it fails on to ${other.item_id}, ${distance(other.distance_m)} and ${seconds(Math.round(other.duration_s))}` : "",
   ];
   return parts.filter((part) => part !== "").join(" · ");
 }

@@ -55,6 +55,7 @@ export function sampleDrop(fields: Partial<DropRecord> = {}): DropRecord {
   return {
     plan_item_id: "drop",
     supervised: true,
+    alternate_to: null,
     phase: "waiting",
     outcome: "pending",
     certainty: "none",

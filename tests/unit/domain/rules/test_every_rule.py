@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from app.domain.rules import RULES, Severity, check_plan
+from tests.unit.domain.rules.alternate_cases import ALTERNATE_CASES, DETOUR_CASES
 from tests.unit.domain.rules.bounds_cases import GEOFENCE_CASES, LIMIT_CASES, VEHICLE_CASES
 from tests.unit.domain.rules.case import Case, codes
 from tests.unit.domain.rules.drop_cases import BRAKING_CASES, CONSENT_CASES, POSITION_CASES
@@ -19,6 +20,8 @@ CASES = [
     *POSITION_CASES,
     *BRAKING_CASES,
     *CONSENT_CASES,
+    *ALTERNATE_CASES,
+    *DETOUR_CASES,
     *TAKEOFF_LANDING_CASES,
     *VTOL_CASES,
     *FIXED_WING_CASES,
