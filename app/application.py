@@ -70,7 +70,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
         stack.push_async_callback(journal.close)
         await _tell(journal, EventKind.SERVICE_STARTED, version=__version__)
         stack.push_async_callback(_tell, journal, EventKind.SERVICE_STOPPED)
-        fleet = Fleet(MavsdkLinkSource(settings.connections), journal)
+        fleet = Fleet(MavsdkLinkSource(settings.connections), journal, settings.vehicle_performance)
         stack.push_async_callback(fleet.close)
         await fleet.start()
         runs = Runs(fleet, storage.plans, storage.runs, journal, clock)

@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict
 
 from app.domain.drop import DropRecord
 from app.domain.errors import WrongStateError
+from app.domain.prediction.wind import Wind
 from app.domain.vehicle import VehicleType
 
 
@@ -62,6 +63,7 @@ class Run(BaseModel):
     `asked` is what a user last asked for in flight: "pause", "return", "land", "resume" until the vehicle is in Mission
     mode again, or "" for the mission itself;
     "contingency" when a drop failed and the plan says to return.
+    `wind` is the one that its checks and its prediction reckon with.
     `reached_seq` is the highest mission item known to be done: after a reboot of the vehicle nothing before it is
     flown again.
     """
@@ -85,6 +87,7 @@ class Run(BaseModel):
     upload_percent: float | None = None
     requested_by: str = ""
     start_requested: bool = False
+    wind: Wind | None = None
     asked: str = ""
     drops: tuple[DropRecord, ...] = ()
     created_at: float

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from app.domain.compiler.drop_items import EMBEDDED_HOLD_S, bound_s, settle_s, stop_radius_m
 from app.domain.consent import CONSENT_MARGIN_S
@@ -130,7 +130,13 @@ def _first_up_m(flight: Flight, before: Motion, up_m: float) -> float:
 
 
 def _after(first: Effort, then: Effort) -> Effort:
-    return Effort(first.distance_m + then.distance_m, first.duration_s + then.duration_s, then.end, then.unsure_s)
+    return Effort(
+        first.distance_m + then.distance_m,
+        first.duration_s + then.duration_s,
+        then.end,
+        then.unsure_s,
+        first.climbed_m if then.climbed_m is None else then.climbed_m,
+    )
 
 
 def _loiter(flight: Flight, before: Motion, step: Step, speed_m_s: float) -> Effort:
@@ -168,10 +174,11 @@ def _return(flight: Flight, before: Motion, step: Step, speed_m_s: float, ahead:
     up_m = return_to_launch.return_up_m(flight, before, to)
     if step.before is Carried.BUOYANCY:
         return buoyant.fly(flight, before, to, up_m, speed_m_s)
+    climbed_m = max(0.0, up_m - before.up_m)
     if step.before is not Carried.FIXED_WING:
-        return rotary.return_home(flight, before, to, up_m, max(speed_m_s, 0.1))
+        return replace(rotary.return_home(flight, before, to, up_m, max(speed_m_s, 0.1)), climbed_m=climbed_m)
     climbing_s = wing.climb_s(flight.facts, max(0.0, up_m - before.up_m - parameter(flight.facts, "NAV_FW_ALT_RAD")))
-    climbed = Effort(climbing_s * speed_m_s, climbing_s, Motion(before.point, up_m))
+    climbed = Effort(climbing_s * speed_m_s, climbing_s, Motion(before.point, up_m), climbed_m=climbed_m)
     home = _after(climbed, wing.fly(flight, climbed.end, to, up_m, max(speed_m_s, 1.0)))
     if flight.facts.vehicle_type is not VehicleType.VTOL:
         return home  # it circles there

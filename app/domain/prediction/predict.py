@@ -15,12 +15,14 @@ from app.domain.plan.items import Delay, Land, Loiter, ReturnToLaunch, Takeoff, 
 from app.domain.plan.walk import Carried, Step, reference_home, walk
 from app.domain.prediction.durations import Ahead, effort, point_of
 from app.domain.prediction.effort import Effort, Flight
+from app.domain.prediction.energy import used_percent
 from app.domain.prediction.flown_order import flown_order
 from app.domain.prediction.motion import Motion, Point
 from app.domain.prediction.release import predicted_drop
 from app.domain.prediction.return_to_launch import follows_mission
 from app.domain.prediction.timeline import PredictedDrop, Timeline, TimelineEntry
 from app.domain.prediction.usable_facts import usable_facts
+from app.domain.prediction.way_home import way_home_percent
 from app.domain.prediction.wind import CALM, Wind
 from app.domain.speeds import speeds_along
 from app.domain.vehicle import VehicleFacts
@@ -34,12 +36,29 @@ def predict(plan: Plan, facts: VehicleFacts, wind: Wind = CALM) -> Timeline:
     facts = usable_facts(facts)
     flight = _flight(plan, facts, wind)
     order = flown_order(plan)
-    steps = walk(plan, flight.home, order.indexes)
-    speeds = speeds_along(plan, facts, steps)
+    entries, drops = _flown(flight, plan, walk(plan, flight.home, order.indexes))
+    used = [entry.battery_used_percent for entry in entries if entry.battery_used_percent is not None]
+    return Timeline(
+        entries=tuple(entries),
+        drops=tuple(drops),
+        order=tuple(entry.item_id for entry in entries),
+        distance_m=sum(entry.distance_m for entry in entries),
+        duration_s=entries[-1].end_s if entries else 0.0,
+        open_ended=order.open_ended,
+        truncated=order.truncated,
+        wind=wind,
+        battery_start_percent=facts.battery_percent,
+        battery_used_percent=sum(used) if used else None,
+    )
+
+
+def _flown(flight: Flight, plan: Plan, steps: Sequence[Step]) -> tuple[list[TimelineEntry], list[PredictedDrop]]:
+    """Item after item, each from where and as the one before it ended."""
+    speeds = speeds_along(plan, flight.facts, steps)
     drops = {id(drop.step): drop for drop in drops_of(steps)}
     braking = {id(drop.anchor): drop for drop in drops.values() if brakes_at_waypoint(drop)}
     looks_ahead = _ahead(flight, plan, steps)
-    seqs_of = _seqs_of(plan, facts)
+    seqs_of = _seqs_of(plan, flight.facts)
     entries: list[TimelineEntry] = []
     found: list[PredictedDrop] = []
     visits: Counter[str] = Counter()
@@ -49,26 +68,20 @@ def predict(plan: Plan, facts: VehicleFacts, wind: Wind = CALM) -> Timeline:
         drop = drops.get(id(step)) or braking.get(id(step))
         fly_m_s = speed_m_s or (speeds[number - 1] if number else 0.0)  # a landing flies at the speed before it
         took = effort(flight, motion, step, fly_m_s, drop, looks_ahead[number])
-        if isinstance(step.item, ReturnToLaunch) and follows_mission(facts):
+        if isinstance(step.item, ReturnToLaunch) and follows_mission(flight.facts):
             took = replace(took, unsure_s=took.unsure_s + now_s)  # all that was flown may be flown back
         if took.distance_m > 0.0:
             took, was_unsure = _after_unsure(took) if was_unsure else took, took.unsure_s > 0.0
         brakes = _brakes(step, drop, steps[number + 1] if number + 1 < len(steps) else None)
         seqs = tuple(seqs_of[step.item.id])
-        entries.append(_entry(flight, step, seqs, visits[step.item.id], now_s, took, fly_m_s, brakes))
+        used = used_percent(flight.facts, motion, step, took, fly_m_s)
+        entries.append(_entry(flight, step, seqs, visits[step.item.id], now_s, took, fly_m_s, brakes, used))
         anchored = took.end if step.anchor == step.index else anchored
         if drop is not None and drop.step is step and drop.anchor is not None:
-            found.append(predicted_drop(flight, drop, drop.anchor, visits[step.item.id], now_s, anchored))
+            home = way_home_percent(flight, took.end, drop, looks_ahead[number])
+            found.append(predicted_drop(flight, drop, drop.anchor, visits[step.item.id], now_s, anchored, home))
         now_s, motion = now_s + took.duration_s, took.end
-    return Timeline(
-        entries=tuple(entries),
-        drops=tuple(found),
-        order=tuple(entry.item_id for entry in entries),
-        distance_m=sum(entry.distance_m for entry in entries),
-        duration_s=now_s,
-        open_ended=order.open_ended,
-        truncated=order.truncated,
-    )
+    return entries, found
 
 
 def _after_unsure(took: Effort) -> Effort:
@@ -121,7 +134,9 @@ def _entry(
     took: Effort,
     speed_m_s: float,
     brakes: bool,
+    percent: float | None,
 ) -> TimelineEntry:
+    performance = flight.facts.performance
     latitude_deg, longitude_deg = step.end.latitude_deg, step.end.longitude_deg
     if isinstance(step.item, ReturnToLaunch):
         latitude_deg, longitude_deg = flight.to_global(took.end.point)
@@ -140,6 +155,8 @@ def _entry(
         relative_altitude_m=step.end.relative_altitude_m,
         brakes=brakes,
         unsure_s=took.unsure_s,
+        battery_used_percent=percent,
+        energy_wh=None if percent is None or performance is None else performance.wh(percent),
     )
 
 

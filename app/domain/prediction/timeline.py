@@ -1,10 +1,12 @@
-"""The timeline: what a plan is predicted to do. Times are seconds from the start of the flight, without wind."""
+"""The timeline: what a plan is predicted to do. Times are seconds from the start of the flight."""
 
 from __future__ import annotations
 
 from typing import Literal
 
 from pydantic import BaseModel, ConfigDict
+
+from app.domain.prediction.wind import CALM, Wind
 
 
 class _Frozen(BaseModel):
@@ -16,6 +18,8 @@ class TimelineEntry(_Frozen):
 
     Position and altitude (above home) are those at the end. `brakes`: the vehicle comes to a stop there. `unsure_s`: by
     so much more than usual the time may be off, either way, because PX4 does something that cannot be predicted.
+    `battery_used_percent` is what the item takes of a full battery, null where the vehicle declares no rate, and
+    `energy_wh` the same in watt hours, null without a declared capacity.
     """
 
     item_id: str
@@ -32,6 +36,8 @@ class TimelineEntry(_Frozen):
     relative_altitude_m: float
     brakes: bool
     unsure_s: float = 0.0
+    battery_used_percent: float | None = None
+    energy_wh: float | None = None
 
 
 class PredictedDrop(_Frozen):
@@ -39,7 +45,9 @@ class PredictedDrop(_Frozen):
 
     `lead_m` is how far before the point, along the track, the release happens; `offset_m` the distance from the point
     (the radius, on a circle). The release position is null on a circle: it can be anywhere there.
-    `fall_s` and `throw_m` are the fall to the height of home without drag, and how far the parcel flies on meanwhile.
+    `fall_s` and `throw_m` are the fall to the height of home, with drag and wind, and how far from the release, over
+    ground, the parcel comes down: at the landing position, null on a circle.
+    `return_battery_percent`: what a return from there takes of a full battery, null where no rate is declared.
     """
 
     item_id: str
@@ -55,12 +63,17 @@ class PredictedDrop(_Frozen):
     release_longitude_deg: float | None
     fall_s: float
     throw_m: float
+    landing_latitude_deg: float | None = None
+    landing_longitude_deg: float | None = None
+    return_battery_percent: float | None = None
 
 
 class Timeline(_Frozen):
     """`order` is the ids of the items as flown, jumps unrolled; jumps themselves are not in it, they take no time.
 
-    `open_ended`: the last item never ends by itself. `truncated`: more visits than are predicted.
+    `open_ended`: the last item never ends by itself. `truncated`: more visits than are predicted. `wind` is the one
+    that it reckons with. `battery_start_percent` is the charge that was found, null if none is known (then a full
+    battery is taken), `battery_used_percent` what the whole flight takes, null where no rate is declared.
     """
 
     entries: tuple[TimelineEntry, ...]
@@ -70,6 +83,9 @@ class Timeline(_Frozen):
     duration_s: float
     open_ended: bool = False
     truncated: bool = False
+    wind: Wind = CALM
+    battery_start_percent: float | None = None
+    battery_used_percent: float | None = None
 
     def first(self, visits: int) -> Timeline:
         """Its first visits; itself if it has no more."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 from app.domain.default_facts import default_facts
 from app.domain.fence_area import fence_area
 from app.domain.finding import Finding, Severity
@@ -9,7 +11,10 @@ from app.domain.geo import LocalProjection
 from app.domain.plan.document import Plan
 from app.domain.plan.drops import drops_of
 from app.domain.plan.walk import reference_home, walk
+from app.domain.prediction import predict
+from app.domain.prediction.wind import CALM, Wind
 from app.domain.rules import (
+    battery,
     braking,
     commands,
     consent,
@@ -17,9 +22,11 @@ from app.domain.rules import (
     geofence,
     gripper,
     limits,
+    payload,
     takeoff_landing,
     vehicle,
     vtol,
+    wind_limits,
 )
 from app.domain.rules.registry import Rule, RuleContext
 from app.domain.speeds import speeds_along
@@ -35,18 +42,21 @@ RULES: tuple[Rule, ...] = (
     *commands.RULES,
     *geofence.RULES,
     *limits.RULES,
+    *payload.RULES,
+    *battery.RULES,
+    *wind_limits.RULES,
     *vehicle.RULES,
 )
 
 
-def check_plan(plan: Plan, facts: VehicleFacts | None) -> tuple[Finding, ...]:
+def check_plan(plan: Plan, facts: VehicleFacts | None, wind: Wind = CALM) -> tuple[Finding, ...]:
     """All findings, errors first, else in the order of the plan. Without facts the type's defaults are assumed."""
-    context = context_of(plan, facts)
+    context = context_of(plan, facts, wind)
     findings = {finding for rule in RULES for finding in rule.findings(context)}
     return tuple(sorted(findings, key=_order))
 
 
-def context_of(plan: Plan, vehicle: VehicleFacts | None) -> RuleContext:
+def context_of(plan: Plan, vehicle: VehicleFacts | None, wind: Wind = CALM) -> RuleContext:
     """What the rules look at, computed once. A vehicle of another type is one finding of its own."""
     facts = vehicle if vehicle is not None else default_facts(plan.vehicle_type)
     if facts.vehicle_type is not plan.vehicle_type:
@@ -65,6 +75,8 @@ def context_of(plan: Plan, vehicle: VehicleFacts | None) -> RuleContext:
         drops=drops_of(steps),
         projection=projection,
         fence=fence_area(plan.geofence, projection) if fenced else None,
+        wind=wind,
+        timeline=cache(lambda: predict(plan, facts, wind)),
     )
 
 

@@ -9,7 +9,6 @@ from app.domain.errors import PlanRejectedError
 from app.domain.finding import Severity
 from app.domain.plan.items import ChangeSpeed, Loiter, ReturnToLaunch, Takeoff, Waypoint
 from app.domain.plan.walk import Step
-from app.domain.prediction import predict
 from app.domain.rules.places import planned_places
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 from app.domain.speeds import speed_range_m_s
@@ -102,7 +101,7 @@ def _own_duration(context: RuleContext) -> Iterator[Violation]:
     most_s = context.plan.limits.max_duration_s
     if most_s is None:
         return
-    duration_s = predict(context.plan, context.facts).duration_s
+    duration_s = context.timeline().duration_s
     if duration_s > most_s:
         message = f"predicted to take {duration_s:.0f} s; the plan's own limit is {most_s:g} s"
         yield Violation("/limits/max_duration_s", message, "shorten the flight, or raise the limit")

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from app.domain.default_facts import default_facts
 from app.domain.geo import distance_m
 from app.domain.plan import Plan
-from app.domain.prediction import PredictedDrop, Timeline, Wind, predict
+from app.domain.prediction import CALM, PredictedDrop, Timeline, Wind, predict
 from app.domain.prediction.smooth_speed import Limits, travel_s
 from tests.unit.domain.plan_pieces import (
     HOME,
@@ -122,8 +122,25 @@ def test_a_fixed_wing_releases_one_switch_distance_early(
 
 def test_a_parcel_flies_on_while_it_falls() -> None:
     drop = _drop(fixed_wing(waypoint(400, 0, 45), gripper("moving")))
-    assert drop.fall_s == pytest.approx(3.03, abs=0.01)
-    assert drop.throw_m == pytest.approx(45.4, abs=0.1)
+    assert 3.03 < drop.fall_s < 4.0  # without drag 3.03 s and 45.4 m
+    assert 30.0 < drop.throw_m < 45.4
+
+
+def test_the_wind_carries_a_parcel_from_where_it_was_let_go() -> None:
+    flight = multicopter(waypoint(100, 0, 60), gripper())
+    (drop,) = predict(flight, facts(), Wind(east_m_s=8.0)).drops
+    assert drop.release_latitude_deg == pytest.approx(drop.landing_latitude_deg)
+    assert drop.release_longitude_deg is not None
+    assert drop.landing_longitude_deg is not None
+    east_m = distance_m(47.4, drop.release_longitude_deg, 47.4, drop.landing_longitude_deg)
+    assert east_m == pytest.approx(drop.throw_m, rel=0.01)
+    assert 0.2 * 8.0 * drop.fall_s < drop.throw_m < 8.0 * drop.fall_s
+
+
+def test_a_timeline_says_the_wind_that_it_reckons_with() -> None:
+    wind = Wind(east_m_s=8.0)
+    assert predict(multicopter(waypoint()), facts(), wind).wind == wind
+    assert predict(multicopter(waypoint()), facts()).wind == CALM
 
 
 def test_a_drop_from_a_circle_is_one_radius_away_and_nobody_knows_where() -> None:

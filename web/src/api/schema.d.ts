@@ -2332,6 +2332,11 @@ export interface components {
              */
             max_offset_m: number | null;
             /**
+             * Mass Kg
+             * @default null
+             */
+            mass_kg: number | null;
+            /**
              * Consent
              * @default none
              * @enum {string}
@@ -2580,6 +2585,8 @@ export interface components {
         /**
          * Limits
          * @description Bounds that the plan sets itself; the rules hold it to them.
+         *
+         *     `min_battery_percent` must be left where the flight ends; a vehicle may declare a higher reserve.
          */
         Limits: {
             /**
@@ -2602,6 +2609,11 @@ export interface components {
              * @default null
              */
             max_duration_s: number | null;
+            /**
+             * Min Battery Percent
+             * @default null
+             */
+            min_battery_percent: number | null;
         };
         /**
          * LocalPoint
@@ -2894,6 +2906,50 @@ export interface components {
             points: (components["schemas"]["LocalPoint"] | components["schemas"]["GlobalPoint"])[];
         };
         /**
+         * Performance
+         * @description Of one vehicle as it flies deliveries, loaded. null: not declared.
+         *
+         *     Either watts with the battery's usable capacity, or one rate in per cent a minute for all of the flight. A
+         *     `hover_w` or `climb_w` that is not given is the highest rate that is. `reserve_percent` is what must be left.
+         */
+        Performance: {
+            /**
+             * Payload Max Kg
+             * @default null
+             */
+            payload_max_kg: number | null;
+            /**
+             * Battery Capacity Wh
+             * @default null
+             */
+            battery_capacity_wh: number | null;
+            /**
+             * Cruise W
+             * @default null
+             */
+            cruise_w: number | null;
+            /**
+             * Hover W
+             * @default null
+             */
+            hover_w: number | null;
+            /**
+             * Climb W
+             * @default null
+             */
+            climb_w: number | null;
+            /**
+             * Battery Percent Per Min
+             * @default null
+             */
+            battery_percent_per_min: number | null;
+            /**
+             * Reserve Percent
+             * @default 20
+             */
+            reserve_percent: number;
+        };
+        /**
          * Plan
          * @description A delivery plan, version 1. Items without an id get `item-<number>`; ids are unique.
          */
@@ -2922,7 +2978,8 @@ export interface components {
              *       "max_relative_altitude_m": null,
              *       "max_distance_m": null,
              *       "max_speed_m_s": null,
-             *       "max_duration_s": null
+             *       "max_duration_s": null,
+             *       "min_battery_percent": null
              *     }
              */
             limits: components["schemas"]["Limits"];
@@ -2957,7 +3014,8 @@ export interface components {
         };
         /**
          * PlanCheckRequest
-         * @description Check `plan` (see the plan schema) against the vehicle's type, or against the facts of one vehicle.
+         * @description Check `plan` (see the plan schema) against the vehicle's type, or against the facts of one vehicle, in this wind
+         *     (null: in calm air).
          */
         PlanCheckRequest: {
             /** Plan */
@@ -2967,6 +3025,8 @@ export interface components {
              * @default null
              */
             vehicle: string | null;
+            /** @default null */
+            wind: components["schemas"]["WindGiven"] | null;
         };
         /**
          * PlanConversion
@@ -3353,7 +3413,9 @@ export interface components {
          *
          *     `lead_m` is how far before the point, along the track, the release happens; `offset_m` the distance from the point
          *     (the radius, on a circle). The release position is null on a circle: it can be anywhere there.
-         *     `fall_s` and `throw_m` are the fall to the height of home without drag, and how far the parcel flies on meanwhile.
+         *     `fall_s` and `throw_m` are the fall to the height of home, with drag and wind, and how far from the release, over
+         *     ground, the parcel comes down: at the landing position, null on a circle.
+         *     `return_battery_percent`: what a return from there takes of a full battery, null where no rate is declared.
          */
         PredictedDrop: {
             /** Item Id */
@@ -3385,6 +3447,21 @@ export interface components {
             fall_s: number;
             /** Throw M */
             throw_m: number;
+            /**
+             * Landing Latitude Deg
+             * @default null
+             */
+            landing_latitude_deg: number | null;
+            /**
+             * Landing Longitude Deg
+             * @default null
+             */
+            landing_longitude_deg: number | null;
+            /**
+             * Return Battery Percent
+             * @default null
+             */
+            return_battery_percent: number | null;
         };
         /**
          * PrincipalView
@@ -3650,6 +3727,7 @@ export interface components {
          *     `asked` is what a user last asked for in flight: "pause", "return", "land", "resume" until the vehicle is in Mission
          *     mode again, or "" for the mission itself;
          *     "contingency" when a drop failed and the plan says to return.
+         *     `wind` is the one that its checks and its prediction reckon with.
          *     `reached_seq` is the highest mission item known to be done: after a reboot of the vehicle nothing before it is
          *     flown again.
          */
@@ -3721,6 +3799,8 @@ export interface components {
              * @default false
              */
             start_requested: boolean;
+            /** @default null */
+            wind: components["schemas"]["Wind"] | null;
             /**
              * Asked
              * @default
@@ -3749,6 +3829,8 @@ export interface components {
         /**
          * RunRequest
          * @description Fly this plan with this vehicle. `start` false: upload and verify only, and wait for the start.
+         *
+         *     `wind` is what the check and the prediction of the run reckon with; null is calm air.
          */
         RunRequest: {
             /** Plan */
@@ -3760,6 +3842,8 @@ export interface components {
              * @default false
              */
             start: boolean;
+            /** @default null */
+            wind: components["schemas"]["WindGiven"] | null;
         };
         /**
          * RunState
@@ -4223,7 +4307,9 @@ export interface components {
          * Timeline
          * @description `order` is the ids of the items as flown, jumps unrolled; jumps themselves are not in it, they take no time.
          *
-         *     `open_ended`: the last item never ends by itself. `truncated`: more visits than are predicted.
+         *     `open_ended`: the last item never ends by itself. `truncated`: more visits than are predicted. `wind` is the one
+         *     that it reckons with. `battery_start_percent` is the charge that was found, null if none is known (then a full
+         *     battery is taken), `battery_used_percent` what the whole flight takes, null where no rate is declared.
          */
         Timeline: {
             /** Entries */
@@ -4246,6 +4332,23 @@ export interface components {
              * @default false
              */
             truncated: boolean;
+            /**
+             * @default {
+             *       "north_m_s": 0,
+             *       "east_m_s": 0
+             *     }
+             */
+            wind: components["schemas"]["Wind"];
+            /**
+             * Battery Start Percent
+             * @default null
+             */
+            battery_start_percent: number | null;
+            /**
+             * Battery Used Percent
+             * @default null
+             */
+            battery_used_percent: number | null;
         };
         /**
          * TimelineEntry
@@ -4253,6 +4356,8 @@ export interface components {
          *
          *     Position and altitude (above home) are those at the end. `brakes`: the vehicle comes to a stop there. `unsure_s`: by
          *     so much more than usual the time may be off, either way, because PX4 does something that cannot be predicted.
+         *     `battery_used_percent` is what the item takes of a full battery, null where the vehicle declares no rate, and
+         *     `energy_wh` the same in watt hours, null without a declared capacity.
          */
         TimelineEntry: {
             /** Item Id */
@@ -4286,6 +4391,16 @@ export interface components {
              * @default 0
              */
             unsure_s: number;
+            /**
+             * Battery Used Percent
+             * @default null
+             */
+            battery_used_percent: number | null;
+            /**
+             * Energy Wh
+             * @default null
+             */
+            energy_wh: number | null;
         };
         /**
          * Transition
@@ -4390,6 +4505,8 @@ export interface components {
         /**
          * VehicleView
          * @description A vehicle as shown. `quarantined` says why no command may be sent to it, null if it may.
+         *
+         *     `performance` is what the operator declares of it, null if nothing is declared.
          */
         VehicleView: {
             /** Id */
@@ -4407,6 +4524,7 @@ export interface components {
             quarantined: string | null;
             /** Run Id */
             run_id: string | null;
+            performance: components["schemas"]["Performance"] | null;
             state: components["schemas"]["StateView"];
         };
         /**
@@ -4725,6 +4843,11 @@ export interface components {
              */
             max_offset_m: number | null;
             /**
+             * Mass Kg
+             * @default null
+             */
+            mass_kg: number | null;
+            /**
              * Consent
              * @default none
              * @enum {string}
@@ -4762,6 +4885,22 @@ export interface components {
             rate_m_s: number | null;
         };
         /**
+         * Wind
+         * @description Where the air goes, over ground. A prediction without wind is one for calm air.
+         */
+        Wind: {
+            /**
+             * North M S
+             * @default 0
+             */
+            north_m_s: number;
+            /**
+             * East M S
+             * @default 0
+             */
+            east_m_s: number;
+        };
+        /**
          * WindFault
          * @description Moves the air.
          */
@@ -4781,6 +4920,33 @@ export interface components {
                 number,
                 number
             ];
+        };
+        /**
+         * WindGiven
+         * @description A steady wind: `from_deg` (clockwise from north, where it comes from) and `speed_m_s`, as in weather reports,
+         *     or `north_m_s` and `east_m_s`, where the air goes.
+         */
+        WindGiven: {
+            /**
+             * From Deg
+             * @default null
+             */
+            from_deg: number | null;
+            /**
+             * Speed M S
+             * @default null
+             */
+            speed_m_s: number | null;
+            /**
+             * North M S
+             * @default null
+             */
+            north_m_s: number | null;
+            /**
+             * East M S
+             * @default null
+             */
+            east_m_s: number | null;
         };
     };
     responses: never;
@@ -9020,7 +9186,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `plan.rejected`: The plan cannot be flown; `request.invalid`: The body does not fit this request */
             422: {
                 headers: {
                     [name: string]: unknown;
