@@ -13,9 +13,10 @@ from app.domain.landing_pattern import landing_pattern
 from app.domain.plan.drops import DropUse
 from app.domain.plan.items import Delay, Land, Loiter, ReturnToLaunch, Takeoff, Transition, Waypoint
 from app.domain.plan.walk import Carried, Place, Step
-from app.domain.prediction import buoyant, return_to_launch, rotary, vtol, wheels, wing
+from app.domain.prediction import buoyant, path_return, return_to_launch, rotary, vtol, wheels, wing
 from app.domain.prediction.effort import Effort, Flight
 from app.domain.prediction.motion import Motion, Point
+from app.domain.prediction.path_return import Passage
 from app.domain.speeds import cruise_speed_m_s
 from app.domain.vehicle import VehicleType
 
@@ -27,11 +28,11 @@ ANSWER_S = 0.2
 
 @dataclass(frozen=True, slots=True)
 class Ahead:
-    """What comes after an item: the next position item without a takeoff between, and all land items of the plan."""
+    """What comes after an item: the next position item without a takeoff between. And all positions of the plan."""
 
     following: Point | None
     following_up_m: float
-    landings: Sequence[tuple[int, Point]]
+    positions: Sequence[Passage]
 
 
 STOPS = Ahead(None, 0.0, ())
@@ -168,7 +169,10 @@ def _land(flight: Flight, before: Motion, step: Step, speed_m_s: float) -> Effor
 
 
 def _return(flight: Flight, before: Motion, step: Step, speed_m_s: float, ahead: Ahead) -> Effort:
-    to = return_to_launch.destination(flight, before, ahead.landings, step.index)
+    if return_to_launch.follows_mission(flight.facts):
+        return path_return.fly(flight, before, step, ahead.positions, speed_m_s)
+    landing = next((place.point for place in ahead.positions if place.lands), None)
+    to = return_to_launch.destination(flight, before, landing)
     if step.before is Carried.WHEELS:
         return wheels.drive(flight, before, to, None, speed_m_s)
     up_m = return_to_launch.return_up_m(flight, before, to)

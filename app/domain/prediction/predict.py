@@ -18,8 +18,8 @@ from app.domain.prediction.effort import Effort, Flight
 from app.domain.prediction.energy import used_percent
 from app.domain.prediction.flown_order import flown_order
 from app.domain.prediction.motion import Motion, Point
+from app.domain.prediction.path_return import Passage, is_unsure_path, positions_of
 from app.domain.prediction.release import predicted_drop
-from app.domain.prediction.return_to_launch import follows_mission
 from app.domain.prediction.timeline import PredictedDrop, Timeline, TimelineEntry
 from app.domain.prediction.usable_facts import usable_facts
 from app.domain.prediction.way_home import way_home_percent
@@ -57,7 +57,7 @@ def _flown(flight: Flight, plan: Plan, steps: Sequence[Step]) -> tuple[list[Time
     speeds = speeds_along(plan, flight.facts, steps)
     drops = {id(drop.step): drop for drop in drops_of(steps)}
     braking = {id(drop.anchor): drop for drop in drops.values() if brakes_at_waypoint(drop)}
-    looks_ahead = _ahead(flight, plan, steps)
+    looks_ahead = _ahead(flight, steps, positions_of(flight, plan))
     seqs_of = _seqs_of(plan, flight.facts)
     entries: list[TimelineEntry] = []
     found: list[PredictedDrop] = []
@@ -68,8 +68,8 @@ def _flown(flight: Flight, plan: Plan, steps: Sequence[Step]) -> tuple[list[Time
         drop = drops.get(id(step)) or braking.get(id(step))
         fly_m_s = speed_m_s or (speeds[number - 1] if number else 0.0)  # a landing flies at the speed before it
         took = effort(flight, motion, step, fly_m_s, drop, looks_ahead[number])
-        if isinstance(step.item, ReturnToLaunch) and follows_mission(flight.facts):
-            took = replace(took, unsure_s=took.unsure_s + now_s)  # all that was flown may be flown back
+        if isinstance(step.item, ReturnToLaunch) and is_unsure_path(flight.facts):
+            took = replace(took, unsure_s=took.unsure_s + now_s)
         if took.distance_m > 0.0:
             took, was_unsure = _after_unsure(took) if was_unsure else took, took.unsure_s > 0.0
         brakes = _brakes(step, drop, steps[number + 1] if number + 1 < len(steps) else None)
@@ -94,18 +94,13 @@ def _flight(plan: Plan, facts: VehicleFacts, wind: Wind) -> Flight:
     return Flight(facts, bare.home, wind, rally)
 
 
-def _ahead(flight: Flight, plan: Plan, steps: Sequence[Step]) -> list[Ahead]:
+def _ahead(flight: Flight, steps: Sequence[Step], positions: Sequence[Passage]) -> list[Ahead]:
     """For each step, seen from the end: PX4 looks at the next position item, and at none beyond a takeoff."""
-    landings = [
-        (index, flight.to_local(item.latitude_deg, item.longitude_deg))
-        for index, item in enumerate(plan.items)
-        if isinstance(item, Land)
-    ]
     found: list[Ahead] = []
     following: Point | None = None
     up_m = 0.0
     for step in reversed(steps):
-        found.append(Ahead(following, up_m, landings))
+        found.append(Ahead(following, up_m, positions))
         if isinstance(step.item, Takeoff | ReturnToLaunch):
             following = None
         elif isinstance(step.item, Waypoint | Loiter | Land):

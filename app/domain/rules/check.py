@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 from app.domain.default_facts import default_facts
-from app.domain.fence_area import fence_area
+from app.domain.fence_area import FenceArea, fence_area, needs_all_inclusions
 from app.domain.finding import Finding, Severity
 from app.domain.geo import LocalProjection
 from app.domain.plan.document import Plan
@@ -74,10 +74,14 @@ def context_of(plan: Plan, vehicle: VehicleFacts | None, wind: Wind = CALM) -> R
         speeds_m_s=speeds_along(plan, facts, steps),
         drops=drops_of(steps),
         projection=projection,
-        fence=fence_area(plan.geofence, projection) if fenced else None,
+        fence=_fence(plan, facts, projection) if fenced else None,
         wind=wind,
         timeline=cache(lambda: predict(plan, facts, wind)),
     )
+
+
+def _fence(plan: Plan, facts: VehicleFacts, projection: LocalProjection) -> FenceArea:
+    return fence_area(plan.geofence, projection, all_of_home=needs_all_inclusions(facts.firmware))
 
 
 def _order(finding: Finding) -> tuple[bool, list[tuple[bool, int, str]], str]:

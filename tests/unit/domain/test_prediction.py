@@ -236,11 +236,21 @@ def test_a_return_goes_home_where_nothing_else_is() -> None:
         assert distance_m(HOME.latitude_deg, HOME.longitude_deg, *there) == pytest.approx(0.0, abs=0.01)
 
 
-@pytest.mark.parametrize(("rtl_type", "unsure"), [(0, False), (1, False), (2, True), (3, False), (4, True), (5, False)])
-def test_a_return_along_the_mission_is_said_to_be_unsure_by_all_that_was_flown(rtl_type: int, unsure: bool) -> None:
-    last = predict(multicopter(waypoint(300)), facts(home=HOME, RTL_TYPE=rtl_type)).entries[-1]
-    assert last.type == "return_to_launch"
-    assert last.unsure_s == (last.start_s if unsure else 0.0)
+def test_a_return_along_the_mission_takes_its_corners_back() -> None:
+    """Out by a corner 300 m to the north; straight home it would be 300 m to the west."""
+    flight = multicopter(waypoint(300), waypoint(300, 300), waypoint(0, 300))
+    straight, back = (predict(flight, facts(home=HOME, RTL_TYPE=rtl_type)).entries[-1] for rtl_type in (0, 2))
+    assert straight.distance_m == pytest.approx(300.0, abs=20.0)
+    assert back.distance_m == pytest.approx(900.0, abs=60.0)
+    assert back.unsure_s == 0.0
+
+
+@pytest.mark.parametrize("vehicle_type", ["fixed_wing", "rover", "airship"])
+def test_how_other_types_end_a_return_along_the_mission_is_said_to_be_unsure(vehicle_type: str) -> None:
+    first = [] if vehicle_type == "rover" else [takeoff(30, **at(160, 0))]
+    flight = plan(vehicle_type, *first, waypoint(300), RETURN)
+    last = predict(flight, facts(vehicle_type, home=HOME, RTL_TYPE=2)).entries[-1]
+    assert last.unsure_s == last.start_s > 0.0
 
 
 def test_a_headwind_makes_a_pass_slower_and_its_lead_shorter() -> None:
