@@ -17,6 +17,7 @@ _COMMON: Mapping[str, float | int] = {
     "NAV_LOITER_RAD": 80,
     "PD_GRIPPER_TYPE": 0,
     "PD_GRIPPER_TO": 1,
+    "GF_ACTION": 2,
     "GF_MAX_HOR_DIST": 0,
     "GF_MAX_VER_DIST": 0,
     "RTL_TYPE": 0,

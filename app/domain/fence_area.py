@@ -12,9 +12,14 @@ from shapely.geometry.base import BaseGeometry
 from app.domain.default_facts import parameter
 from app.domain.geo import LocalProjection
 from app.domain.landing_pattern import landing_pattern
+from app.domain.plan.document import Plan
 from app.domain.plan.geofence import FenceCircle, FencePolygon, Geofence
-from app.domain.plan.items import Jump, Land, Loiter, Takeoff
+from app.domain.plan.items import Jump, Land, Loiter, ReturnToLaunch, Takeoff
 from app.domain.plan.walk import Carried, Place, Step
+from app.domain.prediction.flight import flight_of
+from app.domain.prediction.path_return import positions_of
+from app.domain.prediction.return_ends import return_ends
+from app.domain.prediction.usable_facts import usable_facts
 from app.domain.vehicle import FirmwareVersion, GlobalPosition, VehicleFacts, VehicleType
 
 _SEGMENTS = 32
@@ -82,9 +87,9 @@ def is_simple_polygon(shape: Polygon) -> bool:
 
 
 def ground_paths(
-    steps: tuple[Step, ...], home: GlobalPosition, facts: VehicleFacts, projection: LocalProjection
+    plan: Plan, steps: tuple[Step, ...], home: GlobalPosition, facts: VehicleFacts, projection: LocalProjection
 ) -> Iterator[GroundPath]:
-    """All paths of a plan, those of its jumps too."""
+    """All paths of a plan, those of its jumps too, and of its return to wherever RTL_TYPE may send it."""
     ends = {step.item.id: step.end for step in steps}
     for step in steps:
         item = step.item
@@ -93,6 +98,8 @@ def ground_paths(
         elif isinstance(item, Jump):
             if item.target in ends:
                 yield GroundPath(step, _line(step.start, ends[item.target], projection))
+        elif isinstance(item, ReturnToLaunch):
+            yield from _return_paths(plan, step, facts, projection)
         else:
             yield GroundPath(step, _line(step.start, step.end, projection))
         if isinstance(item, Loiter) and step.after in (Carried.FIXED_WING, Carried.BUOYANCY):
@@ -100,6 +107,13 @@ def ground_paths(
             yield GroundPath(step, point_of(step.end, projection).buffer(radius_m, quad_segs=_SEGMENTS))
         elif isinstance(item, Takeoff):
             yield GroundPath(step, point_of(step.start, projection))
+
+
+def _return_paths(plan: Plan, step: Step, facts: VehicleFacts, projection: LocalProjection) -> Iterator[GroundPath]:
+    flight, here = flight_of(plan, usable_facts(facts)), point_of(step.start, projection)
+    for end in return_ends(flight, (here.x, here.y), positions_of(flight, plan), step.index):
+        there = Point(end)
+        yield GroundPath(step, here if here.distance(there) == 0 else LineString([here, there]))
 
 
 def point_of(place: Place, projection: LocalProjection) -> Point:

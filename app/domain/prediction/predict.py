@@ -12,10 +12,11 @@ from app.domain.errors import PlanRejectedError
 from app.domain.plan.document import Plan
 from app.domain.plan.drops import DropUse, drops_of
 from app.domain.plan.items import Delay, Land, Loiter, ReturnToLaunch, Takeoff, Waypoint
-from app.domain.plan.walk import Carried, Step, reference_home, walk
+from app.domain.plan.walk import Carried, Step, walk
 from app.domain.prediction.durations import Ahead, effort, point_of
 from app.domain.prediction.effort import Effort, Flight
 from app.domain.prediction.energy import used_percent
+from app.domain.prediction.flight import flight_of
 from app.domain.prediction.flown_order import flown_order
 from app.domain.prediction.motion import Motion, Point
 from app.domain.prediction.path_return import Passage, is_unsure_path, positions_of
@@ -34,7 +35,7 @@ AFTER_UNSURE_S, AFTER_UNSURE_MORE_S = 1.0, 4.0
 def predict(plan: Plan, facts: VehicleFacts, wind: Wind = CALM) -> Timeline:
     """The timeline of a plan for a vehicle with these facts. Works for plans with errors too, as far as they go."""
     facts = usable_facts(facts)
-    flight = _flight(plan, facts, wind)
+    flight = flight_of(plan, facts, wind)
     order = flown_order(plan)
     entries, drops = _flown(flight, plan, walk(plan, flight.home, order.indexes))
     used = [entry.battery_used_percent for entry in entries if entry.battery_used_percent is not None]
@@ -86,12 +87,6 @@ def _flown(flight: Flight, plan: Plan, steps: Sequence[Step]) -> tuple[list[Time
 
 def _after_unsure(took: Effort) -> Effort:
     return replace(took, duration_s=took.duration_s + AFTER_UNSURE_S, unsure_s=took.unsure_s + AFTER_UNSURE_MORE_S)
-
-
-def _flight(plan: Plan, facts: VehicleFacts, wind: Wind) -> Flight:
-    bare = Flight(facts, reference_home(plan, facts), wind)
-    rally = tuple(bare.to_local(point.latitude_deg, point.longitude_deg) for point in plan.rally_points)
-    return Flight(facts, bare.home, wind, rally)
 
 
 def _ahead(flight: Flight, steps: Sequence[Step], positions: Sequence[Passage]) -> list[Ahead]:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import pytest
 
 from app.domain.rules import RULES, Severity, check_plan
-from tests.unit.domain.rules.bounds_cases import GEOFENCE_CASES, LIMIT_CASES, VEHICLE_CASES
+from tests.unit.domain.rules.bounds_cases import LIMIT_CASES, VEHICLE_CASES
 from tests.unit.domain.rules.case import Case, codes
 from tests.unit.domain.rules.drop_cases import BRAKING_CASES, CONSENT_CASES, POSITION_CASES
+from tests.unit.domain.rules.fence_cases import GEOFENCE_CASES
 from tests.unit.domain.rules.flight_cases import (
     COMMAND_CASES,
     FIXED_WING_CASES,
