@@ -39,4 +39,4 @@ class WindGiven(BaseModel):
         if self.from_deg is None or self.speed_m_s is None:
             return Wind(self.north_m_s or 0.0, self.east_m_s or 0.0)
         towards = math.radians(self.from_deg + 180.0)
-        return Wind(self.speed_m_s * math.cos(towards), self.speed_m_s * math.sin(towards))
+        return Wind(round(self.speed_m_s * math.cos(towards), 6), round(self.speed_m_s * math.sin(towards), 6))

@@ -2605,6 +2605,11 @@ export interface components {
              */
             max_speed_m_s: number | null;
             /**
+             * Max Drop Height M
+             * @default null
+             */
+            max_drop_height_m: number | null;
+            /**
              * Max Duration S
              * @default null
              */
@@ -2978,6 +2983,7 @@ export interface components {
              *       "max_relative_altitude_m": null,
              *       "max_distance_m": null,
              *       "max_speed_m_s": null,
+             *       "max_drop_height_m": null,
              *       "max_duration_s": null,
              *       "min_battery_percent": null
              *     }
