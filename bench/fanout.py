@@ -25,6 +25,7 @@ from aiohttp import web
 
 from app.api import ApiServices, ApiSettings, build_app
 from app.domain.events import Event, EventKind, NewEvent
+from app.domain.jobs.port import JobRecord
 from app.domain.ports import StoredPlan, Unsubscribe, VehicleLink
 from app.domain.run import Run
 from app.services.access import Access
@@ -32,10 +33,12 @@ from app.services.attachments import Attachments
 from app.services.clock import SystemClock
 from app.services.comparisons import Comparisons
 from app.services.fleet import Fleet
+from app.services.jobs import Jobs
 from app.services.journal import Journal
 from app.services.offboard import Offboard
 from app.services.plans import Plans
 from app.services.proofs import Proofs
+from app.services.rerouting import Rerouting
 from app.services.runs import Runs
 from app.services.simulation import Simulation
 from app.services.tasks import Tasks
@@ -57,7 +60,11 @@ class ListStore:
         self.events: list[Event] = []
 
     async def append(
-        self, events: Sequence[NewEvent], runs: Sequence[Run] = (), plans: Sequence[StoredPlan] = ()
+        self,
+        events: Sequence[NewEvent],
+        runs: Sequence[Run] = (),
+        plans: Sequence[StoredPlan] = (),
+        jobs: Sequence[JobRecord] = (),
     ) -> Sequence[Event]:
         """See EventStore."""
         stored = numbered(events, len(self.events) + 1)
@@ -114,9 +121,11 @@ async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
         fleet = Fleet(NoVehicles(), journal)
         runs = Runs(fleet, storage.plans, storage.runs, journal, clock)
         offboard = Offboard(fleet, runs, clock)
+        plans = Plans(storage.plans, journal, clock)
         services = ApiServices(
             journal=journal,
-            plans=Plans(storage.plans, journal, clock),
+            plans=plans,
+            jobs=Jobs(storage.jobs, plans, runs, fleet, journal, clock),
             comparisons=Comparisons(runs, journal),
             attachments=Attachments(runs, storage.attachments, journal, clock),
             proofs=Proofs(runs, storage.plans, storage.attachments, journal, clock, "gw-1"),
@@ -124,6 +133,7 @@ async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
             fleet=fleet,
             telemetry=TelemetryFeed(fleet, 3600.0),
             runs=runs,
+            rerouting=Rerouting(runs, plans),
             commands=VehicleCommands(fleet, journal),
             offboard=offboard,
             tasks=Tasks(offboard, fleet, clock),

@@ -10,6 +10,7 @@ from app.api.answers import json_answer
 from app.api.bodies import NO_BODY, Empty, json_body
 from app.api.models import EventsQuery, EventsView, RunRequest
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
+from app.api.run_changes import ACCEPTED, accepted
 from app.api.run_list import CSV, RunsQuery, RunsView, asks_for_csv, runs_csv
 from app.api.services import JOURNAL, RUNS
 from app.domain.prediction import CALM
@@ -25,7 +26,7 @@ async def create_run(call: Call[NoQuery, RunRequest]) -> web.Response:
     run = await call.request.app[RUNS].create(
         asked.plan, asked.vehicle, start=asked.start, by=call.principal.name, wind=wind
     )
-    return _accepted(run)
+    return accepted(run)
 
 
 async def list_runs(call: Call[RunsQuery, Empty]) -> web.Response:
@@ -87,15 +88,10 @@ async def abort_run(call: Call[NoQuery, Empty]) -> web.Response:
 
 
 async def _tell(call: Call[NoQuery, Empty], action: Callable[[Runs, str, str], Awaitable[Run]]) -> web.Response:
-    return _accepted(await action(call.request.app[RUNS], call.path_value("run_id"), call.principal.name))
-
-
-def _accepted(run: Run) -> web.Response:
-    return json_answer(run, status=202, headers={"Location": f"{API}/runs/{run.id}"})
+    return accepted(await action(call.request.app[RUNS], call.path_value("run_id"), call.principal.name))
 
 
 _PAGED = ("Link", "Content-Disposition")
-_ACCEPTED = Answer(202, "The run as it is now; follow it at Location or by the stream", Run, headers=("Location",))
 _ACTION_ERRORS = (
     "not_found",
     "conflict",
@@ -117,7 +113,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         role=Role.DISPATCHER,
         query=NoQuery,
         body=json_body(RunRequest),
-        answers=(_ACCEPTED,),
+        answers=(ACCEPTED,),
         errors=(
             *("not_found", "vehicle.busy", "vehicle.quarantined", "plan.rejected"),
             *("vehicle.link", "vehicle.timeout", "storage.failed"),
@@ -173,7 +169,7 @@ ROUTES: tuple[AnyRoute, ...] = (
             role=role,
             query=NoQuery,
             body=NO_BODY,
-            answers=(_ACCEPTED,),
+            answers=(ACCEPTED,),
             errors=(*_ACTION_ERRORS, *(("plan.rejected",) if action == "start" else ())),
         )
         for action, handler, role, summary in (

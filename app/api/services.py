@@ -14,10 +14,12 @@ from app.services.attachments import Attachments
 from app.services.clock import Clock
 from app.services.comparisons import Comparisons
 from app.services.fleet import Fleet
+from app.services.jobs import Jobs
 from app.services.journal import Journal
 from app.services.offboard import Offboard
 from app.services.plans import Plans
 from app.services.proofs import Proofs
+from app.services.rerouting import Rerouting
 from app.services.runs import Runs
 from app.services.simulation import Simulation
 from app.services.tasks import Tasks
@@ -42,6 +44,8 @@ class ApiServices:
     fleet: Fleet
     telemetry: TelemetryFeed
     runs: Runs
+    rerouting: Rerouting
+    jobs: Jobs
     commands: VehicleCommands
     offboard: Offboard
     tasks: Tasks
@@ -58,11 +62,13 @@ CLOCK: Final = web.AppKey("clock", Clock)
 COMPARISONS: Final = web.AppKey("comparisons", Comparisons)
 COMMANDS: Final = web.AppKey("commands", VehicleCommands)
 FLEET: Final = web.AppKey("fleet", Fleet)
+JOBS: Final = web.AppKey("jobs", Jobs)
 JOURNAL: Final = web.AppKey("journal", Journal)
 OFFBOARD: Final = web.AppKey("offboard", Offboard)
 PLANS: Final = web.AppKey("plans", Plans)
 PROOFS: Final = web.AppKey("proofs", Proofs)
 RUNS: Final = web.AppKey("runs", Runs)
+REROUTING: Final = web.AppKey("rerouting", Rerouting)
 SIMULATION: Final = web.AppKey("simulation", Simulation)
 WEBHOOKS: Final = web.AppKey("webhooks", Webhooks)
 TASKS: Final = web.AppKey("tasks", Tasks)
@@ -76,11 +82,13 @@ def install(app: web.Application, services: ApiServices) -> None:
     app[COMPARISONS] = services.comparisons
     app[COMMANDS] = services.commands
     app[FLEET] = services.fleet
+    app[JOBS] = services.jobs
     app[JOURNAL] = services.journal
     app[OFFBOARD] = services.offboard
     app[PLANS] = services.plans
     app[PROOFS] = services.proofs
     app[RUNS] = services.runs
+    app[REROUTING] = services.rerouting
     app[SIMULATION] = services.simulation
     app[WEBHOOKS] = services.webhooks
     app[TASKS] = services.tasks

@@ -6,6 +6,7 @@ from typing import Literal
 
 from pydantic import BaseModel
 
+from app.api.models import Identifier
 from app.api.offboard_models import LeaseUse
 from app.domain.tasks.forms import InsertMode, Motion, Task, TaskPoint, WhenEmpty
 from app.services.task_view import TasksView
@@ -26,6 +27,12 @@ class TargetRequest(LeaseUse):
 
     point: TaskPoint
     motion: Motion | None = None
+
+
+class MoveRequest(LeaseUse):
+    """Before which other task this one shall stand; null: last."""
+
+    before: Identifier | None
 
 
 class TaskQueued(BaseModel):

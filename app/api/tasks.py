@@ -12,7 +12,7 @@ from app.api.bodies import NO_BODY, Empty, json_body
 from app.api.offboard_models import LeaseUse
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import TASKS
-from app.api.task_models import QueueAction, TargetRequest, TaskQueued, TaskRequest
+from app.api.task_models import MoveRequest, QueueAction, TargetRequest, TaskQueued, TaskRequest
 from app.services.access import Role
 from app.services.task_view import TasksView
 from app.services.tasks import TaskDesk
@@ -33,7 +33,7 @@ _SUMMARIES: Final[Mapping[QueueAction, str]] = {
 }
 
 
-def _desk(call: Call[NoQuery, Any]) -> TaskDesk:
+def _desk(call: Call[Any, Any]) -> TaskDesk:
     return call.request.app[TASKS].vehicle(call.path_value("vehicle_id"))
 
 
@@ -54,6 +54,20 @@ async def move_target(call: Call[NoQuery, TargetRequest]) -> web.Response:
     """POST /vehicles/{vehicle_id}/tasks/{task_id}/target."""
     desk, body = _desk(call), call.body
     desk.retarget(body.lease, call.path_value("task_id"), body.point, body.motion)
+    return json_answer(desk.view())
+
+
+async def move_task(call: Call[NoQuery, MoveRequest]) -> web.Response:
+    """POST /vehicles/{vehicle_id}/tasks/{task_id}/move."""
+    desk, body = _desk(call), call.body
+    desk.move(body.lease, call.path_value("task_id"), body.before)
+    return json_answer(desk.view())
+
+
+async def remove_task(call: Call[NoQuery, LeaseUse]) -> web.Response:
+    """DELETE /vehicles/{vehicle_id}/tasks/{task_id}."""
+    desk = _desk(call)
+    desk.remove(call.body.lease, call.path_value("task_id"))
     return json_answer(desk.view())
 
 
@@ -106,6 +120,30 @@ ROUTES: tuple[AnyRoute, ...] = (
         body=json_body(TargetRequest),
         answers=(_VIEW,),
         errors=(*_LEASE, "tasks.refused"),
+    ),
+    Route(
+        method="POST",
+        path=f"{_PATH}/{{task_id}}/move",
+        handler=move_task,
+        summary="Another place in the queue; what becomes the first is flown at once",
+        tag="tasks",
+        role=Role.PILOT,
+        query=NoQuery,
+        body=json_body(MoveRequest),
+        answers=(_VIEW,),
+        errors=_LEASE,
+    ),
+    Route(
+        method="DELETE",
+        path=f"{_PATH}/{{task_id}}",
+        handler=remove_task,
+        summary="Take one task out; the current one as if it were skipped",
+        tag="tasks",
+        role=Role.PILOT,
+        query=NoQuery,
+        body=json_body(LeaseUse),
+        answers=(_VIEW,),
+        errors=_LEASE,
     ),
     *(
         Route(

@@ -34,6 +34,10 @@ def _told(event: Event) -> Text | None:
     match event.kind:
         case EventKind.RUN_CREATED | EventKind.RUN_CHANGED:
             return _state(data)
+        case EventKind.RUN_MISSION_CHANGED:
+            change = data.get("change") or {}
+            who = f" by {change['by']}" if change.get("by") else ""
+            return Text(f"flies plan {change.get('plan_id')} from {change.get('continue_at')} on, changed{who}")
         case EventKind.RUN_ITEM:
             verb = "flies to" if data.get("what") == "current" else "reached"
             return Text(f"{verb} {data.get('item_id')}")

@@ -47,6 +47,36 @@ class WrongStateError(ConflictError):
     code = "run.wrong_state"
 
 
+class DropInProgressError(ConflictError):
+    """The vehicle is at a drop, or a release is not answered yet: the flight's plan cannot be changed until it is."""
+
+    code = "run.drop_in_progress"
+
+
+class PauseFirstError(ConflictError):
+    """The change is safe only while the vehicle holds."""
+
+    code = "run.pause_first"
+
+
+class ChangeUnderWayError(ConflictError):
+    """A change of the run's mission is under way, or it is not known whether it arrived."""
+
+    code = "run.changing"
+
+
+class JobWrongStateError(ConflictError):
+    """The job is in a state in which this cannot be done."""
+
+    code = "job.wrong_state"
+
+
+class JobsFullError(ConflictError):
+    """So many jobs wait that no other is taken."""
+
+    code = "jobs.full"
+
+
 class ConsentNotAskedError(ConflictError):
     """The drop asks for no consent now: not yet, not any more, or never."""
 

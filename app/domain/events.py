@@ -50,6 +50,8 @@ class EventKind(StrEnum):
     """data: the timeline for this vehicle, as predicted before the flight; at most its first 500 visits."""
     RUN_UPLOAD_PROGRESS = "run.upload_progress"
     """data: mission_type, sent, total, attempt, percent."""
+    RUN_MISSION_CHANGED = "run.mission_changed"
+    """data: change (see Run.change) and timeline, as predicted for the rest. The vehicle has the changed mission."""
     RUN_ITEM = "run.item"
     """data: item_id, seq, what ("current" | "reached")."""
     RUN_ITEM_ENDED = "run.item_ended"
@@ -70,6 +72,11 @@ class EventKind(StrEnum):
     SIMULATOR_FAULT = "simulator.fault"
     """data: fault, value, by, problem. Stored before the simulated vehicle gets the fault, with problem null; once more
     with the reason when it did not."""
+    JOB_CHANGED = "job.changed"
+    """data: change (queued, placed, assigned, requeued, prepared, start_asked, started, end_asked, noted, ended), by,
+    job (the whole job)."""
+    JOB_QUEUE_CHANGED = "job.queue_changed"
+    """data: change (stopped, resumed, cleared), queue (vehicle_id, stopped, reason, by, at, cleared_run_id)."""
     WEBHOOK_CHANGED = "webhook.changed"
     """data: webhook_id, change (created, changed, enabled, disabled, deleted), host, by, reason."""
 

@@ -65,6 +65,10 @@ class ItemTimes:
         """Somebody else, or nobody, saw the first `flown` items."""
         return replace(self, counted=flown, began_s=None)
 
+    def flown_on(self, mission: Mission, began_s: float | None) -> ItemTimes:
+        """Another mission goes on behind the items that were counted; its first item began then."""
+        return replace(ItemTimes.of(mission), counted=self.counted, began_s=began_s)
+
     def releases(self, anchor_id: str, now_s: float | None) -> tuple[ItemTimes, tuple[EndedItem, ...]]:
         """A supervised release is ordered: the item at which the vehicle waits for it is over, and the drop begins."""
         if self.ahead:

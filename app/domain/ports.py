@@ -8,7 +8,8 @@ from typing import Any, Protocol
 
 from app.domain.commands import CommandAck, CommandRequest
 from app.domain.events import Event, NewEvent
-from app.domain.mission import Mission, MissionItem, MissionType
+from app.domain.jobs.port import JobRecord
+from app.domain.mission_port import MissionLink
 from app.domain.offboard_port import OffboardLink
 from app.domain.run import Run
 from app.domain.run_filter import RunFilter
@@ -91,37 +92,12 @@ class DuplicateSystem:
     detail: str
 
 
-LinkFact = (
-    LinkLost
-    | LinkRestored
-    | IdentityKnown
-    | StateChanged
-    | MissionCurrent
-    | ItemReached
-    | GripperOutput
-    | StatusText
-    | Rebooted
-    | DuplicateSystem
-)
+LinkChange = LinkLost | LinkRestored | IdentityKnown | DuplicateSystem
+MissionFact = MissionCurrent | ItemReached | GripperOutput
+LinkFact = LinkChange | MissionFact | StateChanged | StatusText | Rebooted
 
 
-@dataclass(frozen=True, slots=True)
-class UploadProgress:
-    """One step of an upload. `sent` of `total` items of this list; `attempt` starts at 1.
-
-    The last one of a good upload has `verified_by` set: "mission_id" (the ids agree) or "read_back" (every item
-    compared), and `mission_id` where the firmware gives one.
-    """
-
-    mission_type: MissionType
-    sent: int
-    total: int
-    attempt: int
-    verified_by: str | None = None
-    mission_id: int | None = None
-
-
-class VehicleLink(OffboardLink, Protocol):
+class VehicleLink(MissionLink, OffboardLink, Protocol):
     """One vehicle on the wire. Every method may raise LinkTimeoutError or VehicleRefusedError.
 
     Listeners are called on the event loop, in order of arrival, and must not block.
@@ -139,26 +115,6 @@ class VehicleLink(OffboardLink, Protocol):
 
     async def read_facts(self) -> VehicleFacts:
         """Version, home and the parameters that rules need. Cached until a reboot; unknown ones are absent."""
-
-    def upload(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:
-        """Upload fence, rally, then mission, and verify. Closing the generator cancels the transfer.
-
-        Raises:
-            UploadError: it did not end verified; `extra["item_seq"]` names the refused item where known.
-        """
-
-    async def download(self, mission_type: MissionType) -> tuple[MissionItem, ...]:
-        """Read a list back from the vehicle."""
-
-    async def wait_mission_ready(self, *, mission_id: int | None, rerun: bool, timeout_s: float) -> None:
-        """Return when the uploaded mission may be started (mission_state and mission_id fit, 50 ms passed).
-
-        Raises:
-            VehicleRefusedError: the vehicle found the mission infeasible; its texts are in `extra["texts"]`.
-        """
-
-    async def set_current(self, seq: int) -> None:
-        """Make `seq` the current item (command 224, else MISSION_SET_CURRENT) and wait until that is accepted."""
 
     async def arm(self) -> None:
         """Arm once. VehicleRefusedError while the vehicle's checks fail; `extra["texts"]` has its reasons."""
@@ -207,9 +163,13 @@ class EventStore(Protocol):
     """The journal on disk. One writer."""
 
     async def append(
-        self, events: Sequence[NewEvent], runs: Sequence[Run] = (), plans: Sequence[StoredPlan] = ()
+        self,
+        events: Sequence[NewEvent],
+        runs: Sequence[Run] = (),
+        plans: Sequence[StoredPlan] = (),
+        jobs: Sequence[JobRecord] = (),
     ) -> Sequence[Event]:
-        """Number and store events, the runs they changed and the plans they announce. Raises StorageError."""
+        """Number and store events, the runs and jobs they changed, the plans they announce. Raises StorageError."""
 
     async def read(self, *, after: int, limit: int, run_id: str | None = None) -> Sequence[Event]:
         """Events with seq > after, in order, at most `limit`."""

@@ -35,6 +35,17 @@ class PlanProof(_Part):
     order: Order | None = None
 
 
+class EarlierPlan(_Part):
+    """A plan that the run flew until it was changed in flight, and the mission of it that was on board."""
+
+    id: str
+    hash: str
+    mission_hash: str | None
+    mission_id: int | None
+    until: float
+    changed_by: str
+
+
 class VehicleProof(_Part):
     """The vehicle that flew, as it reported itself when the run was made. `uid` is AUTOPILOT_VERSION's."""
 
@@ -86,6 +97,7 @@ class Proof(_Part):
     ended_at: float | None
     plan: PlanProof
     mission: MissionProof
+    earlier_plans: tuple[EarlierPlan, ...] = ()
     vehicle: VehicleProof
     drops: tuple[DropRecord, ...]
     attachments: tuple[AttachmentProof, ...]
@@ -110,6 +122,7 @@ class Story:
     def __init__(self) -> None:
         self.fold = RunFold()
         self.attachments: list[Attachment] = []
+        self.earlier_plans: list[EarlierPlan] = []
         self._entries: list[Entry] = []
         self._state: tuple[object, object] | None = None
 
@@ -118,13 +131,31 @@ class Story:
         self.fold.take(event.kind, event.data)
         if event.kind is EventKind.RUN_ATTACHMENT and (attachment := Attachment.read(event.data)) is not None:
             self.attachments.append(attachment)
-        if event.kind in _WHOLE:
+        if event.kind is EventKind.RUN_MISSION_CHANGED:
+            self._take_change(event)
+        elif event.kind in _WHOLE:
             self._add(event, event.data)
         elif event.kind in _STATES:
             state = (event.data.get("state"), event.data.get("reason"))
             if state != self._state:
                 self._state = state
                 self._add(event, {"state": state[0], "reason": state[1]})
+
+    def _take_change(self, event: Event) -> None:
+        """The run as it was until now flew another plan. What was predicted for the new one is no evidence."""
+        change = event.data.get("change")
+        self._add(event, {"change": change})
+        if (run := self.fold.run()) is not None:
+            self.earlier_plans.append(
+                EarlierPlan(
+                    id=run.plan_id,
+                    hash=run.plan_hash,
+                    mission_hash=run.mission_hash,
+                    mission_id=run.mission_id,
+                    until=event.time,
+                    changed_by=str(change.get("by", "")) if isinstance(change, dict) else "",
+                )
+            )
 
     def told(self) -> tuple[Entry, ...]:
         """All entries so far."""
@@ -161,6 +192,7 @@ def proof_of(
         ended_at=run.ended_at,
         plan=_plan_proof(run, document),
         mission=MissionProof(hash=run.mission_hash, id=run.mission_id),
+        earlier_plans=tuple(story.earlier_plans),
         vehicle=VehicleProof(
             id=run.vehicle_id, uid=run.vehicle_uid, vehicle_type=run.vehicle_type, firmware=run.firmware
         ),

@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict
 
 from app.domain.drop import DropRecord
 from app.domain.errors import WrongStateError
+from app.domain.in_flight import InFlight
 from app.domain.prediction.wind import Wind
 from app.domain.vehicle import VehicleType
 
@@ -54,6 +55,25 @@ NEXT: Final[dict[RunState, frozenset[RunState]]] = {
 }
 
 
+class PlanChange(BaseModel):
+    """A changed plan in flight: what is left of it from `continue_at` on, without the drops in `left_out`.
+
+    `mission_hash`, `mission_id`: see Run, of the rest alone. `began` is where the vehicle was. Times are Unix seconds.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    plan_id: str
+    plan_hash: str
+    mission_hash: str
+    mission_id: int
+    continue_at: str
+    left_out: tuple[str, ...]
+    began: InFlight
+    by: str
+    at: float
+
+
 class Run(BaseModel):
     """One run as stored and shown. Times are Unix seconds.
 
@@ -64,6 +84,8 @@ class Run(BaseModel):
     mode again, or "" for the mission itself;
     "contingency" when a drop failed and the plan says to return.
     `wind` is the one that its checks and its prediction reckon with.
+    A plan may be changed in flight: `plan_id` to `mission_hash` are of the newest that the vehicle carries, `change`
+    says where it went on, `changes` counts. `changing` is a change whose arrival on board is not known yet.
     `reached_seq` is the highest mission item known to be done: after a reboot of the vehicle nothing before it is
     flown again.
     """
@@ -89,6 +111,9 @@ class Run(BaseModel):
     start_requested: bool = False
     wind: Wind | None = None
     asked: str = ""
+    change: PlanChange | None = None
+    changing: PlanChange | None = None
+    changes: int = 0
     drops: tuple[DropRecord, ...] = ()
     created_at: float
     updated_at: float

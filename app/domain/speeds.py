@@ -9,7 +9,7 @@ from typing import Final
 from app.domain.default_facts import default_facts, parameter
 from app.domain.plan.document import Plan
 from app.domain.plan.items import ChangeSpeed, Takeoff, Waypoint
-from app.domain.plan.walk import Carried, Step
+from app.domain.plan.walk import Carried, Step, carried_in_flight
 from app.domain.vehicle import VehicleFacts
 
 SLOWEST_M_S: Final = 0.1
@@ -54,17 +54,33 @@ def speeds_along(plan: Plan, facts: VehicleFacts, steps: Iterable[Step]) -> tupl
 
     PX4 keeps one asked-for speed for hovering and one for wing-borne flight.
     """
-    asked: dict[Carried, float] = {}
+    asked = _asked_at_start(plan)
     speeds: list[float] = []
-    if plan.cruise_speed_m_s is not None:
-        asked[Carried.WHEELS] = plan.cruise_speed_m_s
+    if facts.in_flight is not None and facts.in_flight.asked_speed_m_s is not None:
+        asked[carried_in_flight(plan.vehicle_type, facts.in_flight)] = facts.in_flight.asked_speed_m_s
     for step in steps:
-        item = step.item
-        if isinstance(item, Takeoff) and plan.cruise_speed_m_s is not None:
-            asked[step.after] = plan.cruise_speed_m_s
-        elif isinstance(item, (ChangeSpeed, Waypoint)) and item.speed_m_s is not None:
-            asked[step.after] = item.speed_m_s
+        _ask(asked, plan, step)
         slowest, fastest = speed_range_m_s(facts, step.after)
         wanted = asked.get(step.after, cruise_speed_m_s(facts, step.after))
         speeds.append(min(max(wanted, slowest), fastest))
     return tuple(speeds)
+
+
+def asked_speed_m_s(plan: Plan, steps: Iterable[Step], carried: Carried) -> float | None:
+    """The speed that a plan asked for last, for what carries the vehicle now; None if it asked for none."""
+    asked = _asked_at_start(plan)
+    for step in steps:
+        _ask(asked, plan, step)
+    return asked.get(carried)
+
+
+def _asked_at_start(plan: Plan) -> dict[Carried, float]:
+    return {} if plan.cruise_speed_m_s is None else {Carried.WHEELS: plan.cruise_speed_m_s}
+
+
+def _ask(asked: dict[Carried, float], plan: Plan, step: Step) -> None:
+    item = step.item
+    if isinstance(item, Takeoff) and plan.cruise_speed_m_s is not None:
+        asked[step.after] = plan.cruise_speed_m_s
+    elif isinstance(item, (ChangeSpeed, Waypoint)) and item.speed_m_s is not None:
+        asked[step.after] = item.speed_m_s

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections import Counter
 from collections.abc import Sequence
 from typing import Final
 
@@ -49,6 +50,8 @@ class _Told:
         for event in events:
             if event.kind is EventKind.RUN_PREDICTED:
                 self._take_prediction(event)
+            elif event.kind is EventKind.RUN_MISSION_CHANGED:
+                self._take_change(event)
             elif event.kind is EventKind.RUN_ITEM_ENDED:
                 data = event.data
                 self.flown.append(EndedItem(str(data["item_id"]), data.get("began_s"), data.get("ended_s")))
@@ -58,3 +61,18 @@ class _Told:
             self.timeline, self.why_none = Timeline.model_validate(event.data), ""
         except ValidationError:
             self.why_none = NOT_READABLE
+
+    def _take_change(self, event: Event) -> None:
+        """The plan was changed in flight: what was flown stays compared with what was predicted for it."""
+        visits: Counter[str] = Counter()
+        flown: set[tuple[str, int]] = set()
+        for ended in self.flown:
+            visits[ended.item_id] += 1
+            flown.add((ended.item_id, visits[ended.item_id]))
+        try:
+            rest = Timeline.model_validate(event.data.get("timeline"))
+        except ValidationError:
+            self.timeline, self.why_none = None, NOT_READABLE
+            return
+        if self.timeline is not None:
+            self.timeline = self.timeline.continued(flown, rest)

@@ -17,7 +17,7 @@ from app.storage.schema import RUNS
 _INSERT = insert(RUNS)
 _UPSERT = _INSERT.on_conflict_do_update(
     index_elements=["id"],
-    set_={column: _INSERT.excluded[column] for column in ("vehicle_id", "is_over", "state", "document")},
+    set_={column: _INSERT.excluded[column] for column in ("plan_id", "vehicle_id", "is_over", "state", "document")},
 )
 
 

@@ -27,6 +27,8 @@ class Told:
         self._plans: dict[str, dict[str, Any]] = {}
         self._runs: defaultdict[str, RunFold] = defaultdict(RunFold)
         self._attachments: dict[str, list[str]] = {}
+        self._flown: defaultdict[str, set[str]] = defaultdict(set)
+        self._jobs: dict[str, dict[str, Any]] = {}
 
     def take(self, kind: str, run_id: str | None, data: str) -> None:
         """One event. `data` is its JSON text."""
@@ -37,12 +39,19 @@ class Told:
             told = object_of(data)
             where = f"attachment {told.get('name')} of drop {told.get('plan_item_id')} of run {run_id}"
             self._attachments.setdefault(str(told.get("sha256")), []).append(where)
+        elif kind == EventKind.JOB_CHANGED:
+            job = object_of(data).get("job")
+            if isinstance(job, dict):
+                self._jobs[str(job.get("id"))] = job
         elif run_id is not None and kind in _RUN_KINDS:
-            self._runs[run_id].take(kind, object_of(data))
+            told = object_of(data)
+            self._runs[run_id].take(kind, told)
+            if "plan_hash" in told:  # a run that was changed in flight flew several plans
+                self._flown[str(told.get("plan_id"))].add(str(told["plan_hash"]))
 
     def altered_plans(self, rows: Iterable[sqlite3.Row]) -> Iterator[str]:
         """Plans that are not the ones that were posted, or not the ones that a run flew."""
-        missing, flown = dict(self._plans), self._flown_hashes()
+        missing, flown = dict(self._plans), self._flown
         for row in rows:
             told = missing.pop(row["id"], None)
             if told is None:
@@ -71,6 +80,18 @@ class Told:
         for run_id in missing:
             yield f"run {run_id} is told of by events, and is missing"
 
+    def altered_jobs(self, rows: Iterable[sqlite3.Row]) -> Iterator[str]:
+        """Jobs that are not as their newest event left them."""
+        missing = dict(self._jobs)
+        for row in rows:
+            told = missing.pop(row["id"], None)
+            if told is None:
+                yield f"job {row['id']} is told of by no event"
+            elif object_of(row["document"]) != told or row["state"] != told.get("state"):
+                yield f"job {row['id']} is not as its events left it"
+        for job_id in missing:
+            yield f"job {job_id} is told of by events, and is missing"
+
     @property
     def attachments(self) -> int:
         """How many files were told of."""
@@ -81,13 +102,6 @@ class Told:
         for sha256, where in self._attachments.items():
             if not is_intact(sha256):
                 yield from (f"{one}: the file {sha256} is missing or is not the one that was attached" for one in where)
-
-    def _flown_hashes(self) -> dict[str, set[str]]:
-        flown: defaultdict[str, set[str]] = defaultdict(set)
-        for fold in self._runs.values():
-            if (run := fold.run()) is not None:
-                flown[run.plan_id].add(run.plan_hash)
-        return flown
 
 
 def object_of(text: object) -> dict[str, Any]:

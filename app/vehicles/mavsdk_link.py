@@ -13,15 +13,8 @@ from app.domain.commands import CommandAck, CommandRequest
 from app.domain.errors import LinkError, VehicleQuarantinedError
 from app.domain.mav_type import vehicle_type
 from app.domain.mission import MavCmd, Mission, MissionItem, MissionType
-from app.domain.ports import (
-    DuplicateSystem,
-    LinkFact,
-    LinkRestored,
-    Rebooted,
-    Unsubscribe,
-    UploadProgress,
-    VehicleIdentity,
-)
+from app.domain.mission_port import UploadProgress
+from app.domain.ports import DuplicateSystem, LinkFact, LinkRestored, Rebooted, Unsubscribe, VehicleIdentity
 from app.domain.setpoint.message import SetpointMessage
 from app.domain.vehicle import FlightMode, VehicleFacts, VehicleState
 from app.vehicles.command_sender import CommandSender, command
@@ -36,8 +29,10 @@ from app.vehicles.link_setup import LinkSetup
 from app.vehicles.link_watch import LinkWatch
 from app.vehicles.mavsdk_system import NativeSystem
 from app.vehicles.measurements import Measurements
+from app.vehicles.mission_checksum import mission_checksum
 from app.vehicles.mission_readiness import MissionReadiness
 from app.vehicles.mission_upload import MissionUploader
+from app.vehicles.mission_wire import to_wire
 from app.vehicles.mode_switch import ModeSwitch
 from app.vehicles.parameters import ParameterReader
 from app.vehicles.setpoint_encoders import SetpointOut
@@ -117,6 +112,17 @@ class MavsdkVehicleLink:
         """See VehicleLink."""
         self._refuse_if_quarantined()
         async with aclosing(self._uploader.upload(mission)) as steps:
+            async for step in steps:
+                yield step
+
+    def mission_id_of(self, mission: Mission) -> int:
+        """See MissionLink."""
+        return mission_checksum(to_wire(mission.items))
+
+    async def replace_mission(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:
+        """See MissionLink."""
+        self._refuse_if_quarantined()
+        async with aclosing(self._uploader.replace(mission)) as steps:
             async for step in steps:
                 yield step
 

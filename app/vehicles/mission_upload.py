@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from app.domain.errors import LinkError, UploadError
 from app.domain.mission import Mission, MissionItem, MissionType
-from app.domain.ports import UploadProgress
+from app.domain.mission_port import UploadProgress
 from app.vehicles.encoders import Outgoing
 from app.vehicles.inbox import Inbox
 from app.vehicles.list_transfer import ListTransfer
@@ -59,18 +59,20 @@ class MissionUploader:
         """Upload and verify all three lists; see VehicleLink.upload."""
         if not mission.items:
             raise UploadError("a mission without items cannot be uploaded", mission_type="mission")
-        started_s = time.monotonic()
-        async with self._turn:
-            self.last = None
-            lists = ((MissionType.FENCE, mission.fence), (MissionType.RALLY, mission.rally))
-            for mission_type, items in (*lists, (MissionType.MISSION, mission.items)):
-                if not items:  # a stale fence or rally point of an earlier flight must not stay
-                    await self._clear(mission_type)
-                    continue
-                async with aclosing(self._upload_list(mission_type, items)) as steps:
-                    async for step in steps:
-                        yield step
-            self.last = UploadRecord(mission.items, step.mission_id, started_s, time.monotonic())
+        lists = ((MissionType.FENCE, mission.fence), (MissionType.RALLY, mission.rally))
+        every = (*lists, (MissionType.MISSION, mission.items))
+        async with aclosing(self._upload_lists(*every, attempts=self._settings.upload_attempts)) as steps:
+            async for step in steps:
+                yield step
+
+    async def replace(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:
+        """Upload and verify the mission alone; see MissionLink.replace_mission."""
+        if not mission.items:
+            raise UploadError("a mission without items cannot be uploaded", mission_type="mission")
+        # once: the vehicle may fly it already, and a second one would take it back to its first item
+        async with aclosing(self._upload_lists((MissionType.MISSION, mission.items), attempts=1)) as steps:
+            async for step in steps:
+                yield step
 
     async def download(self, mission_type: MissionType, *, expected_items: int) -> tuple[MissionItem, ...]:
         """See VehicleLink.download."""
@@ -86,6 +88,22 @@ class MissionUploader:
         except TimeoutError:
             return  # somebody holds an upload without going on with it; destroy() ends what is left
 
+    async def _upload_lists(
+        self, *lists: tuple[MissionType, tuple[MissionItem, ...]], attempts: int
+    ) -> AsyncGenerator[UploadProgress, None]:
+        """One after the other in one turn; the last one is the mission."""
+        started_s = time.monotonic()
+        async with self._turn:
+            self.last = None
+            for mission_type, items in lists:
+                if not items:  # a stale fence or rally point of an earlier flight must not stay
+                    await self._clear(mission_type)
+                    continue
+                async with aclosing(self._upload_list(mission_type, items, attempts)) as steps:
+                    async for step in steps:
+                        yield step
+            self.last = UploadRecord(items, step.mission_id, started_s, time.monotonic())
+
     async def _clear(self, mission_type: MissionType) -> None:
         name = mission_type.name.lower()
         try:
@@ -94,10 +112,10 @@ class MissionUploader:
             raise UploadError(f"clearing the old {name} failed: {error.detail}", mission_type=name) from error
 
     async def _upload_list(
-        self, mission_type: MissionType, items: Sequence[MissionItem]
+        self, mission_type: MissionType, items: Sequence[MissionItem], attempts: int
     ) -> AsyncGenerator[UploadProgress, None]:
         total, wire, problem = len(items), to_wire(items), ""
-        for attempt in range(1, self._settings.upload_attempts + 1):
+        for attempt in range(1, attempts + 1):
             if self._closed:
                 raise LinkError("the link is closed")
             started_s = time.monotonic()
@@ -112,13 +130,14 @@ class MissionUploader:
                 yield UploadProgress(mission_type, total, total, attempt, verdict.verified_by, verdict.mission_id)
                 return
             problem = verdict.problem
-            await asyncio.sleep(self._settings.upload_backoff_s * attempt)
+            if attempt < attempts:
+                await asyncio.sleep(self._settings.upload_backoff_s * attempt)
         name = mission_type.name.lower()
         raise UploadError(
-            f"the {name} of {total} items was not stored after {self._settings.upload_attempts} attempts: {problem}",
+            f"the {name} of {total} items was not stored after {attempts} attempts: {problem}",
             hint="read the list back before trusting what the vehicle holds; check the link and try again",
             mission_type=name,
-            attempts=self._settings.upload_attempts,
+            attempts=attempts,
         )
 
     async def _judge(

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
 from dataclasses import replace
 
 from app.domain.commands import CommandAck, CommandRequest, MavResult
 from app.domain.errors import WaydropError
 from app.domain.mission import Mission, MissionItem, MissionType
-from app.domain.ports import LinkFact, MissionCurrent, StateChanged, Unsubscribe, UploadProgress, VehicleIdentity
+from app.domain.mission_port import UploadProgress
+from app.domain.ports import LinkFact, MissionCurrent, StateChanged, Unsubscribe, VehicleIdentity
 from app.domain.setpoint.message import SetpointMessage
 from app.domain.vehicle import (
     FirmwareVersion,
@@ -20,6 +22,8 @@ from app.domain.vehicle import (
     VehicleState,
     VehicleType,
 )
+from app.vehicles.mission_checksum import mission_checksum
+from app.vehicles.mission_wire import to_wire
 
 HOME = GlobalPosition(47.397742, 8.545594, 488.0)
 
@@ -59,6 +63,9 @@ class FakeLink:
         self.parameters: dict[str, float | int] = {"COM_OBL_RC_ACT": 5, "COM_OF_LOSS_T": 1.0, "COM_RC_IN_MODE": 4}
         self.refusal: WaydropError | None = None
         self.upload_refusal: WaydropError | None = None
+        self.uploads = 0
+        self.upload_gate = asyncio.Event()
+        self.upload_gate.set()
 
     def state(self) -> VehicleState:
         return self._state
@@ -91,6 +98,18 @@ class FakeLink:
         total = len(mission.items)
         self.change(mission_total=total, mission_state=MissionState.NOT_STARTED, mission_seq=0, mission_id=7)
         yield UploadProgress(MissionType.MISSION, total, total, 1, verified_by="mission_id", mission_id=7)
+
+    def mission_id_of(self, mission: Mission) -> int:
+        return mission_checksum(to_wire(mission.items))
+
+    async def replace_mission(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:
+        if self.upload_refusal is not None:
+            raise self.upload_refusal
+        self.uploads += 1
+        await self.upload_gate.wait()
+        total, named = len(mission.items), self.mission_id_of(mission)
+        self.change(mission_total=total, mission_seq=0, mission_id=named)
+        yield UploadProgress(MissionType.MISSION, total, total, 1, verified_by="mission_id", mission_id=named)
 
     async def download(self, mission_type: MissionType) -> tuple[MissionItem, ...]:
         return ()

@@ -71,7 +71,8 @@ async def test_the_asyncapi_document_names_every_frame_and_every_close_code(serv
     assert (status, document["asyncapi"]) == (200, "3.0.0")
     assert set(document["channels"]["stream"]["messages"]) == {"hello", "snapshot", "event", "telemetry"}
     told = {"state", "tasks", "granted", "taken", "queued", "done", "refused"}
-    said = {"take", "renew", "enter", "setpoint", "task", "queue", "target", "leave", "hand_over", "release"}
+    flown = {"take", "renew", "enter", "setpoint", "leave", "hand_over", "release"}
+    said = flown | {"task", "queue", "move", "remove", "target"}
     assert set(document["channels"]["offboard"]["messages"]) == told | said
     for code in (*CloseCode, *ByHandCloseCode):
         assert f"- {int(code)}: " in document["info"]["description"]

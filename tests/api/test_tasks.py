@@ -53,6 +53,32 @@ async def test_tasks_are_queued_and_flown_over_rest(service: Service, link: Fake
     assert queue["report"]["task_list"] == [0]
 
 
+async def test_the_order_is_changed_and_one_task_is_taken_out_over_rest(service: Service, link: FakeLink) -> None:
+    lease = await leased(service)
+    for task in (GOTO, CIRCLE, GOTO):
+        await service.call("POST", PATH, json={"lease": lease, "task": task})
+    status, _, queue = await service.call("POST", f"{PATH}/t3/move", json={"lease": lease, "before": "t1"})
+    assert (status, queue["report"]["current_id"], ids(queue)) == (200, "t3", ["t3", "t1", "t2"])
+    _, _, queue = await service.call("POST", f"{PATH}/t1/move", json={"lease": lease, "before": None})
+    assert ids(queue) == ["t3", "t2", "t1"]
+    status, _, queue = await service.call("DELETE", f"{PATH}/t3", json={"lease": lease})
+    assert (status, queue["report"]["current_id"], ids(queue)) == (200, "t2", ["t2", "t1"])
+    for asked in (
+        service.call("POST", f"{PATH}/t9/move", json={"lease": lease, "before": None}),
+        service.call("POST", f"{PATH}/t1/move", json={"lease": lease, "before": "t3"}),
+        service.call("DELETE", f"{PATH}/t3", json={"lease": lease}),
+    ):
+        status, _, problem = await asked
+        assert (status, problem["code"]) == (404, "not_found")
+    status, _, problem = await service.call("DELETE", f"{PATH}/t1", json={"lease": "another"})
+    assert (status, problem["code"]) == (409, "offboard.lease_lost")
+    assert ids((await service.call("GET", PATH))[2]) == ["t2", "t1"], "what was refused changed nothing"
+
+
+def ids(queue: Any) -> list[str]:
+    return [task["id"] for task in queue["tasks"]]
+
+
 async def test_a_key_makes_a_repeated_task_one_task(service: Service, link: FakeLink) -> None:
     body, headers = {"lease": await leased(service), "task": GOTO}, {"Idempotency-Key": "task-1"}
     answers = [await service.call("POST", PATH, json=body, headers=headers) for _ in range(2)]
@@ -107,15 +133,23 @@ async def test_the_same_over_the_websocket_with_reports_on_change_and_every_seco
         assert target["type"] == "done"
         assert (await ann.say("queue", do="pause"))["type"] == "done"
         assert (await tasks_frame(ann, "paused"))["report"]["current_id"] == "t1"
+        assert (await ann.say("task", task=CIRCLE))["task_id"] == "t2"
+        assert (await ann.say("move", task_id="t2", before="t1"))["type"] == "done"
+        assert (await tasks_frame(ann, "paused", "t2"))["report"]["task_list"] == [2, 1]
+        assert (await ann.say("remove", task_id="t2"))["type"] == "done"
+        assert (await tasks_frame(ann, "paused", "t1"))["report"]["task_list"] == [1]
+        assert (await ann.say("remove", task_id="t2"))["code"] == "not_found"
         assert (await ann.say("queue", do="clear"))["type"] == "done"
-        assert (await tasks_frame(ann, "paused"))["report"]["task_list"] == [0]
+        assert (await tasks_frame(ann, "paused", None))["report"]["task_list"] == [0]
 
 
-async def tasks_frame(ann: Any, state: str) -> Any:
+async def tasks_frame(ann: Any, state: str, current_id: str | None = "t1") -> Any:
     """The next report that says this."""
-    while (frame := await ann.frame())["type"] != "tasks" or frame["queue"]["report"]["state"] != state:
-        pass
-    return frame["queue"]
+    while True:
+        frame = await ann.frame()
+        report = frame["queue"]["report"] if frame["type"] == "tasks" else {}
+        if (report.get("state"), report.get("current_id")) == (state, current_id):
+            return frame["queue"]
 
 
 async def test_the_end_of_the_socket_is_the_end_of_the_queue_and_hold(service: Service, link: FakeLink) -> None:

@@ -12,6 +12,7 @@ from playwright.async_api import Browser, expect
 from tests.browser.cockpit import ATTEMPTS, PRESS_MS, Cockpit
 from tests.browser.conftest import FLEET, GAP_S, SPEED, simulated_service
 from tests.browser.dashboard import HOLD_MS, Dashboard
+from tests.browser.task_queue import CIRCLE, PATH, TaskBoard
 from tests.browser.test_page import AXE
 from tests.e2e.by_hand import paused_in_the_air, truth
 from tests.service import Dispatcher, ServiceProcess, until
@@ -113,6 +114,46 @@ async def test_the_keyboard_flies_it_and_a_blur_is_hold_until_a_new_lease_is_tak
     run_tab = cockpit.views.get_by_role("button", name="Run")
     await cockpit.fly_until_lost(nothing, run_tab.focus, "The focus left the controls.")
     await cockpit.fly_until_lost(armed_on_the_map, lambda: page.keyboard.press("Escape"), "Left to Hold, as asked.")
+
+
+async def test_tasks_are_clicked_on_the_map_put_in_order_and_flown_until_hands_take_over(
+    fleet_and_cockpit: tuple[SimulatedFleet, Cockpit, Dispatcher],
+) -> None:
+    _, cockpit, dispatcher = fleet_and_cockpit
+    board = TaskBoard(cockpit, dispatcher)
+
+    async def steps() -> None:
+        await board.of_another_client({"type": "goto", "point": {"east_m": 0, "north_m": 20}})
+        await cockpit.take()
+        await board.queue_by_clicks()
+        await board.reorder()
+        await expect(cockpit.dashboard.button("Take control of v1")).to_be_enabled()
+        await cockpit.dashboard.hold("Take control of v1")
+        await expect(cockpit.phase("flying").or_(cockpit.phase("off"))).to_be_visible(timeout=30_000)
+        await cockpit.panel.get_by_role("button", name="Tasks (3)").click(timeout=PRESS_MS)
+        await expect(board.state("flying").locator(".task-progress")).to_contain_text("course")
+        assert await cockpit.page.evaluate(AXE_ON_PANEL) == []
+        await board.refused("limit.altitude")
+        await cockpit.panel.focus()
+        await cockpit.page.keyboard.press("w")  # beside the tasks it means nothing
+        await board.press("Controls")
+        await cockpit.page.keyboard.press("w")
+        await cockpit.says("stand still")
+        await cockpit.panel.get_by_role("button", name="Tasks (3)").click(timeout=PRESS_MS)
+        await expect(board.state("by_hand")).to_be_visible()
+        await cockpit.says("stand still")
+        await board.press("Fly the tasks")
+        await expect(board.state("flying")).to_be_visible()
+        await board.press("Remove task 3")
+        await board.lists(CIRCLE, PATH)
+        await cockpit.press("Clear tasks of v1", hold_ms=HOLD_MS)
+        await expect(board.state("standing")).to_be_visible()
+        assert await cockpit.is_flying(), await cockpit.panel.inner_text()
+        await cockpit.press("Leave to hold")
+        await expect(cockpit.phase("off")).to_be_visible()
+
+    await cockpit.page.evaluate(AXE())
+    await cockpit.unless_lost(steps)
 
 
 async def keys_only_with_the_focus(cockpit: Cockpit) -> None:

@@ -13,6 +13,8 @@ import { keepSelectionInAddress } from "./state/selection";
 import { watchPrincipal } from "./state/principal";
 import { watchSimulator } from "./state/simulator";
 import { startSync } from "./state/sync";
+import { watchTaskDraft } from "./state/task-draft";
+import { watchTaskQueue } from "./state/task-queue";
 import { applyTheme } from "./state/theme";
 
 const root = document.getElementById("app");
@@ -26,6 +28,8 @@ watchDraft();
 watchEditor();
 watchHandsOn();
 watchOffboardFacts();
+watchTaskQueue();
+watchTaskDraft();
 render(<App />, root);
 startSync();
 watchPrincipal();

@@ -12,7 +12,7 @@ from app.api.offboard_models import AuditView, ClampView, Destination, RateHz, S
 from app.api.task_models import QueueAction
 from app.domain.setpoint.forms import Setpoint
 from app.domain.tasks.forms import InsertMode, Motion, Task, TaskPoint, WhenEmpty
-from app.services.offboard_view import OffboardView
+from app.services.offboard_view import FlownBy, OffboardView
 from app.services.task_view import TasksView
 
 FrameId = Annotated[int, Field(ge=0, le=2**53, description="comes back with the answer")]
@@ -39,10 +39,11 @@ class RenewFrame(ClientFrame):
 
 
 class EnterFrame(ClientFrame):
-    """Enter OFFBOARD mode. Setpoints may and should be sent meanwhile."""
+    """Enter OFFBOARD mode. Setpoints may and should be sent meanwhile. `by` null: as the vehicle's tasks are flown."""
 
     type: Literal["enter"]
     sticks_held: bool = False
+    by: FlownBy | None = None
 
 
 class SetpointFrame(ClientFrame):
@@ -82,6 +83,21 @@ class QueueFrame(ClientFrame):
     do: QueueAction
 
 
+class MoveFrame(ClientFrame):
+    """Another place in the queue: before that other task; null: last. What becomes the first is flown at once."""
+
+    type: Literal["move"]
+    task_id: Identifier
+    before: Identifier | None
+
+
+class RemoveFrame(ClientFrame):
+    """Take one task out; the current one as if it were skipped."""
+
+    type: Literal["remove"]
+    task_id: Identifier
+
+
 class TargetFrame(ClientFrame):
     """Where the target of a goto is now, and how it moves."""
 
@@ -104,6 +120,8 @@ AnyClientFrame = Annotated[
     | SetpointFrame
     | TaskFrame
     | QueueFrame
+    | MoveFrame
+    | RemoveFrame
     | TargetFrame
     | LeaveFrame
     | HandOverFrame
@@ -191,6 +209,8 @@ CLIENT_FRAMES: Final[tuple[type[BaseModel], ...]] = (
     SetpointFrame,
     TaskFrame,
     QueueFrame,
+    MoveFrame,
+    RemoveFrame,
     TargetFrame,
     LeaveFrame,
     HandOverFrame,

@@ -23,10 +23,12 @@ from app.api.by_hand.frames import (
     GrantedFrame,
     HandOverFrame,
     LeaveFrame,
+    MoveFrame,
     QueuedFrame,
     QueueFrame,
     RefusedFrame,
     ReleaseFrame,
+    RemoveFrame,
     RenewFrame,
     SetpointFrame,
     StateFrame,
@@ -157,6 +159,10 @@ class ByHandSession:
                 return QueuedFrame(id=frame.id, task_id=entry.id)
             case QueueFrame():
                 ACTIONS[frame.do](self._desk, lease_id)
+            case MoveFrame():
+                self._desk.move(lease_id, frame.task_id, frame.before)
+            case RemoveFrame():
+                self._desk.remove(lease_id, frame.task_id)
             case TargetFrame():
                 self._desk.retarget(lease_id, frame.task_id, frame.point, frame.motion)
             case RenewFrame():
@@ -196,7 +202,7 @@ class ByHandSession:
         await self._send(answer)
 
     async def _enter(self, lease_id: str, frame: EnterFrame) -> BaseModel:
-        entries = await self._vehicle.passage.enter(lease_id, sticks_held=frame.sticks_held)
+        entries = await self._vehicle.passage.enter(lease_id, sticks_held=frame.sticks_held, by=frame.by)
         return DoneFrame(id=frame.id, what="enter", audit=[AuditView.of(entry) for entry in entries])
 
     async def _leave(self, lease_id: str, frame: LeaveFrame) -> BaseModel:

@@ -95,6 +95,10 @@ def _head(proof: Proof) -> str:
                 "Mission",
                 proof.mission.hash and f"SHA-256 {proof.mission.hash}, PX4's id {proof.mission.id or 'not given'}",
             ),
+            *(
+                (f"Earlier plan {number}", f"{was.id}, SHA-256 {was.hash}, until {shown_time(was.until)}")
+                for number, was in enumerate(proof.earlier_plans, start=1)
+            ),
             ("Issued", f"{shown_time(proof.issued_at)} by gateway {proof.gateway}"),
         ]
     )

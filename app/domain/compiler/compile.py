@@ -25,7 +25,7 @@ def compile_plan(plan: Plan, facts: VehicleFacts) -> Mission:
     if facts.vehicle_type is not plan.vehicle_type:
         raise PlanRejectedError(f"the plan is for a {plan.vehicle_type}, the vehicle is a {facts.vehicle_type}")
     home = reference_home(plan, facts)
-    steps = walk(plan, home)
+    steps = walk(plan, home, in_flight=facts.in_flight)
     drops = {drop.step.index: drop for drop in drops_of(steps)}
     braking = {
         drop.anchor.index: drop for drop in drops.values() if drop.anchor is not None and brakes_at_waypoint(drop)
@@ -34,7 +34,7 @@ def compile_plan(plan: Plan, facts: VehicleFacts) -> Mission:
     compiled: list[CompiledDrop] = []
     speeds = speeds_along(plan, facts, steps)
     for step, speed_m_s in zip(steps, speeds, strict=True):
-        _add_cruise_speed(drafts, plan, step)
+        _add_cruise_speed(drafts, plan, step, facts)
         if step.index in drops:
             drop = add_drop(drafts, drops[step.index], facts, speed_m_s)
             compiled += [drop] if drops[step.index].releases else []
@@ -61,11 +61,15 @@ def _add_braking_waypoint(drafts: DraftList, step: Step, drop: DropUse, vehicle_
     add_waypoint_with_drop(drafts, step.item, drop)
 
 
-def _add_cruise_speed(drafts: DraftList, plan: Plan, step: Step) -> None:
-    """A rover never takes off: its cruise speed is set first of all."""
-    if step.index == 0 and plan.vehicle_type is VehicleType.ROVER:
-        for draft in speed_drafts(plan.cruise_speed_m_s, plan.vehicle_type):
-            drafts.add(step.item.id, draft)
+def _add_cruise_speed(drafts: DraftList, plan: Plan, step: Step, facts: VehicleFacts) -> None:
+    """A rover never takes off, and a vehicle in flight has: their speed is set first of all."""
+    if step.index != 0:
+        return
+    speed_m_s = plan.cruise_speed_m_s if plan.vehicle_type is VehicleType.ROVER else None
+    if facts.in_flight is not None:
+        speed_m_s = facts.in_flight.asked_speed_m_s
+    for draft in speed_drafts(speed_m_s, plan.vehicle_type):
+        drafts.add(step.item.id, draft)
 
 
 def _add_cruise_speed_after_takeoff(drafts: DraftList, plan: Plan, step: Step) -> None:

@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
+from app.domain.in_flight import InFlight
 from app.domain.plan.document import Plan
 from app.domain.plan.fields import Altitude
 from app.domain.plan.items import (
@@ -73,11 +74,19 @@ _IN_AIR = {
 }
 
 
-def walk(plan: Plan, home: GlobalPosition, order: Iterable[int] | None = None) -> tuple[Step, ...]:
-    """The steps of a plan, in its own order or in another (jumps unrolled). Jumps themselves do not move anything."""
+def walk(
+    plan: Plan, home: GlobalPosition, order: Iterable[int] | None = None, in_flight: InFlight | None = None
+) -> tuple[Step, ...]:
+    """The steps of a plan, in its own order or in another (jumps unrolled). Jumps themselves do not move anything.
+
+    It begins on the ground at home, or where the vehicle flies.
+    """
     steps: list[Step] = []
     carried = _AT_START.get(plan.vehicle_type, Carried.GROUND)
     place = Place(home.latitude_deg, home.longitude_deg, 0.0)
+    if in_flight is not None:
+        carried = carried_in_flight(plan.vehicle_type, in_flight)
+        place = Place(in_flight.latitude_deg, in_flight.longitude_deg, in_flight.relative_altitude_m)
     anchor: int | None = None
     for index in range(len(plan.items)) if order is None else order:
         item = plan.items[index]
@@ -87,6 +96,13 @@ def walk(plan: Plan, home: GlobalPosition, order: Iterable[int] | None = None) -
         steps.append(Step(index, item, carried, after, place, end, anchor))
         carried, place = after, end
     return tuple(steps)
+
+
+def carried_in_flight(vehicle_type: VehicleType, in_flight: InFlight) -> Carried:
+    """What carries a vehicle that flies, or drives, now."""
+    if vehicle_type is VehicleType.VTOL and in_flight.wing_borne:
+        return Carried.FIXED_WING
+    return _IN_AIR[vehicle_type]
 
 
 def reference_home(plan: Plan, facts: VehicleFacts | None) -> GlobalPosition:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -37,7 +38,7 @@ def predict(plan: Plan, facts: VehicleFacts, wind: Wind = CALM) -> Timeline:
     facts = usable_facts(facts)
     flight = flight_of(plan, facts, wind)
     order = flown_order(plan)
-    entries, drops = _flown(flight, plan, walk(plan, flight.home, order.indexes))
+    entries, drops = _flown(flight, plan, walk(plan, flight.home, order.indexes, facts.in_flight))
     used = [entry.battery_used_percent for entry in entries if entry.battery_used_percent is not None]
     return Timeline(
         entries=tuple(entries),
@@ -63,7 +64,8 @@ def _flown(flight: Flight, plan: Plan, steps: Sequence[Step]) -> tuple[list[Time
     entries: list[TimelineEntry] = []
     found: list[PredictedDrop] = []
     visits: Counter[str] = Counter()
-    now_s, motion, anchored, was_unsure = 0.0, Motion(), Motion(), False
+    begins = _begins(flight)
+    now_s, motion, anchored, was_unsure = 0.0, begins, begins, False
     for number, (step, speed_m_s) in enumerate(zip(steps, speeds, strict=True)):
         visits[step.item.id] += 1
         drop = drops.get(id(step)) or braking.get(id(step))
@@ -83,6 +85,16 @@ def _flown(flight: Flight, plan: Plan, steps: Sequence[Step]) -> tuple[list[Time
             found.append(predicted_drop(flight, drop, drop.anchor, visits[step.item.id], now_s, anchored, home))
         now_s, motion = now_s + took.duration_s, took.end
     return entries, found
+
+
+def _begins(flight: Flight) -> Motion:
+    """At home on the ground, or as it flies."""
+    now = flight.facts.in_flight
+    if now is None:
+        return Motion()
+    course_rad = None if now.course_deg is None or now.ground_speed_m_s <= 0.0 else math.radians(now.course_deg)
+    point = flight.to_local(now.latitude_deg, now.longitude_deg)
+    return Motion(point, now.relative_altitude_m, now.ground_speed_m_s, course_rad, course_rad)
 
 
 def _after_unsure(took: Effort) -> Effort:

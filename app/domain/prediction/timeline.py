@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Collection
 from typing import Literal
 
 from pydantic import BaseModel, ConfigDict
@@ -86,6 +88,37 @@ class Timeline(_Frozen):
     wind: Wind = CALM
     battery_start_percent: float | None = None
     battery_used_percent: float | None = None
+
+    def continued(self, flown: Collection[tuple[str, int]], rest: Timeline) -> Timeline:
+        """The timeline of a flight whose plan was changed: what was flown of this one, then the rest.
+
+        `flown` are the visits (item id, number) that have ended; the visits of the rest count on from them.
+        """
+        kept = [entry for entry in self.entries if (entry.item_id, entry.visit) in flown]
+        visits = Counter(item_id for item_id, _ in flown)
+        after_s = sum(entry.duration_s for entry in kept)
+        entries = [
+            entry.model_copy(
+                update={
+                    "visit": entry.visit + visits[entry.item_id],
+                    "start_s": entry.start_s + after_s,
+                    "end_s": entry.end_s + after_s,
+                }
+            )
+            for entry in rest.entries
+        ]
+        ahead = {drop.item_id for drop in rest.drops}
+        drops = [drop for drop in self.drops if drop.item_id not in ahead]
+        moved = [drop.model_copy(update={"at_s": drop.at_s + after_s}) for drop in rest.drops]
+        return rest.model_copy(
+            update={
+                "entries": (*kept, *entries),
+                "drops": (*drops, *moved),
+                "order": tuple(entry.item_id for entry in (*kept, *entries)),
+                "distance_m": sum(entry.distance_m for entry in kept) + rest.distance_m,
+                "duration_s": after_s + rest.duration_s,
+            }
+        )
 
     def first(self, visits: int) -> Timeline:
         """Its first visits; itself if it has no more."""

@@ -62,7 +62,7 @@ def context_of(plan: Plan, vehicle: VehicleFacts | None, wind: Wind = CALM) -> R
     if facts.vehicle_type is not plan.vehicle_type:
         facts = default_facts(plan.vehicle_type)
     home = reference_home(plan, facts)
-    steps = walk(plan, home)
+    steps = walk(plan, home, in_flight=facts.in_flight)
     projection = LocalProjection(home.latitude_deg, home.longitude_deg)
     fenced = plan.geofence.polygons or plan.geofence.circles
     return RuleContext(

@@ -16,6 +16,8 @@ TAKEOFF_ABOVE_HOME_ONLY_SINCE = FirmwareVersion(1, 16, 0)
 def _takeoff_there(context: RuleContext) -> Iterator[Violation]:
     if _is_rover(context) or any(isinstance(item, Takeoff) for item in context.plan.items):
         return
+    if context.facts.in_flight is not None:
+        return
     message = "the plan has no takeoff: what the vehicle does on the ground is then up to its firmware"
     yield at_item(context.steps[0], message, "begin with a takeoff item")
 
@@ -82,12 +84,24 @@ def _landing_required(context: RuleContext) -> Iterator[Violation]:
     if _is_rover(context) and required in (1, 2, 3):
         message = f"the vehicle wants a takeoff or a landing (MIS_TKO_LAND_REQ {required}), which a rover never has"
         yield at_item(last, message, "set MIS_TKO_LAND_REQ to 0")
+    elif context.facts.in_flight is not None:
+        yield from _required_in_flight(context, required, landing=landing)
     elif required in (2, 3) and not landing:
         message = f"the vehicle wants a landing in every mission (MIS_TKO_LAND_REQ {required}); a return is none"
         yield at_item(last, message, "end the plan with a land item")
     elif required in (4, 5) and takeoff != landing:
         message = f"the vehicle wants takeoff and landing, or neither (MIS_TKO_LAND_REQ {required})"
         yield at_item(last, message, "end the plan with a land item")
+
+
+def _required_in_flight(context: RuleContext, required: int, *, landing: bool) -> Iterator[Violation]:
+    """The rest of a plan has no takeoff any more; PX4 checks it all the same, and then drops the mission on board."""
+    if required in (1, 3) or (required == 4 and landing):
+        message = f"the vehicle wants a takeoff in every mission (MIS_TKO_LAND_REQ {required}), also in flight"
+        yield at_item(context.steps[0], message, "set MIS_TKO_LAND_REQ to 0, 2 or 5 before the next flight")
+    elif required in (2, 5) and not landing:
+        message = f"the vehicle wants a landing in every mission (MIS_TKO_LAND_REQ {required}); a return is none"
+        yield at_item(context.steps[-1], message, "end the plan with a land item")
 
 
 def _flight_ends(context: RuleContext) -> Iterator[Violation]:
@@ -110,7 +124,7 @@ def _ends_in_loiter(context: RuleContext) -> Iterator[Violation]:
 
 def _starts_with_landing(context: RuleContext) -> Iterator[Violation]:
     for step in context.steps:
-        if isinstance(step.item, (Takeoff, Waypoint, Loiter)):
+        if isinstance(step.item, (Takeoff, Waypoint, Loiter)) or context.facts.in_flight is not None:
             return
         if isinstance(step.item, Land):
             yield at_item(step, "the plan lands before it has flown anywhere", "take off first")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Final
 
-from app.domain.errors import TasksFullError
+from app.domain.errors import NotFoundError, TasksFullError
 from app.domain.tasks.course import Course
 from app.domain.tasks.forms import EMPTY_LIST, TASK_NUMBERS, UNLIMITED_S, InsertMode, Task
 
@@ -31,9 +31,9 @@ class QueuedTask:
 class TaskQueue:
     """The first entry is the current one, `elapsed_s` how long it has been flown. Ids are never used twice.
 
-    Laws: a task that stops being current without ending (prepend) begins anew when its turn comes again, with its whole
-    duration, on the leg where it was; what is not current has no time; at most `capacity` tasks, and what does not fit
-    changes nothing.
+    Laws: a task that stops being current without ending (prepend, reordered) begins anew when its turn comes again,
+    with its whole duration, on the leg where it was; what is not current has no time; at most `capacity` tasks, and
+    what does not fit changes nothing.
     """
 
     capacity: int = CAPACITY
@@ -96,6 +96,32 @@ class TaskQueue:
         """No task is left."""
         return replace(self, entries=(), elapsed_s=0.0)
 
+    def reordered(self, task_id: str, before: str | None) -> TaskQueue:
+        """The task with this id stands before that other one, or last; the rest keep their order. Self if they all do.
+
+        Raises:
+            NotFoundError: one of the two is not in the queue.
+        """
+        entry, other = self.entry(task_id), None if before is None else self.entry(before)
+        if entry is other:
+            return self
+        rest = tuple(one for one in self.entries if one is not entry)
+        place = len(rest) if other is None else rest.index(other)
+        entries = (*rest[:place], entry, *rest[place:])
+        return self if entries == self.entries else self._with(entries)
+
+    def without(self, task_id: str) -> TaskQueue:
+        """The task with this id is taken out. Raises NotFoundError."""
+        entry = self.entry(task_id)
+        return self._with(tuple(other for other in self.entries if other is not entry))
+
+    def entry(self, task_id: str) -> QueuedTask:
+        """The task with this id. Raises NotFoundError."""
+        for entry in self.entries:
+            if entry.id == task_id:
+                return entry
+        raise NotFoundError(f"no task {task_id!r} is in the queue")
+
     def begun(self, up_m: float, leg: int) -> TaskQueue:
         """The current task is flown at this height, and has come to this leg of its path."""
         if self.current is None or (self.current.up_m, self.current.leg) == (up_m, leg):
@@ -106,3 +132,8 @@ class TaskQueue:
         """The task with this id is about another place now, and keeps its time."""
         changed = (replace(e, task=task, course=course) if e.id == task_id else e for e in self.entries)
         return replace(self, entries=tuple(changed))
+
+    def _with(self, entries: tuple[QueuedTask, ...]) -> TaskQueue:
+        """These entries; the time goes on if the current task is the same."""
+        same = bool(entries) and entries[0] is self.current
+        return replace(self, entries=entries, elapsed_s=self.elapsed_s if same else 0.0)

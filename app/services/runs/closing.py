@@ -18,13 +18,13 @@ async def close_unseen(run: Run, state: RunState, reason: str, journal: Journal,
     recorder = RunRecorder(run, journal, clock)
     for drop in run.drops:
         if drop.phase is not DropPhase.DONE:
-            recorder.drop(_closed(drop, reason, took_off=run.state not in BEFORE_TAKE_OFF))
+            recorder.drop(closed(drop, reason, took_off=run.state not in BEFORE_TAKE_OFF))
     recorder.change(item_id=None)
     recorder.move(state, reason)
     return await recorder.flush()
 
 
-def _closed(drop: DropRecord, reason: str, *, took_off: bool) -> DropRecord:
+def closed(drop: DropRecord, reason: str, *, took_off: bool) -> DropRecord:
     """A supervised drop that was never commanded is kept; an embedded one may have happened unseen.
 
     One whose output was seen at release is never kept.

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 from app.domain.consent import Answer, is_new_answer
 from app.domain.errors import ConsentNotAskedError, ConsentTooLateError, NotFoundError
 from app.domain.run import Run
 from app.services.runs.recorder import RunRecorder
-from app.services.runs.supervised_release import SupervisedRelease
 from app.services.runs.watch import FlightWatch
 
 
 class Consents:
     """Takes the answers of one flight. It sends nothing: the drop does what follows at its next look, checked anew."""
 
-    def __init__(self, releases: Iterable[SupervisedRelease], watch: FlightWatch, recorder: RunRecorder) -> None:
-        self._releases = {release.record.plan_item_id: release for release in releases}
+    def __init__(self, watch: FlightWatch, recorder: RunRecorder) -> None:
         self._watch = watch
         self._recorder = recorder
 
@@ -28,7 +24,8 @@ class Consents:
             StorageError: it counts, and is stored later; no release is sent before that.
         """
         refuse_unknown(self._recorder.run, plan_item_id)
-        release = self._releases.get(plan_item_id)
+        drops = {release.record.plan_item_id: release for release in self._watch.leg.supervised}
+        release = drops.get(plan_item_id)
         consent = None if release is None else release.record.consent
         if is_new_answer(consent, answer) and release is not None:
             if not release.answer(answer, by, self._watch.now()):

@@ -56,6 +56,11 @@ class EmbeddedRelease:
         """See Release."""
         return False
 
+    @property
+    def is_busy(self) -> bool:
+        """See Release."""
+        return self._drop.passed_at_s is not None and not self.is_over
+
     def look(self, seen: Look, progress: Progress) -> tuple[Order, ...]:
         """See Release."""
         if self.is_over:

@@ -18,6 +18,7 @@ class Look:
     """One look at the vehicle: the state, our two clocks, and how fast the vehicle's own clock runs.
 
     `clock_rate` is 1 until it is measured, about a second after the first position. `asked`: see FlightView.
+    `is_changing`: another mission is on its way to the vehicle, or may be on board.
     """
 
     state: VehicleState
@@ -26,10 +27,15 @@ class Look:
     clock_rate: float
     rate_is_measured: bool = True
     asked: str = ""
+    is_changing: bool = False
 
     @property
     def mode_for_drops(self) -> FlightMode | None:
-        """The mode that a user asked for counts from the asking: nothing is released while the vehicle still obeys."""
+        """The mode that a user asked for counts from the asking: nothing is released while the vehicle still obeys, nor
+        while it is not known which mission it flies.
+        """
+        if self.is_changing and self.state.mode is FlightMode.MISSION:
+            return FlightMode.HOLD
         return _ASKED.get(self.asked, self.state.mode) if self.state.mode is FlightMode.MISSION else self.state.mode
 
 

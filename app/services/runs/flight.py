@@ -9,10 +9,11 @@ from typing import Final
 
 import structlog
 
-from app.domain.errors import StorageError, WaydropError, WrongStateError
+from app.domain.errors import ChangeUnderWayError, StorageError, WaydropError, WrongStateError
 from app.domain.events import EventKind
 from app.domain.ports import LinkFact, VehicleLink
 from app.domain.run import IN_FLIGHT, Run, RunState
+from app.services.runs.changing import MissionChanger
 from app.services.runs.consents import Consents
 from app.services.runs.prepare import Preparation
 from app.services.runs.recorder import RunRecorder
@@ -36,6 +37,7 @@ class RunFlight:
         watch: FlightWatch,
         sender: OrderSender,
         consents: Consents,
+        changer: MissionChanger,
         settings: RunSettings,
     ) -> None:
         self._link = link
@@ -44,6 +46,7 @@ class RunFlight:
         self._watch = watch
         self._sender = sender
         self.consents = consents
+        self.changer = changer
         self._settings = settings
         self._facts: asyncio.Queue[LinkFact] = asyncio.Queue(WAITING_FACTS)
         self._start_asked = asyncio.Event()
@@ -85,7 +88,8 @@ class RunFlight:
         await self.act("return", self._link.return_to_launch)
 
     async def act(self, asked: str, command: Callable[[], Awaitable[None]]) -> None:
-        """A user's command in flight. Raises WrongStateError, LinkError."""
+        """A user's command in flight, before any change of the mission. Raises WrongStateError, LinkError."""
+        self.changer.break_off()
         async with self._acting:
             if self._recorder.run.state not in IN_FLIGHT:
                 raise self._wrong(asked)
@@ -117,6 +121,10 @@ class RunFlight:
         """Mission mode again, at the item where it was. Raises WrongStateError, LinkError."""
         if self._recorder.run.state is not RunState.PAUSED:
             raise self._wrong("resume")
+        if self.changer.is_open:
+            raise ChangeUnderWayError(
+                "its mission is being changed", hint="wait until it is known which one it carries"
+            )
         await self.act("resume", self._link.start_mission)
 
     async def return_to_launch(self) -> None:

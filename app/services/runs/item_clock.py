@@ -28,14 +28,20 @@ class ItemClock:
         self._times = ItemTimes.of(mission)
         self._is_running = False
         self._heard_s: float | None = None
+        self._now_s: float | None = None
 
     def take_up(self, flown: Sequence[str]) -> None:
         """Somebody else saw the first items, and nobody the beginning of the present one."""
         self._times, self._is_running = self._times.taken_up(len(flown)), True
 
+    def fly_on(self, mission: Mission) -> None:
+        """The plan was changed in flight: its first item begins now, also if the vehicle was on its way to it."""
+        self._plan_item_of = mission.plan_item_of
+        self._times = self._times.flown_on(mission, self._now_s)
+
     def look(self, seen: Look, progress: Progress, releases: Iterable[Release], *, was_airborne: bool) -> None:
         """After each look at a vehicle that is heard."""
-        now_s = _vehicle_s(seen)
+        now_s = self._now_s = _vehicle_s(seen)
         gap = self._heard_s is not None and seen.now_s - self._heard_s > LONGEST_BLINK_S
         self._heard_s = seen.now_s
         if not self._is_running:

@@ -29,6 +29,10 @@ class Release(Protocol):
     def is_active(self) -> bool:
         """Whether the vehicle waits at it now."""
 
+    @property
+    def is_busy(self) -> bool:
+        """Whether it was commanded, or its item passed, and what came of it is not known yet."""
+
     def look(self, seen: Look, progress: Progress) -> tuple[Order, ...]:
         """Look at the vehicle; the orders must be carried out."""
 

@@ -17,7 +17,8 @@ from app.domain.errors import (
 )
 from app.domain.events import EventKind
 from app.domain.mission import NAN, MavCmd, Mission
-from app.domain.ports import UploadProgress, VehicleLink
+from app.domain.mission_port import UploadProgress
+from app.domain.ports import VehicleLink
 from app.domain.run import RunState
 from app.services.clock import Clock
 from app.services.runs.clock_gate import refuse_fast_clock

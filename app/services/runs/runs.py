@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import secrets
-from collections.abc import Coroutine, Sequence
-from typing import Final
+from collections.abc import Collection, Coroutine, Sequence
 
 import structlog
 
@@ -23,16 +22,15 @@ from app.domain.vehicle import VehicleFacts
 from app.services.clock import Clock
 from app.services.fleet import Fleet, FleetVehicle
 from app.services.journal import Journal
-from app.services.runs.assembly import assemble, drop_records
+from app.services.runs.assembly import assemble
 from app.services.runs.consents import without_flight
 from app.services.runs.flight import RunFlight
+from app.services.runs.leg import drop_records
 from app.services.runs.plan_gate import refuse_unfit_plan
-from app.services.runs.settings import RunSettings
+from app.services.runs.settings import RECORDED_VISITS, RunSettings
 from app.services.runs.take_up import TakeUp
 
 log = structlog.get_logger(__name__)
-RECORDED_VISITS: Final = 500
-"""Of a prediction: nested jumps can make more, and every one of them is stored."""
 
 
 class Runs:
@@ -70,20 +68,21 @@ class Runs:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
 
-    async def create(self, plan_id: str, vehicle_id: str, *, start: bool, by: str, wind: Wind = CALM) -> Run:
-        """A new run, on its way to the vehicle. Check and prediction reckon with the wind.
+    async def create(
+        self, plan_id: str, vehicle_id: str, *, start: bool, by: str, wind: Wind = CALM, run_id: str | None = None
+    ) -> Run:
+        """A new run, on its way to the vehicle. Check and prediction reckon with the wind. `run_id`: a new id that the
+        caller has stored before.
 
         Raises:
             NotFoundError, VehicleBusyError, VehicleQuarantinedError, ConflictError, PlanRejectedError, LinkError,
             StorageError.
         """
-        stored = await self._plans.get(plan_id)
-        if stored is None:
-            raise NotFoundError(f"no plan {plan_id!r}", hint="POST the plan to /api/v1/plans first")
+        stored = await self._stored(plan_id)
         link = self._fleet.link(vehicle_id)
         vehicle = self._fleet.vehicle(vehicle_id)
         _refuse_unfit(vehicle, self._taken_by(vehicle))
-        run_id = f"run-{secrets.token_hex(6)}"
+        run_id = run_id or new_run_id()
         vehicle.run_id = run_id  # taken before the first await: a second request meets a busy vehicle
         try:
             return await self._create(run_id, stored, vehicle, link, wind, start=start, by=by)
@@ -156,6 +155,21 @@ class Runs:
         await flight.abort()
         return flight.run
 
+    async def change_mission(
+        self, run_id: str, plan_id: str, continue_at: str | None, by: str, needed: Collection[str] = ()
+    ) -> Run:
+        """Fly on with another plan, without a pause: from an item, or None from the one that is flown now.
+
+        `needed` are items that must be among those left to fly.
+
+        Raises:
+            NotFoundError, WrongStateError, DropInProgressError, PauseFirstError, ChangeUnderWayError, ConflictError,
+            PlanRejectedError, LinkError, StorageError: see MissionChanger.
+        """
+        flight = await self._flight(run_id)
+        await flight.changer.change(await self._stored(plan_id), continue_at, by, needed)
+        return flight.run
+
     async def answer_consent(self, run_id: str, plan_item_id: str, answer: Answer, by: str) -> Run:
         """An operator's answer to a drop that asks for consent: the first in time counts, the same again is no error.
 
@@ -205,6 +219,12 @@ class Runs:
         self._own(run_id, made.flight.fly())
         return run
 
+    async def _stored(self, plan_id: str) -> StoredPlan:
+        stored = await self._plans.get(plan_id)
+        if stored is None:
+            raise NotFoundError(f"no plan {plan_id!r}", hint="POST the plan to /api/v1/plans first")
+        return stored
+
     def _taken_by(self, vehicle: FleetVehicle) -> str | None:
         """The run that has the vehicle. One whose end is stored, and so may be known, has it no longer."""
         for run in self.open_runs():
@@ -251,6 +271,11 @@ class Runs:
             reason = "its vehicle has not been seen since the service started" if run_id in self._waiting else "over"
             raise WrongStateError(f"run {run_id} is {run.state.value}: {reason}", state=run.state.value)
         return self._flights[run_id]
+
+
+def new_run_id() -> str:
+    """An id that no other run has."""
+    return f"run-{secrets.token_hex(6)}"
 
 
 def _refuse_unfit(vehicle: FleetVehicle, taken_by: str | None) -> None:

@@ -23,6 +23,9 @@ class RunSettings:
     default_max_offset_m: float = 3.0
 
 
+RECORDED_VISITS = 500
+"""Of a prediction: nested jumps can make more, and every one of them is stored."""
+
 UNFINISHED_DROPS_S = 5.0
 """After a landing: how long a release that is still in flight may take to be answered."""
 

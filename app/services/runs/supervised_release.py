@@ -77,6 +77,11 @@ class SupervisedRelease:
         """Whether a release was sent whose final ack is still awaited."""
         return self.machine.in_flight is not None
 
+    @property
+    def is_busy(self) -> bool:
+        """See Release."""
+        return self.machine.attempts > 0 and not self.is_over
+
     def look(self, seen: Look, progress: Progress) -> tuple[Order, ...]:
         """See Release."""
         if self._waited_at_s is not None:

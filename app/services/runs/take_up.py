@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import asyncio
-from dataclasses import replace
 
 import structlog
 
-from app.domain.compiler import compile_plan
 from app.domain.errors import LinkError, NotFoundError, VehicleQuarantinedError
-from app.domain.mission import Mission, MissionType
+from app.domain.jobs.verdict import NOTHING_STARTED
+from app.domain.mission import MissionItem, MissionType
 from app.domain.plan import Plan, parse_plan
 from app.domain.ports import PlanStore, VehicleLink
 from app.domain.run import Run, RunState
+from app.domain.vehicle import VehicleFacts
 from app.services.clock import Clock
 from app.services.fleet import Fleet
 from app.services.journal import Journal
 from app.services.runs.assembly import Assembled, assemble
+from app.services.runs.carried import Carried, carried_as_told, carried_change
 from app.services.runs.closing import close_unseen
 from app.services.runs.settings import RunSettings
 
@@ -38,25 +39,30 @@ class TakeUp:
 
     async def find(self, run: Run) -> Assembled | None:
         """The flight to go on with; None if the run had to be ended, with its reason recorded."""
-        stored = await self._plans.get(run.plan_id)
-        plan = None if stored is None else parse_plan(stored.document)
+        plan = await self._plan(run.plan_id)
         link = None if run.state in NOT_STARTED else await self._vehicle(run)
         if plan is None or link is None:
             await self._give_up(run)
             return None
-        mission = await self._mission(run, plan, link)
-        if mission is None or not _is_same_vehicle(run, link):
+        carried = await self._carried(run, plan, link) if _is_same_vehicle(run, link) else None
+        if carried is None:
             await self._give_up(run, ANOTHER_MISSION)
             return None
         if run.state is RunState.STARTING and not link.state().armed:
             await self._give_up(run, "Waydrop restarted during the start; the vehicle is disarmed")
             return None
+        run, plan, mission = carried.run, carried.plan, carried.mission
         made = assemble(run, plan, mission, link, self._journal, self._settings, self._clock)
+        carried.tell(made.recorder)
         if run.state is RunState.STARTING:
             made.recorder.move(RunState.FLYING, "Waydrop restarted during the start; the vehicle is armed")
         if run.state is not RunState.UPLOADED:
             made.watch.take_up(run.flown_item_ids, link.state().mission_seq)
         return made
+
+    async def _plan(self, plan_id: str) -> Plan | None:
+        stored = await self._plans.get(plan_id)
+        return None if stored is None else parse_plan(stored.document)
 
     async def _vehicle(self, run: Run) -> VehicleLink | None:
         """Wait for the vehicle to be seen, with its identity and mission known."""
@@ -71,31 +77,33 @@ class TakeUp:
             await asyncio.sleep(LOOK_AGAIN_S)
         return None
 
-    async def _mission(self, run: Run, plan: Plan, link: VehicleLink) -> Mission | None:
-        """The run's mission if the vehicle still carries it, by its id or item by item; None if it carries another."""
+    async def _carried(self, run: Run, plan: Plan, link: VehicleLink) -> Carried | None:
+        """What the vehicle carries: the run's mission, or the one that was on its way to it; None if another."""
+        facts, on_board = await self._read(link)
+        mission_id = link.state().mission_id
+        if run.changing is not None and (changed := await self._plan(run.changing.plan_id)) is not None:
+            carried = carried_change(run, run.changing, changed, facts, on_board, mission_id)
+            if carried is not None:
+                return carried
+        return carried_as_told(run, plan, facts, on_board, mission_id)
+
+    async def _read(self, link: VehicleLink) -> tuple[VehicleFacts, tuple[MissionItem, ...]]:
+        """Raises LinkError if the vehicle does not answer for too long."""
         deadline_s = self._clock.monotonic() + self._settings.lost_after_s
         while True:
             try:
-                mission = compile_plan(plan, await link.read_facts())
-                on_board = await link.download(MissionType.MISSION)
+                return await link.read_facts(), await link.download(MissionType.MISSION)
             except LinkError as error:
                 if self._clock.monotonic() >= deadline_s:
                     raise
                 log.warning("the vehicle's mission cannot be read yet", error=error.detail)
                 await asyncio.sleep(1.0)
-                continue
-            if [item.command for item in on_board] != [item.command for item in mission.items]:
-                return None
-            if run.mission_id is not None and link.state().mission_id == run.mission_id:
-                return replace(mission, items=on_board)  # as uploaded, though a parameter or home changed since
-            same = all(a.same_as(b) for a, b in zip(mission.items, on_board, strict=True))
-            return mission if same else None
 
     async def _give_up(self, run: Run, reason: str = "") -> None:
         """End a run that cannot be followed. What was commanded and not answered stays unknown."""
         state = RunState.FAILED
         if run.state in NOT_STARTED:
-            reason = "Waydrop restarted before the upload ended; nothing was started"
+            reason = NOTHING_STARTED
         elif not reason:
             state, reason = RunState.LOST, "the vehicle was not seen again after Waydrop restarted"
         await close_unseen(run, state, reason, self._journal, self._clock)

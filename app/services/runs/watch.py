@@ -9,19 +9,19 @@ from typing import Final
 from app.domain.complete_sign import CompleteSign
 from app.domain.events import EventKind
 from app.domain.flight_phase import FlightView, how_it_ended, is_airborne, phase_of
-from app.domain.mission import Mission
 from app.domain.ports import ItemReached, LinkFact, Rebooted, VehicleLink
 from app.domain.progress import Progress
 from app.domain.run import NEXT, RunState
-from app.domain.vehicle import FlightMode, VehicleState, VehicleType
+from app.domain.vehicle import FlightMode, VehicleState
 from app.domain.vehicle_clock import VehicleClock
 from app.services.clock import Clock
 from app.services.runs.evidence import Look
 from app.services.runs.item_clock import ItemClock
+from app.services.runs.leg import Leg
 from app.services.runs.orders import Order, Release
+from app.services.runs.pending_change import PendingChange
 from app.services.runs.recorder import RunRecorder
 from app.services.runs.settings import LAST_REPORTS_S, SLOWEST_HEARTBEAT_S, UNFINISHED_DROPS_S, RunSettings
-from app.services.runs.supervised_release import SupervisedRelease
 
 UNASKED: Final = frozenset({"", "pause", "resume"})
 """What a user may have asked for with the mission still being flown to its end."""
@@ -33,23 +33,21 @@ class FlightWatch:
     def __init__(
         self,
         link: VehicleLink,
-        mission: Mission,
-        vehicle_type: VehicleType,
-        releases: Sequence[Release],
+        leg: Leg,
         recorder: RunRecorder,
         settings: RunSettings,
         clock: Clock,
     ) -> None:
         self._link = link
-        self._vehicle_type = vehicle_type
-        self._releases = releases
-        self._supervised = tuple(release for release in releases if isinstance(release, SupervisedRelease))
+        self.leg = leg
+        self.change: PendingChange | None = None
+        """A changed mission that is on its way to the vehicle, or may be on board."""
         self._recorder = recorder
         self._settings = settings
         self._clock = clock
         self._rate = VehicleClock()
-        self._progress = Progress.of(mission)
-        self._item_clock = ItemClock(mission, recorder)
+        self._progress = Progress.of(leg.mission)
+        self._item_clock = ItemClock(leg.mission, recorder)
         self._complete = CompleteSign()
         self._mission_done = False
         self._was_airborne = False
@@ -59,6 +57,7 @@ class FlightWatch:
         self._rebooted = False
         self._landed_at_s: float | None = None
         self._connected_at_s = clock.monotonic()
+        self._connected_since_s: float | None = None
 
     def take_up(self, flown: Sequence[str], current: int | None) -> None:
         """Go on where an earlier process stopped looking."""
@@ -71,10 +70,47 @@ class FlightWatch:
             self._recorder.change(item_id=self._progress.item_id)
         self._was_airborne = self._was_armed = self._was_away = True
 
+    @property
+    def progress(self) -> Progress:
+        """How far the mission on board is flown."""
+        return self._progress
+
+    @property
+    def is_done(self) -> bool:
+        """Whether the mission was flown to its end."""
+        return self._mission_done
+
+    @property
+    def drop_is_busy(self) -> bool:
+        """Whether the vehicle waits at a drop, or what a release did is not known yet."""
+        return any(release.is_active or release.is_busy for release in self.leg.releases if not release.is_over)
+
+    def take_change(self, change: PendingChange) -> None:
+        """The vehicle carries the changed mission: follow that one from here on."""
+        ahead = {drop.plan_item_id for drop in change.mission.drops}
+        for release in self.leg.releases:
+            if not release.is_over and (release.is_busy or release.compiled.plan_item_id not in ahead):
+                release.end("the plan was changed in flight", self._clock.monotonic())
+                self.record(release)
+        self.leg = change.begin(self._recorder)
+        self._progress = replace(Progress.of(change.mission), flown=self._progress.flown)
+        self._item_clock.fly_on(change.mission)
+        self._complete, self._mission_done, self.change = CompleteSign(), False, None
+
+    def _settle_change(self, change: PendingChange, seen: Look) -> None:
+        """Follow the mission that the vehicle names as its own."""
+        if change.has_arrived(seen.state):
+            self.take_change(change)
+        elif change.is_missing(seen.state, self._connected_since_s or seen.now_s, seen.now_s):
+            change.is_open = False
+            self._recorder.change(changing=None)
+
     def heard(self, fact: LinkFact) -> None:
         """A fact from the link."""
         match fact:
             case ItemReached():
+                if self.change is not None and self.change.is_open:
+                    return  # of which mission is not known
                 if self._link.state().mode is FlightMode.MISSION or fact.seq == self._progress.last_seq:
                     self._recorder.note(EventKind.RUN_ITEM, seq=fact.seq, what="reached", item_id=self._item(fact.seq))
                     self._advance(self._progress.reached(fact.seq))
@@ -92,6 +128,7 @@ class FlightWatch:
             self._rate.rate,
             self._rate.is_measured,
             self._recorder.run.asked,
+            is_changing=self.change is not None and self.change.is_open,
         )
 
     def look(self) -> tuple[Order, ...]:
@@ -103,7 +140,13 @@ class FlightWatch:
             self._was_away = self._was_airborne  # it may have flown on to its end, unseen
             self._pass_time(seen)
             self._look_at_silence(seen)
+            self._connected_since_s = None
             return ()
+        if self.change is not None:
+            self._settle_change(self.change, seen)
+            seen = self.now()
+        if self._connected_since_s is None:
+            self._connected_since_s = seen.now_s
         self._connected_at_s = seen.now_s
         if self._rebooted:
             self.end(RunState.FAILED, "the vehicle rebooted in flight")
@@ -114,7 +157,7 @@ class FlightWatch:
         self._was_armed = self._was_armed or bool(seen.state.armed) or late
         self._follow_mission(seen.state)
         orders = self._look_at_drops(seen)
-        self._item_clock.look(seen, self._progress, self._releases, was_airborne=self._was_airborne)
+        self._item_clock.look(seen, self._progress, self.leg.releases, was_airborne=self._was_airborne)
         self._follow_phase(seen)
         return orders
 
@@ -140,7 +183,7 @@ class FlightWatch:
 
     def _look_at_drops(self, seen: Look) -> tuple[Order, ...]:
         orders: list[Order] = []
-        for release in self._releases:
+        for release in self.leg.releases:
             if release.is_over:
                 continue
             orders += release.look(seen, self._progress)
@@ -149,7 +192,7 @@ class FlightWatch:
 
     def _pass_time(self, seen: Look) -> None:
         """What does not wait for the link."""
-        for release in self._supervised:
+        for release in self.leg.supervised:
             if not release.is_over:
                 release.silent(seen)
                 self.record(release)
@@ -166,13 +209,13 @@ class FlightWatch:
     def _follow_phase(self, seen: Look) -> None:
         view = FlightView(
             state=seen.state,
-            vehicle_type=self._vehicle_type,
-            at_drop=any(release.is_active for release in self._releases),
+            vehicle_type=self.leg.plan.vehicle_type,
+            at_drop=any(release.is_active for release in self.leg.releases),
             mission_done=self._mission_done,
             was_airborne=self._was_airborne,
             asked=self._recorder.run.asked,
             was_armed=self._was_armed,
-            asks_consent_to=next((r.record.plan_item_id for r in self._supervised if r.is_asking), ""),
+            asks_consent_to=next((r.record.plan_item_id for r in self.leg.supervised if r.is_asking), ""),
         )
         phase, reason = phase_of(view)
         if phase is not RunState.LANDED:
@@ -194,7 +237,7 @@ class FlightWatch:
         """The heartbeat that says disarmed may overtake the report that the last item was reached."""
         if not self._mission_done and self._recorder.run.asked in UNASKED and landed_s < LAST_REPORTS_S:
             return True
-        open_answers = any(release.awaits_answer for release in self._supervised)
+        open_answers = any(release.awaits_answer for release in self.leg.supervised)
         return open_answers and landed_s < UNFINISHED_DROPS_S
 
     def _look_at_silence(self, seen: Look) -> None:
@@ -204,7 +247,7 @@ class FlightWatch:
 
     def end(self, state: RunState, reason: str) -> None:
         """The run's last state: every drop that is still open ends with it."""
-        for release in self._releases:
+        for release in self.leg.releases:
             if not release.is_over:
                 release.end(reason or state.value, self._clock.monotonic())
                 self.record(release)

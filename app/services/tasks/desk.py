@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from app.domain.errors import ConflictError, LeaseLostError, NotFoundError, TaskRefusedError
+from app.domain.errors import ConflictError, LeaseLostError, TaskRefusedError
 from app.domain.ports import Unsubscribe
-from app.domain.tasks.admission import course_of, refuse_beyond, refuse_kind
+from app.domain.setpoint.means import Means, task_means
+from app.domain.tasks.admission import course_of, refuse_beyond
 from app.domain.tasks.course import Course
 from app.domain.tasks.forms import Goto, InsertMode, Motion, Task, TaskPoint, WhenEmpty
 from app.domain.tasks.origin import EkfOrigin
 from app.domain.tasks.queue import QueuedTask
 from app.services.clock import Clock
-from app.services.offboard_view import TaskReport
+from app.services.offboard.surroundings import Surroundings
+from app.services.offboard_view import FlownBy, OffboardState, TaskReport
 from app.services.task_view import OriginView, QueuedTaskView, TasksView
 from app.services.tasks.flight import TaskFlight
 from app.services.tasks.phase import Phase
@@ -37,11 +39,8 @@ class TaskDesk:
             or the task in whose place it would be flown works the gripper now, and would do so again.
         """
         flight = self._own(lease_id)
-        if mode != "append" and flight.is_gripping:
-            raise ConflictError(
-                "the current task works the gripper now: flown again it would do so twice",
-                hint="wait for the gripper's answer, append the task, or skip the current one",
-            )
+        if mode != "append":
+            self._refuse_while_gripping("append the task")
         course, up_m = self._admit(task)
         queue = flight.queue.insert(task, course, mode, up_m)
         flight.when_empty = when_empty or flight.when_empty
@@ -55,6 +54,26 @@ class TaskDesk:
         if flight.queue.current is None:
             raise ConflictError("the queue is empty: there is nothing to skip")
         flight.finish("skipped")
+
+    def move(self, lease_id: str, task_id: str, before: str | None) -> None:
+        """Another place in the queue: before that other task, or last. What becomes the first is flown at once.
+
+        Raises:
+            NotFoundError: one of them is not in the queue. ConflictError: the current task works the gripper, and would
+            lose its place.
+        """
+        flight = self._own(lease_id)
+        queue = flight.queue.reordered(task_id, before)
+        if queue.current is not flight.queue.current:
+            self._refuse_while_gripping("move it later")
+        if queue is not flight.queue:
+            flight.put(queue, "moved", queue.entry(task_id))
+
+    def remove(self, lease_id: str, task_id: str) -> None:
+        """Take one task out; the current one as if it were skipped. Raises NotFoundError."""
+        flight = self._own(lease_id)
+        entry = flight.queue.entry(task_id)
+        flight.put(flight.queue.without(task_id), "removed", entry)
 
     def clear(self, lease_id: str) -> None:
         """Drop all tasks; what happens then is as when the last one ends."""
@@ -83,9 +102,7 @@ class TaskDesk:
             TaskRefusedError, NotFoundError, ConflictError: the target stays as it was.
         """
         flight = self._own(lease_id)
-        found = next((entry for entry in flight.queue.entries if entry.id == task_id), None)
-        if found is None:
-            raise NotFoundError(f"no task {task_id!r} is in the queue")
+        found = flight.queue.entry(task_id)
         if not isinstance(found.task, Goto) or found.task.gripper is not None:
             raise ConflictError(f"task {task_id} has no target that may move: only a goto without gripper has one")
         task = found.task.model_copy(update={"point": point, "motion": motion})
@@ -101,6 +118,7 @@ class TaskDesk:
             report=flight.report() or NEVER_USED,
             origin=shown,
             when_empty=flight.when_empty,
+            flown_by=self._flown_by(),
             capacity=flight.queue.capacity,
             tasks=[self._entry_view(entry) for entry in flight.queue.entries],
         )
@@ -114,6 +132,17 @@ class TaskDesk:
         """Call `listener` when state, lease or queue have changed."""
         return self._flight.control.subscribe(listener)
 
+    def _flown_by(self) -> FlownBy | None:
+        """By the lease's surroundings; without a lease as the vehicle flies now."""
+        control = self._flight.control
+        if control.lease is not None:
+            return control.means.value
+        who = control.link.identity
+        if who.vehicle_type is None:
+            return None
+        means = Surroundings.of(who.vehicle_type, who.firmware, control.settings.fresh_s).means(control.link.state())
+        return None if means is None else means.value
+
     def _own(self, lease_id: str) -> TaskFlight:
         """The queue of this lease; a new lease begins with an empty one."""
         flight = self._flight
@@ -123,13 +152,28 @@ class TaskDesk:
         flight.lease_id = lease.id
         return flight
 
+    def _refuse_while_gripping(self, instead: str) -> None:
+        """Raises ConflictError where another task would take the place of one that works the gripper."""
+        if self._flight.is_gripping:
+            raise ConflictError(
+                "the current task works the gripper now: flown again it would do so twice",
+                hint=f"wait for the gripper's answer, {instead}, or skip the current one",
+            )
+
     def _admit(self, task: Task) -> tuple[Course, float | None]:
         flight = self._flight
         control, surroundings = flight.control, flight.control.surroundings
         if surroundings is None:
             raise LeaseLostError("the lease has ended")
         state = control.link.state()
-        refuse_kind(surroundings.kind(state), surroundings.profile)
+        means = task_means(surroundings.kind(state), surroundings.profile)
+        is_entered = control.state is not OffboardState.LEASED
+        if is_entered and means is Means.COMMANDS and control.means is Means.SETPOINTS:
+            raise TaskRefusedError(
+                "offboard control was entered by setpoints, and this vehicle follows none that a task needs",
+                refusal="tasks.entered_by_setpoints",
+                hint="leave, and enter without `by`",
+            )
         origin = flight.origin or EkfOrigin.of(state)
         if origin is None:
             raise TaskRefusedError(
@@ -139,13 +183,14 @@ class TaskDesk:
             )
         flight.origin = origin
         course, up_m = course_of(task, origin, self._clock.monotonic()), origin.up_of(task)
-        refuse_beyond(task, course, up_m, control.settings.limits, surroundings.whereabouts(state))
+        wing = surroundings.wing if means is Means.COMMANDS else None
+        refuse_beyond(task, course, up_m, control.settings.limits, surroundings.whereabouts(state), wing)
         return course, up_m
 
     def _entry_view(self, entry: QueuedTask) -> QueuedTaskView:
         flight = self._flight
         is_current = flight.queue.current is entry
-        seen = flight.seen.reference if is_current and flight.seen is not None else None
+        seen = flight.seen if is_current else None
         limit_s = entry.task.duration_s if entry.task.duration_s > 0.0 else -1.0
         left_m = None if seen is None or seen.left_m == float("inf") else round(seen.left_m, 2)
         return QueuedTaskView(

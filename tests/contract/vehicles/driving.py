@@ -10,7 +10,8 @@ from typing import TypeVar
 
 from app.domain.errors import VehicleRefusedError
 from app.domain.mission import MavCmd, MavFrame, Mission, MissionItem, MissionType
-from app.domain.ports import LinkFact, UploadProgress, VehicleLink
+from app.domain.mission_port import UploadProgress
+from app.domain.ports import LinkFact, VehicleLink
 from app.vehicles import LinkSettings, MavsdkLinkSource
 
 F = TypeVar("F")

@@ -96,6 +96,25 @@ def test_what_was_not_built_is_made_in_the_users_cache_and_never_in_the_package(
     assert first.stat().st_mtime_ns == made_at
 
 
+def test_the_one_in_the_package_comes_first_then_the_users_cache_and_neither_is_made_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    package, name = tmp_path / "package", dialect_build.module_name()
+    copy_of_xml(package)
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setenv("HOME", str(tmp_path))
+    cached, built = tmp_path / ".cache/waydrop/dialect" / name, package / dialect_build.BUILT / name
+    for path in cached, built:
+        path.parent.mkdir(parents=True)
+        path.write_text("as it was")
+        assert dialect_build.module_path(package) == path
+    assert dialect_build.build(package) == built
+    assert [path.read_text() for path in (cached, built)] == ["as it was"] * 2
+    monkeypatch.setenv("XDG_CACHE_HOME", "")
+    built.unlink()
+    assert dialect_build.module_path(package) == cached, "empty is not set"
+
+
 def test_many_processes_at_once_make_one_good_module(tmp_path: Path) -> None:
     package = copy_of_package(tmp_path)
     env = environment(package, tmp_path / "cache")

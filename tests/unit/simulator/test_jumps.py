@@ -29,8 +29,16 @@ def visits(plan: list[Item], most: int = 100) -> list[int]:
     return found
 
 
-def test_a_jump_is_taken_as_often_as_it_repeats() -> None:
-    assert visits(items((3, 1, 2))) == [0, 1, 2, 1, 2, 1, 2, 4, 5]
+@pytest.mark.parametrize("repeats", [1, 2, 3])
+def test_a_jump_is_taken_as_often_as_it_repeats(repeats: int) -> None:
+    assert visits(items((3, 1, repeats))) == [0, 1, 2, *[1, 2] * repeats, 4, 5]
+
+
+def test_after_a_reset_it_is_taken_as_often_again() -> None:
+    counter, plan = JumpCounter(), items((3, 1, 1))
+    assert [counter.after(plan, 2), counter.after(plan, 2)] == [1, 4]
+    counter.reset()
+    assert [counter.after(plan, 2), counter.after(plan, 2)] == [1, 4]
 
 
 @pytest.mark.parametrize("repeats", [0, 0.9])
@@ -40,9 +48,15 @@ def test_a_jump_of_no_repeats_is_none(repeats: float) -> None:
 
 def test_minus_one_repeats_for_ever() -> None:
     assert set(visits(items((3, 1, -1)), 300)[1:]) == {1, 2}
+    assert len(visits(items((1, 0, -1)), 65_600)) == 65_600, "also more often than PX4 can count"
 
 
-@pytest.mark.parametrize("target", [6, 99])
+def test_jumps_one_behind_the_other_are_all_taken() -> None:
+    plan = items((0, 1, 1), (1, 2, 1), (2, 3, 1), (3, 4, 1), (4, 5, 1))
+    assert JumpCounter().resolve(plan, 0) == 5
+
+
+@pytest.mark.parametrize("target", [-1, 6, 99])
 def test_a_jump_to_an_item_that_is_missing_ends_the_mission(target: int) -> None:
     assert visits(items((3, target, 2))) == [0, 1, 2]
 

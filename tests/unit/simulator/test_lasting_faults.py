@@ -11,9 +11,11 @@ import pytest
 from app.domain.simulated_faults import FAULT_KINDS, FaultOrder
 from app.simulator.fault_control import FaultControl
 from app.simulator.fleet import Fleet
+from app.simulator.lasting_faults import lasting_faults
 from app.simulator.options import Options, VehicleOptions
 from app.simulator.second_ground import DEEDS
 from app.simulator.wire import MissionAck, Mode
+from tests.unit.simulator.cockpit import Cockpit
 
 LASTING: dict[str, tuple[Any, Any]] = {
     "loss": (0.25, 0.0),
@@ -63,6 +65,10 @@ async def test_a_lasting_fault_is_told_until_it_is_cleared(fleet: Fleet, fault: 
     value, healthy = LASTING[fault]
     assert await ordered(fleet, fault, value) == {fault: value}
     assert await ordered(fleet, fault, healthy) == {}
+
+
+def test_a_healthy_vehicle_without_a_winch_has_none() -> None:
+    assert lasting_faults(Cockpit(ready=False).vehicle, has_duplicate=False) == {}
 
 
 @pytest.mark.parametrize("fault", MOMENTS)

@@ -33,7 +33,12 @@ def stops(airframe: str, *plans: Plan, firmware: str = "px4-main") -> bool:
 @pytest.mark.parametrize(("airframe", "stopped"), [("quad", True), ("vtol", True), ("plane", False), ("rover", False)])
 def test_a_hold_brakes_in_rotary_wing_state(airframe: str, stopped: bool) -> None:
     assert stops(airframe, waypoint(30, 0, 10, hold_s=3.0), ON) is stopped
+    assert stops(airframe, waypoint(30, 0, 10, hold_s=0.5), ON) is stopped
     assert not stops(airframe, waypoint(30, 0, 10), ON)
+
+
+def test_the_pitch_of_a_takeoff_is_no_hold() -> None:
+    assert not stops("quad", takeoff(10, pitch_deg=15.0), ON)
 
 
 def test_a_vtol_on_its_wing_does_not_brake() -> None:

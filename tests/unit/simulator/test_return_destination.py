@@ -8,6 +8,7 @@ import pytest
 
 from app.simulator.navigator.return_destination import ReturnDestination, Way
 from app.simulator.wire import Cmd
+from tests.unit.simulator.airborne import Airborne
 from tests.unit.simulator.cockpit import Cockpit, Plan, do, land, takeoff, waypoint
 
 HOME, GARDEN, RALLY = (0.0, 0.0), (60.0, 0.0), (40.0, 30.0)
@@ -44,6 +45,7 @@ def chosen(
         (0, True, [RALLY], 50.0, Way.DIRECT, RALLY),
         (0, False, [RALLY], 10.0, Way.DIRECT, HOME),
         (0, False, [(8.0, 0.0)], 30.0, Way.DIRECT, HOME),  # a rally point as near as that to home is none
+        (0, False, [(12.0, 0.0)], 30.0, Way.DIRECT, (12.0, 0.0)),
         (0, False, [(30.0, 0.0), (62.0, 0.0)], 46.0, Way.DIRECT, (30.0, 0.0)),  # as near as the other
         (1, True, [], 20.0, Way.TO_LANDING, GARDEN),  # even when home is nearer
         (1, True, [RALLY], 20.0, Way.DIRECT, RALLY),
@@ -71,6 +73,13 @@ def test_a_direct_return_ends_where_rtl_type_says(
 
 def test_home_counts_for_a_vtol_that_hovers_with_type_1_too() -> None:
     assert chosen(1, garden=True, north_m=10.0, airframe="vtol")[1] == HOME
+
+
+def test_on_its_wing_it_does_not() -> None:
+    air = Airborne("vtol", (10.0, 0.0, 20.0), RTL_TYPE=1)
+    air.upload([takeoff(10), land(*GARDEN)])
+    plan = ReturnDestination(air.context, air.store, air.result).choose()
+    assert (plan.way, plan.point) == (Way.TO_LANDING, pytest.approx(GARDEN, abs=0.1))
 
 
 @pytest.mark.parametrize(("garden", "way"), [(True, Way.FORWARD), (False, Way.REVERSE)])

@@ -2,7 +2,7 @@
 
 import { ProblemError, problemFrom, unreachable } from "./problem";
 import { readToken } from "./token";
-import type { Comparison, EntryCheck, OffboardDetail, PlanCheck, PlanDocument, PlanHead, Principal, Run, SimulatorView, StoredPlan, Vehicle } from "./types";
+import type { Comparison, EntryCheck, OffboardDetail, PlanCheck, PlanDocument, PlanHead, Principal, Run, SimulatorView, StoredPlan, TaskQueue, Vehicle } from "./types";
 import type { Schema } from "../schema/control";
 import type { RunAction } from "../state/runs";
 
@@ -18,6 +18,7 @@ export const api = {
   planSchema: (): Promise<Schema> => get("/schemas/plan"),
   simulator: (): Promise<SimulatorView> => get("/simulator"),
   offboard: (vehicle: string): Promise<OffboardDetail> => get(`/vehicles/${encodeURIComponent(vehicle)}/offboard`),
+  tasks: (vehicle: string): Promise<TaskQueue> => get(`/vehicles/${encodeURIComponent(vehicle)}/tasks`),
   /** What an entry into offboard control would find now; nothing is commanded. */
   entryCheck: (vehicle: string, sticksHeld: boolean): Promise<EntryCheck> =>
     get(`/vehicles/${encodeURIComponent(vehicle)}/offboard/entry-check?sticks_held=${sticksHeld}`),

@@ -44,3 +44,14 @@ export type SentSetpoint = Schemas["SentView"];
 export type Cadence = Schemas["CadenceView"];
 export type VelocityBody = Schemas["VelocityBody"];
 export type PositionGlobal = Schemas["PositionGlobal"];
+
+export type TaskQueue = Schemas["TasksView"];
+export type QueuedTask = Schemas["QueuedTaskView"];
+export type TaskReport = Schemas["TaskReport"];
+export type TaskOrigin = Schemas["OriginView"];
+export type TaskState = TaskReport["state"];
+export type Task = QueuedTask["task"];
+export type TaskPoint = Schemas["Goto"]["point"];
+export type InsertMode = Schemas["TaskRequest"]["insert"];
+export type WhenEmpty = TaskQueue["when_empty"];
+export type QueueAction = "next" | "clear" | "pause" | "resume";

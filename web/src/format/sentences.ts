@@ -2,6 +2,7 @@
 
 import type { ConsentRecord, DropRecord, EventKind, Run } from "../api/types";
 import type { StreamEvent } from "../api/types";
+import { sayJob, sayJobQueue } from "./job-sentences";
 import { percent, seconds } from "./units";
 import { asSentence, certaintyName, consentWords, plain, runStateName, runStateTone, type Tone } from "./words";
 
@@ -31,6 +32,7 @@ const SAY: Readonly<Record<EventKind, Say>> = {
   "run.created": (e, v) => ({ text: `Run ${short(e.run_id)} was created for ${v}.`, tone: "neutral" }),
   "run.changed": sayRun,
   "run.upload_progress": sayUpload,
+  "run.mission_changed": (e, v) => ({ text: `${v} flies on with a changed plan, from “${str(part(e.data["change"], "continue_at"))}”${after(", ordered by ", part(e.data["change"], "by"))}.`, tone: "info" }),
   "run.item": (e, v) => ({ text: `${v} ${e.data["what"] === "reached" ? "has done" : "is on its way to"} “${str(e.data["item_id"])}”.`, tone: "info" }),
   "run.predicted": (e, v) => ({ text: `Predicted for ${v}: ${seconds(num(e.data["duration_s"]))} in flight.`, tone: "neutral" }),
   "run.item_ended": (e, v) => ({ text: `“${str(e.data["item_id"])}” took ${v} ${seconds(took(e.data["began_s"], e.data["ended_s"]))}.`, tone: "neutral" }),
@@ -41,6 +43,8 @@ const SAY: Readonly<Record<EventKind, Say>> = {
   "drop.consent_closed": sayConsent,
   "run.attachment": (e) => ({ text: `“${str(e.data["name"])}” was attached to “${str(e.data["plan_item_id"])}”${after(" by ", e.data["by"])}.`, tone: "info" }),
   "webhook.changed": (e) => ({ text: `A webhook to ${str(e.data["host"])} was ${lower(e.data["change"])}${after(" by ", e.data["by"])}.`, tone: e.data["change"] === "disabled" ? "warn" : "neutral" }),
+  "job.changed": sayJob,
+  "job.queue_changed": sayJobQueue,
   "simulator.fault": sayFault,
   "page.missing": (e) => ({ text: `Events ${str(e.data["first"])} to ${str(e.data["last"])} are no longer kept by the service.`, tone: "warn" }),
 };
@@ -65,7 +69,7 @@ function sayOffboard(event: StreamEvent, vehicle: string): Sentence {
   return { text: `${vehicle}, offboard control: ${state}${after(", ", event.data["reason"])}.`, tone: state === "active" ? "warn" : "neutral" };
 }
 
-const TASK_WORDS: Readonly<Record<string, string>> = { inserted: "is queued", reached: "has come to its end", time_over: "has lasted its time", gripper_done: "has worked the gripper", skipped: "was skipped", paused: "is paused", resumed: "goes on", by_hand: "waits: its pilot flies by hand", blocked: "is stopped", dropped: "and what came after it are dropped" };
+const TASK_WORDS: Readonly<Record<string, string>> = { inserted: "is queued", reached: "has come to its end", time_over: "has lasted its time", gripper_done: "has worked the gripper", skipped: "was skipped", moved: "has another place in the queue", removed: "was taken out", paused: "is paused", resumed: "goes on", by_hand: "waits: its pilot flies by hand", blocked: "is stopped", dropped: "and what came after it are dropped" };
 
 function sayTasks(event: StreamEvent, vehicle: string): Sentence {
   const change = str(event.data["change"]);
@@ -172,6 +176,11 @@ function took(began_s: unknown, ended_s: unknown): number | null {
 
 function lower(value: unknown): string {
   return str(value).replaceAll("_", " ").toLowerCase();
+}
+
+/** A field of an object in an event's data. */
+function part(value: unknown, name: string): unknown {
+  return typeof value === "object" && value !== null ? Reflect.get(value, name) : undefined;
 }
 
 function str(value: unknown): string {

@@ -1,11 +1,19 @@
 /** Frames of the offboard websocket, both ways (docs/offboard.md). */
 
-import type { AuditEntry, Clamp, Offboard } from "../api/types";
+import type { AuditEntry, Clamp, InsertMode, Offboard, QueueAction, Task, TaskQueue, WhenEmpty } from "../api/types";
 import type { Setpoint } from "./setpoint";
 
 export type Destination = "hold" | "mission" | "return";
 
+/** What is asked of the task queue (docs/tasks.md). */
+export type QueueAsk =
+  | { type: "task"; task: Task; insert: InsertMode; when_empty: WhenEmpty }
+  | { type: "queue"; do: QueueAction }
+  | { type: "move"; task_id: string; before: string | null }
+  | { type: "remove"; task_id: string };
+
 export type ClientFrame =
+  | QueueAsk
   | { type: "take"; rate_hz: number }
   | { type: "renew" }
   | { type: "enter"; sticks_held: boolean }
@@ -16,6 +24,11 @@ export type ClientFrame =
 export interface StateFrame {
   type: "state";
   offboard: Offboard;
+}
+
+export interface TasksFrame {
+  type: "tasks";
+  queue: TaskQueue;
 }
 
 interface Answered {
@@ -33,14 +46,16 @@ export interface RefusedFrame extends Answered {
 export type Answer =
   | ({ type: "granted"; holder: string; expires_in_s: number } & Answered)
   | ({ type: "taken"; clamped: Clamp[] } & Answered)
+  | ({ type: "queued"; task_id: string } & Answered)
   | ({ type: "done"; what: string; audit: AuditEntry[] } & Answered)
   | RefusedFrame;
 
-const ANSWERS: ReadonlySet<unknown> = new Set(["granted", "taken", "done", "refused"]);
+const ANSWERS: ReadonlySet<unknown> = new Set(["granted", "taken", "queued", "done", "refused"]);
 
 /** Null for a type that this page does not know. */
-export function parseServerFrame(message: string): StateFrame | Answer | null {
+export function parseServerFrame(message: string): StateFrame | TasksFrame | Answer | null {
   const doc: unknown = JSON.parse(message);
   if (typeof doc !== "object" || doc === null || !("type" in doc)) return null;
-  return doc.type === "state" || ANSWERS.has(doc.type) ? (doc as StateFrame | Answer) : null;
+  const known = doc.type === "state" || doc.type === "tasks" || ANSWERS.has(doc.type);
+  return known ? (doc as StateFrame | TasksFrame | Answer) : null;
 }

@@ -3,8 +3,8 @@
  * is asked for by hand. It knows no DOM and no socket: both come from its host.
  */
 
-import type { AuditEntry, Clamp, Offboard } from "../api/types";
-import type { Answer, Destination } from "./frames";
+import type { AuditEntry, Clamp, Offboard, TaskQueue } from "../api/types";
+import type { Answer, Destination, QueueAsk } from "./frames";
 import { SetpointSender, type StopReason } from "./sender";
 import type { Setpoint } from "./setpoint";
 import type { Wire, WireEvents } from "./wire";
@@ -12,6 +12,9 @@ import { closeWords, stopWords } from "./words";
 
 /** `silent`: nothing is sent any more, and the service's dead-man acts. */
 export type Phase = "off" | "opening" | "leased" | "entering" | "flying" | "leaving" | "silent";
+
+/** Who has the vehicle: hands speak by setpoints; for the tasks the service speaks, while the lease is renewed. */
+export type Lead = "hands" | "tasks";
 
 export interface Refusal {
   /** What was tried: "Take the lease of v1". */
@@ -26,6 +29,9 @@ export interface HandsOn {
   readonly vehicle: string | null;
   /** What the service says of it, newest. */
   readonly offboard: Offboard | null;
+  readonly leads: Lead;
+  /** The task queue as the service tells it; null before the first task. */
+  readonly tasks: TaskQueue | null;
   readonly refusal: Refusal | null;
   /** What the newest setpoint was clamped by. */
   readonly clamped: readonly Clamp[];
@@ -37,7 +43,7 @@ export interface HandsOn {
   readonly ended: string;
 }
 
-export const HANDS_OFF: HandsOn = { phase: "off", vehicle: null, offboard: null, refusal: null, clamped: [], audit: [], answer_ms: null, fellSilent: false, ended: "" };
+export const HANDS_OFF: HandsOn = { phase: "off", vehicle: null, offboard: null, leads: "hands", tasks: null, refusal: null, clamped: [], audit: [], answer_ms: null, fellSilent: false, ended: "" };
 
 export interface SessionHost {
   connect(vehicle: string, events: WireEvents): Wire;
@@ -53,6 +59,7 @@ export interface SessionHost {
   onChange(next: HandsOn): void;
 }
 
+const ENGAGED: ReadonlySet<Phase> = new Set<Phase>(["entering", "flying", "leaving"]);
 export const RATE_HZ = 20;
 const RENEW_MS = 3000; // a lease lasts 10 s
 /** After this the service's dead-man has long acted; if nothing was heard of it, the network is gone. */
@@ -62,6 +69,8 @@ export class Session {
   #now: HandsOn = HANDS_OFF;
   #wire: Wire | null = null;
   #renewals: ReturnType<typeof setInterval> | undefined;
+  /** Questions to the queue that are not answered yet: what is told meanwhile may be from before. */
+  #asking = 0;
   #patience: ReturnType<typeof setTimeout> | undefined;
   readonly #sender: SetpointSender;
 
@@ -79,10 +88,12 @@ export class Session {
 
   take(vehicle: string): void {
     if (this.#wire !== null) return;
+    this.#asking = 0;
     this.#set({ ...HANDS_OFF, phase: "opening", vehicle });
     const wire: Wire = this.host.connect(vehicle, {
       onOpen: () => void this.#askForLease(wire),
       onState: (offboard) => wire === this.#wire && this.#set({ offboard, answer_ms: this.#sender.answer_ms }),
+      onTasks: (tasks) => wire === this.#wire && this.#onTasks(tasks),
       onAnswer: (answer) => wire === this.#wire && this.#onSetpointAnswer(answer),
       onClosed: (code, reason) => wire === this.#wire && this.#end(closeWords(code, reason, this.#now)),
     });
@@ -92,10 +103,9 @@ export class Session {
   async enter(sticksHeld: boolean): Promise<void> {
     const wire = this.#wire;
     if (wire === null || this.#now.phase !== "leased") return;
-    this.#keepLease(false);
     this.host.onFreshHands();
     this.#set({ phase: "entering", refusal: null, clamped: [], audit: [] });
-    this.#sender.start();
+    this.#speak();
     const answer = await wire.ask({ type: "enter", sticks_held: sticksHeld });
     if (wire !== this.#wire || !this.#is("entering")) return;
     if (answer.type === "done") return this.#set({ phase: "flying", audit: answer.audit });
@@ -115,6 +125,29 @@ export class Session {
     if (this.#is("leaving")) this.#set({ phase: "flying", refusal: refusalOf(`Leave to ${to}`, answer) });
   }
 
+  /** Ask something of the task queue. Null: it is done; else why it is not. */
+  async queue(doing: string, frame: QueueAsk): Promise<Refusal | null> {
+    const wire = this.#wire;
+    if (wire === null || this.#is("silent")) return null;
+    const gives = this.#now.leads === "hands" && givesLead(frame, this.#now.tasks);
+    if (gives) {
+      this.host.onFreshHands();
+      this.#lead("tasks"); // first: a setpoint that came behind would take the vehicle back
+    }
+    this.#asking += 1;
+    const answer = await wire.ask(frame);
+    if (wire !== this.#wire) return null;
+    this.#asking -= 1;
+    if (answer.type !== "refused") return null;
+    if (gives) this.#lead("hands");
+    return refusalOf(doing, answer);
+  }
+
+  /** Hands move: they have the vehicle at once, and the queue waits. */
+  takeOver(): void {
+    if (this.#now.phase === "flying") this.#lead("hands");
+  }
+
   /** Give the lease back, or stop asking for it. A vehicle that is flown is told to hold: the socket's end says so. */
   giveBack(): void {
     if (this.#wire !== null) this.#end("The lease was given back.", true);
@@ -126,6 +159,7 @@ export class Session {
     switch (this.#now.phase) {
       case "flying":
       case "leaving":
+        if (this.#now.leads === "tasks") break; // nobody's hands are needed: the lease is renewed while somebody looks
         this.#sender.stop();
         this.#set({ phase: "silent", fellSilent: true, ended: words });
         clearTimeout(this.#patience);
@@ -151,6 +185,27 @@ export class Session {
     this.#set({ refusal });
   }
 
+  /** Only this page gives the queue the vehicle; the service takes it away again. */
+  #onTasks(tasks: TaskQueue): void {
+    this.#set({ tasks });
+    const { state } = tasks.report;
+    if (this.#asking === 0 && (state === "idle" || state === "by_hand")) this.#lead("hands");
+  }
+
+  #lead(leads: Lead): void {
+    if (leads === this.#now.leads) return;
+    this.#set({ leads });
+    if (ENGAGED.has(this.#now.phase)) this.#speak();
+  }
+
+  /** Hands say what they want all the time; for the tasks it is enough that the lease is kept. */
+  #speak(): void {
+    const hands = this.#now.leads === "hands";
+    if (hands) this.#sender.start();
+    else this.#sender.stop();
+    this.#keepLease(!hands);
+  }
+
   #onSetpointAnswer(answer: Answer): void {
     if (answer.id !== null) this.#sender.answered(answer.id);
     if (answer.type === "taken") {
@@ -173,7 +228,7 @@ export class Session {
     const wire = this.#wire;
     this.#wire = null;
     if (close) wire?.close();
-    this.#set({ phase: "off", ended: why, offboard: null, clamped: [], answer_ms: null });
+    this.#set({ phase: "off", ended: why, offboard: null, leads: "hands", tasks: null, clamped: [], answer_ms: null });
   }
 
   /** Phases change while an answer is waited for. */
@@ -192,6 +247,12 @@ const LEFT: Readonly<Record<Destination, string>> = {
   mission: "Left to the mission, which goes on.",
   return: "Left to a return.",
 };
+
+/** A first task is flown as soon as the vehicle is under control; one behind a queue that stands waits with it. */
+function givesLead(frame: QueueAsk, tasks: TaskQueue | null): boolean {
+  if (frame.type === "queue") return frame.do === "resume";
+  return frame.type === "task" && (tasks === null || tasks.report.state === "idle");
+}
 
 function refusalOf(doing: string, answer: Answer): Refusal {
   if (answer.type === "refused") return { doing, code: answer.code, detail: answer.detail, hint: answer.hint };

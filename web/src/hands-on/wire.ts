@@ -1,11 +1,13 @@
 /** One offboard websocket: frames go out with a number, and each answer finds its question. It is never opened again. */
 
 import { parseServerFrame, type Answer, type ClientFrame } from "./frames";
-import type { Offboard } from "../api/types";
+import type { Offboard, TaskQueue } from "../api/types";
 
 export interface WireEvents {
   onOpen(): void;
   onState(offboard: Offboard): void;
+  /** The task queue, on every change and once a second from the first task on. */
+  onTasks(queue: TaskQueue): void;
   /** An answer that nobody awaits: a setpoint's. */
   onAnswer(answer: Answer): void;
   /** It has ended and nothing will come any more; not told after `close`. */
@@ -33,6 +35,7 @@ export function openWire(vehicle: string, token: string | null, events: WireEven
     const frame = open ? parseServerFrame(message.data) : null;
     if (frame === null) return;
     if (frame.type === "state") return events.onState(frame.offboard);
+    if (frame.type === "tasks") return events.onTasks(frame.queue);
     const tell = frame.id === null ? undefined : waiting.get(frame.id);
     if (frame.id !== null) waiting.delete(frame.id);
     (tell ?? events.onAnswer)(frame);

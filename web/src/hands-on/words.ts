@@ -69,7 +69,7 @@ export function setpointWords(setpoint: Readonly<Record<string, unknown>>): stri
   if (type.startsWith("velocity")) return "stand still";
   const altitude = setpoint["altitude_m"];
   if (type === "position_global" && typeof altitude === "number") return `go to a place, ${metres(altitude)} AMSL`;
-  return type.replaceAll("_", " ");
+  return type === "position_ned" ? "be at a place" : type.replaceAll("_", " ");
 }
 
 export type Stage = "speaks" | "silent" | "gone";

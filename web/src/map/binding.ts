@@ -5,14 +5,17 @@ import { viewPlan, type PlanView } from "../plan/document";
 import type { Run, Timeline } from "../api/types";
 import { draftTimeline } from "../state/draft";
 import { draftNumber, draftView } from "../state/draft-text";
-import { applyTool, dragTo, finishSketch, handles, letGo, sketch, takeHandle, tool } from "../state/editor";
-import { goTo, goToArmed } from "../state/controls";
+import { applyTool, dragTo, finishSketch, handles, letGo, sketch, takeHandle } from "../state/editor";
+import { goTo } from "../state/controls";
 import { handsVehicle } from "../state/hands-on";
 import { goThere } from "../state/hands-session";
+import { mapToolInHand } from "../state/map-tool";
 import { plansById } from "../state/plans";
 import { itemId, panel, selectedRun, selectedVehicle, selectVehicle, vehicleId } from "../state/selection";
 import { slowed } from "../state/slowed";
 import { live, tracks, vehicles } from "../state/store";
+import { draftTask, placeTask, taskPlaces } from "../state/task-draft";
+import { taskQueue } from "../state/task-queue";
 import { theme } from "../state/theme";
 import { boundsAround, following, homeOf, planPoints, ringStep, vehiclePoint, viewed } from "./camera";
 import { destinationFeatures, dropFeatures, fenceFeatures, handleFeatures, itemProgress, pathFeatures, placeFeatures, ringFeatures, sketchFeatures, trackFeatures, vehicleFeatures, collection } from "./features";
@@ -22,7 +25,8 @@ import { gridLabels, type Label } from "./grid-labels";
 import { releaseFeatures } from "./release";
 import { PALETTES } from "./palette";
 import { Scene } from "./scene";
-import type { Look } from "./style";
+import { taskFeatures } from "./task-features";
+import type { Look } from "./look";
 
 /** The plan on the map: the draft while it is being prepared, else the chosen run's. */
 export const shownPlan = computed<{ readonly key: string; readonly view: PlanView; readonly run: Run | null; readonly timeline: Timeline | null } | null>(() => {
@@ -60,10 +64,10 @@ export function bindScene(container: HTMLElement, onLabels: (labels: readonly La
       viewed.value = view;
       grid.show(scene, view);
     },
-    onVehicle: (id) => tool.peek() === null && !goToArmed.peek() && selectVehicle(id),
-    onPlace: (id) => tool.peek() === null && (itemId.value = id),
+    onVehicle: (id) => !mapToolInHand.peek() && selectVehicle(id),
+    onPlace: (id) => !mapToolInHand.peek() && (itemId.value = id),
     onGrab: () => (following.value = false),
-    onMap: (at) => goThere(at) || applyTool(at),
+    onMap: (at) => goThere(at) || placeTask(at) || applyTool(at),
     onDoubleClick: finishSketch,
     onGrip: takeHandle,
     onDrag: dragTo,
@@ -76,7 +80,8 @@ export function bindScene(container: HTMLElement, onLabels: (labels: readonly La
     effect(() => drawPlan(scene)),
     effect(() => scene.setData("handles", handleFeatures(handles.value))),
     effect(() => scene.setData("sketch", sketchFeatures(sketch.value))),
-    effect(() => scene.setDrawing(tool.value !== null || goToArmed.value)),
+    effect(() => scene.setDrawing(mapToolInHand.value)),
+    effect(() => scene.setData("tasks", taskFeatures(taskQueue.value, draftTask.value, taskPlaces.value))),
     effect(() => scene.setData("destination", destinationFeatures(goTo.value?.at ?? null, goTo.value === null ? null : vehiclePoint(handsVehicle.value)))),
     effect(() => {
       void homeKey.value;

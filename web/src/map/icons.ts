@@ -1,4 +1,4 @@
-/** The map's icons, drawn by our own code when the style first asks for one: vehicles by type, drops by outcome, home. */
+/** The map's icons, drawn by our own code when the style first asks for one: vehicles by type, drops by outcome, directions, home. */
 
 import type { Palette } from "./palette";
 
@@ -9,7 +9,7 @@ export interface Icon {
 
 const SCALE = 3; // sharp on every screen, and small enough to be drawn in a blink
 
-/** The icon with this name ("vehicle:vtol:ok", "drop:released", "home"), or null if there is none. */
+/** The icon with this name ("vehicle:vtol:ok", "drop:released", "arrow", "home"), or null if there is none. */
 export function drawIcon(name: string, palette: Palette): Icon | null {
   const [kind, first = "", second = ""] = name.split(":");
   switch (kind) {
@@ -17,6 +17,8 @@ export function drawIcon(name: string, palette: Palette): Icon | null {
       return draw(36, (c) => vehicle(c, first, toneColor(second, palette), palette));
     case "drop":
       return draw(26, (c) => drop(c, first, palette));
+    case "arrow":
+      return draw(14, (c) => arrow(c, palette));
     case "home":
       return draw(22, (c) => home(c, palette));
     default:
@@ -122,4 +124,14 @@ function home(c: CanvasRenderingContext2D, p: Palette): void {
   const house = new Path2D("M-8-0.500L0-8 8-0.500M-5.500-1.500V7H5.500V-1.500");
   c.fill(new Path2D("M-8-0.500L0-8 8-0.500H5.500V7H-5.500V-0.500Z"));
   c.stroke(house);
+}
+
+/** Along a line, which MapLibre draws from left to right. */
+function arrow(c: CanvasRenderingContext2D, p: Palette): void {
+  const head = new Path2D("M-3-4.500L2.500 0-3 4.500");
+  for (const [width, style] of [[5, p.halo], [2.2, p.warn]] as const) {
+    c.lineWidth = width;
+    c.strokeStyle = style;
+    c.stroke(head);
+  }
 }

@@ -8,7 +8,8 @@ import type { View } from "./graticule";
 import { listenToHandles } from "./handle-drag";
 import { drawIcon } from "./icons";
 import { DRAWN_AFTER, Pacing } from "./pacing";
-import { buildStyle, NO_DATA, type Look, type MapData, type SourceId } from "./style";
+import type { Look } from "./look";
+import { buildStyle, NO_DATA, type MapData, type SourceId } from "./style";
 
 setWorkerUrl(workerUrl); // from our own origin, so that the page's content security policy needs no blob:
 

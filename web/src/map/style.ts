@@ -1,25 +1,16 @@
 /** The map's style: our own sources and layers only. No tiles, no sprite, no glyph server: nothing is ever fetched. */
 
-import type { ExpressionSpecification, LayerSpecification, LineLayerSpecification, StyleSpecification } from "maplibre-gl";
+import type { ExpressionSpecification, LayerSpecification, StyleSpecification } from "maplibre-gl";
 import type { FeatureCollection } from "geojson";
-import type { Palette } from "./palette";
+import { ROUND, text, textPaint, type Look } from "./look";
+import { taskLayers } from "./task-layers";
 
-export const SOURCES = ["gridMinor", "gridMajor", "rings", "fences", "tracks", "path", "release", "handles", "places", "drops", "sketch", "destination", "vehicles"] as const;
+export const SOURCES = ["gridMinor", "gridMajor", "rings", "fences", "tracks", "path", "release", "handles", "places", "drops", "sketch", "destination", "tasks", "vehicles"] as const;
 export type SourceId = (typeof SOURCES)[number];
 export type MapData = Record<SourceId, FeatureCollection>;
 
 export const NOTHING: FeatureCollection = { type: "FeatureCollection", features: [] };
 export const NO_DATA: MapData = Object.fromEntries(SOURCES.map((id) => [id, NOTHING])) as MapData;
-
-/** Without a glyph server MapLibre draws text with the page's own fonts. */
-const FONT = ["Inter", "system-ui", "sans-serif"];
-const ROUND: LineLayerSpecification["layout"] = { "line-cap": "round", "line-join": "round" };
-
-/** How the map looks: its colours, and how large it draws (1 with the text of a laptop, more on a wall). */
-export interface Look {
-  readonly palette: Palette;
-  readonly scale: number;
-}
 
 export function buildStyle(look: Look, data: MapData): StyleSpecification {
   return {
@@ -30,6 +21,7 @@ export function buildStyle(look: Look, data: MapData): StyleSpecification {
       ...backgroundLayers(look),
       ...planLayers(look),
       ...destinationLayers(look),
+      ...taskLayers(look),
       ...vehicleLayers(look),
       ...sketchLayers(look),
     ],
@@ -205,13 +197,4 @@ function vehicleLayers({ palette: p, scale }: Look): LayerSpecification[] {
       paint: textPaint(p.text, p),
     },
   ];
-}
-
-function text(field: string, size: number) {
-  const value: ExpressionSpecification = ["get", field];
-  return { "text-field": value, "text-font": FONT, "text-size": size };
-}
-
-function textPaint(color: string, p: Palette) {
-  return { "text-color": color, "text-halo-color": p.halo, "text-halo-width": 1.6 };
 }

@@ -10,6 +10,12 @@ export const handsOn = signal<HandsOn>(HANDS_OFF);
 /** The controls count. */
 export const engaged = computed(() => handsOn.value.phase === "entering" || handsOn.value.phase === "flying");
 
+/** Hands lead: the page says all the time what they want. */
+export const steering = computed(() => engaged.value && handsOn.value.leads === "hands");
+
+/** What is shown to fly with. */
+export const handsPage = signal<"controls" | "tasks">("controls");
+
 /** The vehicle that the panel is about: the one that is flown, else the chosen one. */
 export const handsVehicle = computed<Vehicle | null>(() => {
   const flown = handsOn.value.vehicle;

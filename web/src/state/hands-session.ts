@@ -6,13 +6,14 @@ import { isPresent, watchAttention, whyUnattended } from "../hands-on/attention"
 import { isNeutral, NEUTRAL } from "../hands-on/axes";
 import { watchKeys } from "../hands-on/key-watch";
 import { NONE_HELD, released } from "../hands-on/keys";
-import { Session } from "../hands-on/session";
+import type { QueueAsk } from "../hands-on/frames";
+import { Session, type Refusal } from "../hands-on/session";
 import { neutral, placeOf, velocityOf, type Setpoint } from "../hands-on/setpoint";
 import type { StopReason } from "../hands-on/sender";
 import { openWire } from "../hands-on/wire";
 import type { Point } from "../map/geometry";
 import { freshHands, goTo, goToArmed, held, heldAxes, readPads } from "./controls";
-import { engaged, handsOn, handsVehicle } from "./hands-on";
+import { engaged, handsOn, handsVehicle, steering } from "./hands-on";
 import { speeds, sticksHeld } from "./offboard-facts";
 import { attendanceNow, touched, watchInput } from "./presence";
 import { panel, vehicleId } from "./selection";
@@ -37,6 +38,8 @@ export function enter(): Promise<void> {
 }
 export const leave = (to: "hold" | "mission" | "return"): Promise<void> => session.leave(to);
 export const giveBack = (): void => session.giveBack();
+/** Null: it is done; else why it is not. */
+export const askQueue = (doing: string, frame: QueueAsk): Promise<Refusal | null> => session.queue(doing, frame);
 
 function vehicleType() {
   return handsVehicle.value?.vehicle_type ?? "multicopter";
@@ -91,13 +94,17 @@ export function watchHandsOn(): void {
     if (!engaged.value) freshHands();
   });
   effect(() => {
+    const hands = !isNeutral(asked.value) || goTo.value !== null;
+    if (hands && handsOn.value.leads === "tasks" && whyUnattended() === null) session.takeOver();
+  });
+  effect(() => {
     const { vehicle, phase } = handsOn.value;
     if (phase === "off" || phase === "silent") return;
     if (panel.value !== "hands" || (vehicleId.value !== null && vehicleId.value !== vehicle)) session.giveBack();
   });
   effect(() => {
     if (panel.value !== "hands") return undefined;
-    const timer = setInterval(() => !document.hidden && !engaged.value && readPads(), PAD_LOOK_MS);
+    const timer = setInterval(() => !document.hidden && !steering.value && readPads(), PAD_LOOK_MS);
     return () => clearInterval(timer);
   });
 }

@@ -1,21 +1,24 @@
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { flies, NONE_HELD, pressed } from "../hands-on/keys";
 import { WARN_AFTER_MS } from "../hands-on/presence";
-import { asSentence, plain } from "../format/words";
+import { plain } from "../format/words";
 import { held } from "../state/controls";
-import { engaged, handsOn, handsVehicle, offboardNow } from "../state/hands-on";
+import { engaged, handsOn, handsPage, handsVehicle, offboardNow, steering } from "../state/hands-on";
 import { detail } from "../state/offboard-facts";
 import { attendance } from "../state/presence";
 import { HandsControls, WaysOut } from "./hands-controls";
 import { HandsEntry } from "./hands-entry";
 import { HandsLease } from "./hands-lease";
+import { HandsPages } from "./hands-pages";
 import { HandsReadout } from "./hands-readout";
 import { HandsSteps } from "./hands-steps";
+import { HandsTasks } from "./hands-tasks";
 import { Icon } from "./icons";
+import { RefusalNote } from "./refusal-note";
 
 const FIELDS = "input, select, textarea";
 
-/** Flying by hand. Its keys count only while the focus is in here and the controls are engaged. */
+/** Flying by hand. Its keys count only while the focus is in here, and the controls are engaged and shown. */
 export function HandsOnPanel() {
   const root = useRef<HTMLDivElement>(null);
   const { phase } = handsOn.value;
@@ -29,25 +32,28 @@ export function HandsOnPanel() {
   });
   const vehicle = handsVehicle.value;
   if (vehicle === null) return <NoVehicle />;
+  const byControls = engaged.value && handsPage.value === "controls";
   return (
-    <div class={`panel-body hands-on ${engaged.value ? "engaged" : ""}`} data-phase={phase} role="group" aria-label={`Fly ${vehicle.id} by hand`} tabIndex={-1} ref={root} onKeyDown={onKeyDown} onFocusOut={onFocusOut}>
+    <div class={`panel-body hands-on ${engaged.value ? `engaged on-${handsPage.value}` : ""}`} data-phase={phase} role="group" aria-label={`Fly ${vehicle.id} by hand`} tabIndex={-1} ref={root} onKeyDown={onKeyDown} onFocusOut={onFocusOut}>
       <Head />
-      <Refusal />
-      {engaged.value && attendance.value === "warned" && <IsAnybodyThere vehicle={vehicle.id} />}
+      {handsOn.value.refusal !== null && <RefusalNote refusal={handsOn.value.refusal} />}
+      {steering.value && attendance.value === "warned" && <IsAnybodyThere vehicle={vehicle.id} />}
       {phase === "off" && <HandsLease vehicle={vehicle.id} />}
       {phase === "opening" && <p role="status">Asking for the lease of {vehicle.id}…</p>}
       {phase === "leased" && <HandsEntry vehicle={vehicle.id} />}
       {(phase === "entering" || phase === "leaving") && <HandsSteps />}
-      {(phase === "entering" || phase === "flying") && <WaysOut vehicle={vehicle.id} />}
+      {engaged.value && <WaysOut vehicle={vehicle.id} />}
       {phase === "silent" && <HandsOffNote vehicle={vehicle.id} />}
+      {engaged.value && <HandsPages />}
+      {!byControls && <HandsTasks vehicle={vehicle.id} />}
       <HandsReadout />
-      {(phase === "entering" || phase === "flying") && <HandsControls vehicle={vehicle.id} />}
+      {byControls && <HandsControls vehicle={vehicle.id} />}
     </div>
   );
 }
 
 function onKeyDown(event: KeyboardEvent): void {
-  if (!engaged.value || (event.target instanceof Element && event.target.closest(FIELDS) !== null)) return;
+  if (!engaged.value || handsPage.value !== "controls" || (event.target instanceof Element && event.target.closest(FIELDS) !== null)) return;
   held.value = pressed(held.value, event);
   if (flies(event.code) && !event.ctrlKey && !event.altKey && !event.metaKey) event.preventDefault(); // else the panel scrolls
 }
@@ -78,7 +84,7 @@ function Head() {
     <header class="hands-head">
       <h3>{vehicle.id} by hand</h3>
       <span class={`hands-state ${on ? "on" : ""}`} role="status">
-        {on ? "Hands on" : off ? "Hands off" : plain(state)}
+        {on ? (handsOn.value.leads === "tasks" ? "Flies tasks" : "Hands on") : off ? "Hands off" : plain(state)}
       </span>
       <Followed vehicle={vehicle.id} />
     </header>
@@ -90,19 +96,6 @@ function Followed({ vehicle }: { vehicle: string }) {
   const row = detail.value?.capabilities.find(({ form }) => form === "velocity_body");
   if (row === undefined || row.taken) return null;
   return <p class="hands-note tone-warn">No sticks or keys for {vehicle}: {row.reason}. Programs can fly it with other setpoints (docs/offboard.md).</p>;
-}
-
-function Refusal() {
-  const { refusal } = handsOn.value;
-  if (refusal === null) return null;
-  return (
-    <div class="hands-note tone-danger" role="alert">
-      <b>{refusal.doing}: refused</b>
-      <p>{asSentence(refusal.detail)}.</p>
-      {refusal.hint !== "" && <p>{asSentence(refusal.hint)}.</p>}
-      <code>{refusal.code}</code>
-    </div>
-  );
 }
 
 /** Before hands count as gone that have not moved for long. */

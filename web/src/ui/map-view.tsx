@@ -6,12 +6,13 @@ import type { Label } from "../map/grid-labels";
 import { planPoints } from "../map/camera";
 import { selectedVehicle } from "../state/selection";
 import { vehicles } from "../state/store";
-import { tool } from "../state/editor";
-import { goToArmed } from "../state/controls";
+import { mapToolInHand } from "../state/map-tool";
 import { MapToolbar } from "./map-toolbar";
 import { useEditorKeys } from "./use-editor-keys";
 import { useGoToKeys } from "./use-go-to-keys";
+import { useTaskKeys } from "./use-task-keys";
 import { GoToHint } from "./go-to-hint";
+import { TaskHint } from "./task-hint";
 import { Icon, type IconName } from "./icons";
 
 export function MapView() {
@@ -20,6 +21,7 @@ export function MapView() {
   const [labels, setLabels] = useState<readonly Label[]>([]);
   useEditorKeys();
   useGoToKeys();
+  useTaskKeys();
   useEffect(() => {
     if (container.current === null) return undefined;
     const bound = bindScene(container.current, setLabels);
@@ -27,12 +29,13 @@ export function MapView() {
     return bound.dispose;
   }, []);
   return (
-    <section class={`map${tool.value === null && !goToArmed.value ? "" : " drawing"}`} aria-label="Map">
+    <section class={`map${mapToolInHand.value ? " drawing" : ""}`} aria-label="Map">
       <div class="map-canvas" ref={container} />
       <GridLabels labels={labels} />
       <span class="map-cross" aria-hidden="true" />
       <MapToolbar />
       <GoToHint />
+      <TaskHint />
       <MapTools scene={() => scene.current} />
     </section>
   );

@@ -7,13 +7,16 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
-from app.domain.errors import TasksFullError
+from app.domain.errors import NotFoundError, TasksFullError
 from app.domain.tasks.admission import course_of
 from app.domain.tasks.forms import TASK_NUMBERS, InsertMode, Task
 from app.domain.tasks.queue import TaskQueue
 from tests.unit.domain.tasks.examples import ORIGIN, task, tasks
 
 CAPACITY = 4
+PLACES = st.integers(0, CAPACITY)
+"""One more than there are: an id that is not in the queue."""
+UNKNOWN = "t0"
 MODES: tuple[InsertMode, ...] = ("append", "prepend", "replace_current", "replace_all")
 
 
@@ -55,6 +58,35 @@ class QueueAndModel(RuleBasedStateMachine):
     @rule()
     def next(self) -> None:
         self.queue, self.model, self.elapsed_s = self.queue.next(), self.model[1:], 0.0
+
+    @rule(which=PLACES, where=st.none() | PLACES)
+    def reorder(self, which: int, where: int | None) -> None:
+        task_id, before = self.id_at(which), None if where is None else self.id_at(where)
+        if UNKNOWN in (task_id, before):
+            with pytest.raises(NotFoundError):
+                self.queue.reordered(task_id, before)
+            return
+        wanted = list(self.model)
+        if task_id != before:
+            moved = wanted.pop(which)
+            wanted.insert(next((i for i, entry in enumerate(wanted) if entry[0] == before), len(wanted)), moved)
+        self.queue = self.queue.reordered(task_id, before)
+        self.elapsed_s = self.elapsed_s if wanted[0] is self.model[0] else 0.0
+        self.model = wanted
+
+    @rule(which=PLACES)
+    def remove(self, which: int) -> None:
+        task_id = self.id_at(which)
+        if task_id == UNKNOWN:
+            with pytest.raises(NotFoundError):
+                self.queue.without(task_id)
+            return
+        self.queue = self.queue.without(task_id)
+        self.elapsed_s = 0.0 if which == 0 else self.elapsed_s
+        del self.model[which]
+
+    def id_at(self, place: int) -> str:
+        return self.model[place][0] if place < len(self.model) else UNKNOWN
 
     @rule()
     def clear(self) -> None:
@@ -118,3 +150,21 @@ def test_a_target_that_moves_keeps_its_place_in_the_queue_and_its_time() -> None
     other = task("goto", point={"east_m": 0.0, "north_m": 0.0})
     moved = queue.moved("t1", other, course_of(other, ORIGIN, 0.0))
     assert (moved.elapsed_s, moved.entries[0].task, moved.entries[1]) == (3.0, other, queue.entries[1])
+
+
+def test_a_task_that_is_moved_to_the_front_is_flown_and_the_one_that_was_begins_anew_on_its_leg() -> None:
+    queue = queue_of("path", "goto", "circle").begun(31.0, 1).flown(5.0)
+    moved = queue.reordered("t3", "t1")
+    assert ([entry.id for entry in moved.entries], moved.elapsed_s) == (["t3", "t1", "t2"], 0.0)
+    assert (moved.entries[1].leg, moved.entries[1].up_m) == (1, 31.0)
+
+
+def test_what_is_moved_or_removed_behind_the_current_task_leaves_its_time_alone() -> None:
+    queue = queue_of("path", "goto", "circle", "segment").flown(5.0)
+    moved = queue.reordered("t2", None)
+    assert ([entry.id for entry in moved.entries], moved.elapsed_s) == (["t1", "t3", "t4", "t2"], 5.0)
+    assert ([entry.id for entry in queue.without("t3").entries], queue.without("t3").elapsed_s) == (
+        ["t1", "t2", "t4"],
+        5.0,
+    )
+    assert queue.reordered("t2", "t2") is queue.reordered("t2", "t3") is queue, "where it is already it stays"

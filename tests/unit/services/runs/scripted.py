@@ -11,13 +11,8 @@ from app.domain.commands import CommandAck, CommandRequest, MavResult
 from app.domain.default_facts import default_facts
 from app.domain.errors import LinkError, VehicleRefusedError
 from app.domain.mission import MavCmd, Mission, MissionItem, MissionType
-from app.domain.ports import (
-    LinkFact,
-    StateChanged,
-    Unsubscribe,
-    UploadProgress,
-    VehicleIdentity,
-)
+from app.domain.mission_port import UploadProgress
+from app.domain.ports import LinkFact, StateChanged, Unsubscribe, VehicleIdentity
 from app.domain.setpoint.message import SetpointMessage
 from app.domain.vehicle import (
     FirmwareVersion,
@@ -30,6 +25,8 @@ from app.domain.vehicle import (
 )
 from app.domain.vehicle_clock import VehicleClock
 from app.services.runs import RunSettings
+from app.vehicles.mission_checksum import mission_checksum
+from app.vehicles.mission_wire import to_wire
 
 FAST = RunSettings(armable_s=0.05, arm_again_s=0.01, look_every_s=0.005, lost_after_s=0.3, ack_s=0.2, gripper_s=0.5)
 
@@ -63,8 +60,13 @@ class ScriptedVehicle:
         self.setpoint_error: LinkError | None = None
         self.parameters: dict[str, float | int] = {"COM_OBL_RC_ACT": 5, "COM_OF_LOSS_T": 1.0, "COM_RC_IN_MODE": 4}
         self.answers: list[list[MavResult] | LinkError] = []
+        self.orders: list[CommandRequest] = []
+        self.order_answers: list[MavResult | LinkError] = []
+        self.order_gate = asyncio.Event()
+        self.order_gate.set()
         self.on_board: tuple[MissionItem, ...] = ()
         self.upload_error: LinkError | None = None
+        self.lost_ack: LinkError | None = None
         self.upload_gate = asyncio.Event()
         self.upload_gate.set()
         self.upload_closed = False
@@ -104,6 +106,25 @@ class ScriptedVehicle:
             self.on_board = mission.items
             self.truth = replace(self.truth, mission_id=77)
             yield UploadProgress(MissionType.MISSION, len(mission.items), len(mission.items), 1, "mission_id", 77)
+        finally:
+            self.upload_closed = True
+
+    def mission_id_of(self, mission: Mission) -> int:
+        return mission_checksum(to_wire(mission.items))
+
+    async def replace_mission(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:
+        """`upload_gate` holds it back before its last item; `lost_ack`: it arrives, and nobody hears of it."""
+        total, named = len(mission.items), self.mission_id_of(mission)
+        try:
+            yield UploadProgress(MissionType.MISSION, 0, total, 1)
+            await self.upload_gate.wait()
+            if self.upload_error is not None:
+                raise self.upload_error
+            self.on_board = mission.items
+            if self.lost_ack is not None:
+                raise self.lost_ack
+            self.put(mission_id=named, mission_seq=0)
+            yield UploadProgress(MissionType.MISSION, total, total, 1, "mission_id", named)
         finally:
             self.upload_closed = True
 
@@ -170,6 +191,14 @@ class ScriptedVehicle:
                 raise answer
             for result in answer:
                 yield CommandAck(request.command, int(result))
+            return
+        if request.command in (MavCmd.DO_REPOSITION, MavCmd.DO_ORBIT):
+            self.orders.append(request)
+            await self.order_gate.wait()
+            result = self.order_answers.pop(0) if self.order_answers else MavResult.ACCEPTED
+            if isinstance(result, LinkError):
+                raise result
+            yield CommandAck(request.command, int(result))
             return
         self.sent.append(f"{request.command.name} {request.params[1]:g}")
         yield CommandAck(request.command, int(MavResult.ACCEPTED))

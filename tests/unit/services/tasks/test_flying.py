@@ -162,6 +162,30 @@ async def test_a_prepended_task_is_flown_first_and_the_other_goes_on_afterwards(
         assert report(quad).remaining_s == pytest.approx(100.0, abs=0.1), "its time begins anew"
 
 
+async def test_what_is_moved_to_the_front_is_flown_at_once_and_the_current_task_may_be_removed() -> None:
+    async with cockpit() as quad:
+        first = await flying(quad, "circle", duration_s=30.0)
+        second, third = queue(quad, "goto"), queue(quad, "segment", when_empty="wait")
+        quad.desk.move(quad.lease, third, first)
+        await quad.ticks(2)
+        assert (report(quad).current_id, report(quad).task_list) == (third, [3, 2, 1])
+        quad.desk.move(quad.lease, second, first)
+        quad.desk.move(quad.lease, second, first)  # there already: nothing to tell
+        quad.desk.remove(quad.lease, third)
+        quad.desk.remove(quad.lease, first)
+        assert (report(quad).current_id, report(quad).task_list) == (second, [1])
+        quad.desk.remove(quad.lease, second)
+        assert report(quad).state == "standing", "as when the last one ends"
+        told = (await changes(quad))[3:]
+        assert told == [
+            ("moved", third),
+            ("moved", second),
+            ("removed", third),
+            ("removed", first),
+            ("removed", second),
+        ]
+
+
 async def test_a_full_queue_and_a_task_beyond_the_limits_are_refused_and_change_nothing() -> None:
     async with cockpit() as quad:
         quad.take()

@@ -89,7 +89,10 @@ async def test_nothing_takes_its_place_while_the_gripper_works_or_it_would_work_
         await asyncio.wait_for(sent.wait(), 10.0)
         with pytest.raises(ConflictError, match="twice"):
             queue(quad, "goto", mode)
-        queue(quad, "circle")
+        later = queue(quad, "circle")
+        for task_id, before in ((later, "t1"), ("t1", None)):
+            with pytest.raises(ConflictError, match="twice"):
+                quad.desk.move(quad.lease, task_id, before)
         answer.set()
         await quad.until(lambda: report(quad).task_list == [2], "the answer ends the task")
         assert len(quad.vehicle.releases) == 1

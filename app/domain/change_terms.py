@@ -1,0 +1,108 @@
+"""When the plan of a vehicle in flight may be changed, and when it has to be asked to hold first."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from app.domain.errors import ConflictError, DropInProgressError, PauseFirstError, WrongStateError
+from app.domain.in_flight import InFlight
+from app.domain.mission import Mission
+from app.domain.plan.document import Plan
+from app.domain.plan.items import Land, ReturnToLaunch, Takeoff
+from app.domain.run import Run, RunState
+from app.domain.vehicle import FlightMode, LandedState, VehicleState, VehicleType
+
+FRESH_POSITION_S: Final = 2.0
+_TURNING: Final = frozenset({"transition_to_fixed_wing", "transition_to_multicopter"})
+
+
+@dataclass(frozen=True, slots=True)
+class ChangeTerms:
+    """What is looked at. `mission` is on board, `current` the item of it that is flown.
+
+    `drop_is_busy`: the vehicle waits at a drop, or the outcome of a release is awaited.
+    """
+
+    run: Run
+    plan: Plan
+    mission: Mission
+    state: VehicleState
+    current: int | None
+    drop_is_busy: bool
+
+    def refuse_unfit(self) -> None:
+        """Raises WrongStateError, DropInProgressError, PauseFirstError, ConflictError."""
+        self._refuse_state()
+        if self.drop_is_busy or self.run.state is RunState.AT_DROP:
+            raise DropInProgressError(
+                "a drop is in progress: what it will have been decides what is left to fly",
+                hint="order it again when the drop has its outcome",
+            )
+        self._refuse_phase()
+        if self.state.mode is FlightMode.MISSION:
+            self._refuse_moving()
+
+    def in_flight(self) -> InFlight:
+        """Where the vehicle is. Raises ConflictError if that is not known."""
+        state = self.state
+        place = (state.latitude_deg, state.longitude_deg, state.relative_altitude_m)
+        is_fresh = state.position_age_s is not None and state.position_age_s <= FRESH_POSITION_S
+        if not is_fresh or place[0] is None or place[1] is None or place[2] is None:
+            raise ConflictError("the vehicle's position is not known", hint="wait until it is heard again")
+        return InFlight(
+            latitude_deg=place[0],
+            longitude_deg=place[1],
+            relative_altitude_m=place[2],
+            ground_speed_m_s=state.ground_speed_m_s or 0.0,
+            course_deg=state.heading_deg,
+            wing_borne=state.vtol_state == "fixed_wing",
+        )
+
+    def _refuse_state(self) -> None:
+        run, state = self.run, self.state
+        paused = run.state is RunState.PAUSED and run.asked == "pause" and state.mode is FlightMode.HOLD
+        flying = run.state in (RunState.FLYING, RunState.AT_DROP) and state.mode is FlightMode.MISSION
+        if not state.connected:
+            raise ConflictError("the link to the vehicle is lost", hint="wait until it is connected")
+        if not (paused or flying):
+            raise _wrong(run, f"run {run.id} is {run.state.value}: its mission cannot be changed now")
+
+    def _refuse_phase(self) -> None:
+        """Near the ground and in a transition a new mission would begin in the middle of what cannot be broken off."""
+        if self.plan.vehicle_type is VehicleType.ROVER:
+            return
+        item_id = self.run.item_id
+        index = None if item_id is None else self.plan.index_of(item_id)
+        item = None if index is None else self.plan.items[index]
+        if self.state.landed is not LandedState.IN_AIR or isinstance(item, Takeoff | Land | ReturnToLaunch):
+            raise _wrong(self.run, "the vehicle takes off, lands or stands: its mission cannot be changed now")
+        if self.state.vtol_state in _TURNING:
+            raise _wrong(self.run, "the vehicle is in a transition: its mission cannot be changed now")
+
+    def _refuse_moving(self) -> None:
+        if self.run.mission_id is None:
+            raise PauseFirstError(
+                "this firmware names no missions: which one it flies would not be known if the link died now",
+                hint="pause the run, change its mission, and resume it",
+            )
+        for drop in self.mission.drops:
+            if drop.release_seq is not None and self._is_near(min(drop.hold_seqs), drop.release_seq):
+                raise PauseFirstError(
+                    f"the drop {drop.plan_item_id} is near: it may happen while the upload is under way",
+                    hint="pause the run, change its mission, and resume it; or wait until the drop is over",
+                )
+
+    def _is_near(self, first_seq: int, release_seq: int) -> bool:
+        """The next position item is the drop's, or the one before it."""
+        if self.current is None:
+            return True
+        places = [item.seq for item in self.mission.items if item.x or item.y]
+        before = [seq for seq in places if seq < first_seq]
+        return (before[-1] if before else 0) <= self.current <= release_seq
+
+
+def _wrong(run: Run, message: str) -> WrongStateError:
+    return WrongStateError(
+        message, hint="it is changed in flight, between the take-off and the landing", state=run.state.value
+    )

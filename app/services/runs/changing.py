@@ -1,0 +1,189 @@
+"""Changes the mission of a vehicle in flight: checked first, then the rest of the changed plan is sent and followed."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Collection
+from contextlib import aclosing, suppress
+from dataclasses import replace
+
+from app.domain.change_terms import ChangeTerms
+from app.domain.compiler import compile_plan
+from app.domain.continuation import Flown, Rest, asked_speed_before, continued, in_whole_plan
+from app.domain.errors import ChangeUnderWayError, ConflictError, PlanRejectedError, StorageError
+from app.domain.events import EventKind
+from app.domain.finding import Finding, Severity
+from app.domain.in_flight import InFlight
+from app.domain.mission import Mission, mission_hash
+from app.domain.plan import Plan, parse_plan
+from app.domain.plan.walk import carried_in_flight
+from app.domain.ports import StoredPlan, VehicleLink
+from app.domain.prediction import predict
+from app.domain.rules import check_plan
+from app.domain.run import PlanChange
+from app.domain.vehicle import VehicleFacts
+from app.services.clock import Clock
+from app.services.runs.leg import is_concluded
+from app.services.runs.pending_change import PendingChange
+from app.services.runs.recorder import RunRecorder
+from app.services.runs.settings import RECORDED_VISITS, RunSettings
+from app.services.runs.watch import FlightWatch
+
+
+class MissionChanger:
+    """One flight's changes, one at a time. A command that a person gives meanwhile breaks a change off."""
+
+    def __init__(
+        self, link: VehicleLink, recorder: RunRecorder, watch: FlightWatch, settings: RunSettings, clock: Clock
+    ) -> None:
+        self._link = link
+        self._recorder = recorder
+        self._watch = watch
+        self._settings = settings
+        self._clock = clock
+        self._turn = asyncio.Lock()
+        self._sending: asyncio.Task[None] | None = None
+
+    @property
+    def is_open(self) -> bool:
+        """Whether a change is under way, or it is not known yet whether it arrived."""
+        return self._turn.locked() or (self._watch.change is not None and self._watch.change.is_open)
+
+    async def change(self, stored: StoredPlan, continue_at: str | None, by: str, needed: Collection[str] = ()) -> None:
+        """Fly on with another plan, without a pause; None goes on with the item now flown. Stored when this returns.
+
+        `needed` are items that must be among those left to fly.
+
+        Raises:
+            WrongStateError, DropInProgressError, PauseFirstError, ConflictError: it cannot be changed now.
+            PlanRejectedError: nothing was sent; the findings point into the changed plan.
+            ChangeUnderWayError: another change is under way, or a command broke this one off.
+            LinkError: whether it arrived may not be known; then the run has it as `changing` until it is.
+        """
+        if self._turn.locked() or (self.is_open and self._recorder.run.mission_id is not None):
+            raise ChangeUnderWayError("another change is under way", hint="wait until it is known what came of it")
+        async with self._turn:
+            plan = parse_plan(stored.document)
+            self._terms().refuse_unfit()
+            facts = await self._link.read_facts()
+            pending = await self._prepare(stored, plan, facts, continue_at, by, needed)
+            self._terms().refuse_unfit()  # that took its time
+            await self._send(pending)
+
+    def break_off(self) -> None:
+        """End a transfer that is under way: until its last item has come, the vehicle flies what it flew."""
+        if self._sending is not None:
+            self._sending.cancel()
+
+    def _terms(self) -> ChangeTerms:
+        watch = self._watch
+        if watch.is_done:
+            raise ConflictError("the mission was flown to its end", hint="create another run")
+        return ChangeTerms(
+            run=self._recorder.run,
+            plan=watch.leg.plan,
+            mission=watch.leg.mission,
+            state=self._link.state(),
+            current=watch.progress.current,
+            drop_is_busy=watch.drop_is_busy,
+        )
+
+    async def _prepare(
+        self,
+        stored: StoredPlan,
+        plan: Plan,
+        facts: VehicleFacts,
+        continue_at: str | None,
+        by: str,
+        needed: Collection[str],
+    ) -> PendingChange:
+        run, now = self._recorder.run, self._terms().in_flight()
+        concluded = frozenset(drop.plan_item_id for drop in run.drops if is_concluded(drop))
+        flown = Flown(self._watch.leg.plan, run.flown_item_ids, run.item_id, concluded)
+        rest = continued(flown, plan, continue_at, carried_in_flight(flown.plan.vehicle_type, now), needed)
+        wanted = continue_at or run.item_id or rest.begins_at
+        speed_m_s = asked_speed_before(plan, wanted, carried_in_flight(plan.vehicle_type, now))
+        began = now.model_copy(update={"asked_speed_m_s": speed_m_s})
+        findings = await asyncio.to_thread(_findings, plan, rest, facts, began)
+        if any(finding.severity is Severity.ERROR for finding in findings):
+            raise PlanRejectedError(
+                "the vehicle cannot go on with this plan",
+                hint="mend what the findings name, and post it as a new plan; the vehicle flies what it flew",
+                findings=[finding.model_dump(mode="json") for finding in findings],
+            )
+        in_flight = replace(facts, in_flight=began)
+        mission = compile_plan(rest.plan, in_flight)
+        timeline = await asyncio.to_thread(predict, rest.plan, in_flight)
+        change = PlanChange(
+            plan_id=stored.id,
+            plan_hash=stored.hash,
+            mission_hash=mission_hash(mission),
+            mission_id=self._link.mission_id_of(mission),
+            continue_at=wanted,
+            left_out=rest.left_out,
+            began=began,
+            by=by,
+            at=self._clock.now(),
+        )
+        return PendingChange(change, plan, mission, timeline.first(RECORDED_VISITS), self._settings)
+
+    async def _send(self, pending: PendingChange) -> None:
+        """Stored before it is sent: after a restart it must be known what may be on board."""
+        self._watch.change = pending
+        self._recorder.change(changing=pending.change)
+        self._note("sent", pending)
+        try:
+            await self._recorder.flush()
+            self._sending = asyncio.ensure_future(self._transfer(pending.mission))
+            await asyncio.wait({self._sending})
+            await self._settle(pending, self._sending)
+        except StorageError:
+            self._withdraw(pending)
+            raise
+        finally:
+            if self._sending is not None:
+                self._sending.cancel()
+            self._sending = None
+
+    async def _transfer(self, mission: Mission) -> None:
+        async with aclosing(self._link.replace_mission(mission)) as steps:
+            async for step in steps:
+                verified = step
+        await self._link.wait_mission_ready(
+            mission_id=verified.mission_id, rerun=False, timeout_s=self._settings.ready_s
+        )
+
+    async def _settle(self, pending: PendingChange, sending: asyncio.Task[None]) -> None:
+        error = None if sending.cancelled() else sending.exception()
+        if error is None and not sending.cancelled() and self._watch.change is pending:
+            self._watch.take_change(pending)
+        arrived = self._watch.change is not pending
+        pending.ended_s = self._clock.monotonic()
+        self._note("accepted" if arrived else "not known to have arrived", pending)
+        with suppress(StorageError):
+            await self._recorder.flush()
+        if sending.cancelled() and not arrived:
+            raise ChangeUnderWayError("the change was broken off: something else was commanded meanwhile")
+        if error is not None:
+            raise error
+
+    def _withdraw(self, pending: PendingChange) -> None:
+        self._watch.change = None
+        self._recorder.change(changing=None)
+        self._note("not sent: it could not be recorded", pending)
+
+    def _note(self, result: str, pending: PendingChange) -> None:
+        change = pending.change
+        if result == "sent":
+            told = {"plan_id": change.plan_id, "plan_hash": change.plan_hash, "continue_at": change.continue_at}
+            self._recorder.note(EventKind.RUN_COMMAND, command="change_mission", by=change.by, **told)
+        else:
+            self._recorder.note(EventKind.RUN_ACK, command="change_mission", result=result)
+
+
+def _findings(plan: Plan, rest: Rest, facts: VehicleFacts, began: InFlight) -> tuple[Finding, ...]:
+    """What is wrong with the whole plan, and with its rest for a vehicle in flight: each once."""
+    found = dict.fromkeys(check_plan(plan, facts))
+    for finding in check_plan(rest.plan, replace(facts, in_flight=began)):
+        found[in_whole_plan(finding, rest.plan, plan)] = None
+    return tuple(found)

@@ -1,0 +1,59 @@
+"""A changed mission that was sent to a vehicle in flight, until it is known whether it arrived."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from app.domain.events import EventKind
+from app.domain.mission import Mission
+from app.domain.plan import Plan
+from app.domain.prediction import Timeline
+from app.domain.run import PlanChange
+from app.domain.vehicle import VehicleState
+from app.services.runs.leg import Leg, changed_to, leg_of
+from app.services.runs.recorder import RunRecorder
+from app.services.runs.settings import RunSettings
+
+SETTLED_S: Final = 3.0
+"""MISSION_CURRENT comes at 1 Hz, and some may be lost."""
+
+
+@dataclass(slots=True)
+class PendingChange:
+    """`mission` is the rest of `plan`.
+
+    `is_open` while it is under way, and until it is known which of the two the vehicle flies: no release is sent then.
+    """
+
+    change: PlanChange
+    plan: Plan
+    mission: Mission
+    timeline: Timeline
+    settings: RunSettings
+    is_open: bool = True
+    ended_s: float | None = None
+    """When its transfer ended without a word whether it arrived; monotonic."""
+
+    def is_missing(self, state: VehicleState, since_s: float, now_s: float) -> bool:
+        """Whether the vehicle has gone on naming another mission, heard since then and after the transfer."""
+        if self.ended_s is None or not state.mission_id:
+            return False
+        return self.is_open and now_s - max(self.ended_s, since_s) > SETTLED_S
+
+    def has_arrived(self, state: VehicleState) -> bool:
+        """Whether the vehicle names it as the mission that it carries (MISSION_CURRENT.mission_id)."""
+        return state.mission_id == self.change.mission_id
+
+    def begin(self, recorder: RunRecorder) -> Leg:
+        """It is on board: the run is of this plan from now on. The leg that the flight follows."""
+        tell_change(recorder, self.change, self.timeline)
+        recorder.change(**changed_to(recorder.run, self.change, self.mission))
+        return leg_of(recorder.run, self.plan, self.mission, self.settings, changed_at=self.change.at)
+
+
+def tell_change(recorder: RunRecorder, change: PlanChange, timeline: Timeline) -> None:
+    """Before the run's own change, so that the events tell which plan was flown until then."""
+    recorder.note(
+        EventKind.RUN_MISSION_CHANGED, change=change.model_dump(mode="json"), timeline=timeline.model_dump(mode="json")
+    )

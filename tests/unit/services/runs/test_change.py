@@ -1,0 +1,303 @@
+"""A run whose plan is changed in flight: what is sent, what is followed, and what is refused."""
+
+from __future__ import annotations
+
+import asyncio
+import copy
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from app.domain.drop import DropOutcome
+from app.domain.errors import (
+    ChangeUnderWayError,
+    ConflictError,
+    DropInProgressError,
+    LinkTimeoutError,
+    PauseFirstError,
+    PlanRejectedError,
+    StorageError,
+    WrongStateError,
+)
+from app.domain.mission import MavCmd
+from app.domain.plan import parse_plan, plan_hash
+from app.domain.ports import StoredPlan
+from app.domain.run import RunState
+from app.domain.vehicle import LandedState
+from tests.unit.services.runs.desk import Desk, MemoryPlans, desk, restarted
+
+Document = dict[str, Any]
+
+
+def store(at: Desk, change: Callable[[Document], None], plan_id: str = "plan-2") -> str:
+    """A changed copy of the run's plan, stored under another id."""
+    document = copy.deepcopy(at.plan.model_dump(mode="json"))
+    change(document)
+    plan = parse_plan(document)
+    plans = at.runs._plans
+    assert isinstance(plans, MemoryPlans)
+    plans.plans[plan_id] = StoredPlan(
+        plan_id, plan_hash(plan), plan.name, plan.vehicle_type, 1.0, "test", plan.model_dump(mode="json")
+    )
+    return plan_id
+
+
+def item(document: Document, item_id: str) -> Document:
+    return next(one for one in document["items"] if one["id"] == item_id)
+
+
+def clinic_moved(document: Document) -> None:
+    item(document, "clinic")["latitude_deg"] = 47.398700
+
+
+async def fly(at: Desk, item_id: str = "corner") -> None:
+    """In the air, on the way to an item."""
+    await at.create()
+    await at.until_state(RunState.FLYING)
+    seq = at.mission.seqs_of(item_id)[0]
+    at.vehicle.put(mission_seq=seq, landed=LandedState.IN_AIR, relative_altitude_m=15.0)
+    await at.until(lambda: at.run.item_id == item_id, "progress must show")
+
+
+def commands(at: Desk) -> list[MavCmd]:
+    return [one.command for one in at.vehicle.on_board]
+
+
+async def test_a_changed_plan_is_flown_on_from_the_item_now_flown_without_a_pause() -> None:
+    async with desk() as at:
+        await fly(at)
+        sent, before = list(at.vehicle.sent), at.run
+        run = await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
+        assert commands(at) == [MavCmd.NAV_WAYPOINT, MavCmd.NAV_WAYPOINT, MavCmd.NAV_RETURN_TO_LAUNCH]
+        assert at.vehicle.on_board[0].x == 473981920, "it begins with the item that is flown"
+        assert at.vehicle.sent == [*sent, "wait_ready"], "nothing else is commanded"
+        assert (run.plan_id, run.changes, run.changing, run.state) == ("plan-2", 1, None, RunState.FLYING)
+        assert run.change is not None
+        assert (run.change.continue_at, run.change.by) == ("corner", "ann")
+        assert (run.item_id, run.flown_item_ids) == ("corner", ("takeoff",))
+        assert run.mission_hash not in (None, before.mission_hash)
+        assert "run.mission_changed" in at.kinds()
+
+
+async def test_the_drop_of_a_changed_plan_is_released_at_its_new_place_and_the_run_completed() -> None:
+    async with desk() as at:
+        await fly(at)
+        await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
+        await at.vehicle.fly_to_hold(47.398700, 8.546656, 1)
+        await at.until(lambda: at.drop.outcome is DropOutcome.RELEASED, "the moved drop must be released")
+        assert at.drop.planned_latitude_deg == 47.398700
+        at.vehicle.touch_down(complete=True, last_seq=2)
+        await at.until(lambda: at.run.is_over, "the run must end")
+        assert at.run.state is RunState.COMPLETED, at.run.reason
+        assert at.run.flown_item_ids == ("takeoff", "corner", "clinic", "drop", "home")
+
+
+async def test_a_drop_that_is_over_is_not_on_board_any_more_wherever_the_flight_goes_on() -> None:
+    async with desk() as at:
+        await fly(at)
+        await at.fly_to_drop()
+        await at.until(lambda: at.drop.outcome is DropOutcome.RELEASED, "the drop must be released")
+        await at.until(lambda: at.run.item_id == "home", "the mission must move on")
+        await at.until(lambda: at.run.state is RunState.RETURNING or at.run.state is RunState.FLYING, "it flies on")
+        at.vehicle.put(mission_seq=2)
+        await at.until(lambda: at.run.item_id == "clinic", "it is taken back")
+        run = await at.runs.change_mission(at.run_id, store(at, lambda _: None), "corner", "ann")
+        assert run.change is not None
+        assert run.change.left_out == ("drop",)
+        holds = [one.param1 for one in at.vehicle.on_board if one.command is MavCmd.NAV_WAYPOINT]
+        assert holds == [0.0, 0.0], "nothing waits for a drop"
+        assert run.drops[0].outcome is DropOutcome.RELEASED
+        with pytest.raises(PlanRejectedError) as refused:
+            await at.runs.change_mission(at.run_id, "plan-2", "drop", "ann")
+        assert codes(refused.value) == ["change.drop_concluded"]
+
+
+def codes(error: PlanRejectedError) -> list[str]:
+    findings = error.extra["findings"]
+    assert isinstance(findings, list)
+    return [finding["code"] for finding in findings]
+
+
+def without_takeoff_altitude(document: Document) -> None:
+    item(document, "takeoff")["relative_altitude_m"] = 12
+
+
+def other_fence(document: Document) -> None:
+    document["geofence"]["circles"] = []
+
+
+def into_the_keep_out(document: Document) -> None:
+    item(document, "clinic").update(latitude_deg=47.398641, longitude_deg=8.545594)
+
+
+def no_corner(document: Document) -> None:
+    document["items"] = [one for one in document["items"] if one["id"] != "corner"]
+
+
+@pytest.mark.parametrize(
+    ("change", "code"),
+    [
+        (without_takeoff_altitude, "change.flown_item"),
+        (other_fence, "change.fence_altered"),
+        (into_the_keep_out, "geofence.leg_outside"),
+        (no_corner, "change.continue_at_unknown"),
+    ],
+)
+async def test_what_cannot_be_flown_is_refused_with_nothing_sent(change: Callable[[Document], None], code: str) -> None:
+    async with desk() as at:
+        await fly(at)
+        on_board, run = at.vehicle.on_board, at.run
+        with pytest.raises(PlanRejectedError) as refused:
+            await at.runs.change_mission(at.run_id, store(at, change), None, "ann")
+        assert code in codes(refused.value)
+        assert (at.vehicle.on_board, at.run) == (on_board, run)
+
+
+async def test_a_vehicle_that_wants_a_takeoff_in_every_mission_keeps_the_one_it_has() -> None:
+    async with desk() as at:
+        await fly(at)
+        at.vehicle.facts.parameters["MIS_TKO_LAND_REQ"] = 1  # type: ignore[index]
+        with pytest.raises(PlanRejectedError) as refused:
+            await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
+        assert "landing.required" in codes(refused.value)
+
+
+async def test_a_change_waits_for_the_outcome_of_a_drop_in_progress() -> None:
+    async with desk() as at:
+        await fly(at)
+        at.vehicle.answers = [LinkTimeoutError("silence")] * 9
+        await at.fly_to_drop()
+        await at.until(lambda: at.run.state is RunState.AT_DROP, "it must hold")
+        with pytest.raises(DropInProgressError):
+            await at.runs.change_mission(at.run_id, store(at, lambda _: None), "home", "ann")
+
+
+async def test_nothing_is_changed_before_the_take_off_while_returning_or_without_a_link() -> None:
+    async with desk() as at:
+        await at.create()
+        await at.until_state(RunState.FLYING)
+        plan = store(at, clinic_moved)
+        with pytest.raises(WrongStateError):
+            await at.runs.change_mission(at.run_id, plan, "corner", "ann")
+        at.vehicle.put(mission_seq=1, landed=LandedState.IN_AIR, relative_altitude_m=15.0, connected=False)
+        with pytest.raises(ConflictError):
+            await at.runs.change_mission(at.run_id, plan, "corner", "ann")
+        at.vehicle.put(connected=True)
+        await at.runs.return_to_launch(at.run_id, "ann")
+        await at.until_state(RunState.RETURNING)
+        with pytest.raises(WrongStateError):
+            await at.runs.change_mission(at.run_id, plan, "corner", "ann")
+
+
+async def test_an_embedded_drop_that_is_near_wants_a_pause_first() -> None:
+    async with desk("multicopter-embedded.json") as at:
+        await fly(at, "clinic")
+        plan = store(at, lambda _: None)
+        with pytest.raises(PauseFirstError):
+            await at.runs.change_mission(at.run_id, plan, None, "ann")
+        await at.runs.pause(at.run_id, "ann")
+        await at.until_state(RunState.PAUSED)
+        run = await at.runs.change_mission(at.run_id, plan, None, "ann")
+        assert (run.state, run.changes) == (RunState.PAUSED, 1)
+
+
+async def test_no_release_is_sent_while_another_mission_is_on_its_way() -> None:
+    async with desk() as at:
+        await fly(at, "clinic")
+        at.vehicle.upload_gate.clear()
+        change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, lambda _: None), None, "ann"))
+        await at.until(lambda: at.run.changing is not None, "what is sent must be recorded first")
+        await at.fly_to_drop()
+        before = at.vehicle.looks
+        await at.until(lambda: at.vehicle.looks > before + 60, "it must be looked at")
+        assert at.vehicle.releases == []
+        at.vehicle.upload_gate.set()
+        await change
+        await at.until(lambda: at.drop.outcome is DropOutcome.RELEASED, "then it is released in the new mission's hold")
+        assert len(at.vehicle.releases) == 1
+
+
+async def test_a_return_breaks_a_change_off_and_does_not_wait_for_it() -> None:
+    async with desk() as at:
+        await fly(at)
+        at.vehicle.upload_gate.clear()
+        change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann"))
+        await at.until(lambda: at.run.changing is not None, "the change must begin")
+        await at.runs.return_to_launch(at.run_id, "bob")
+        assert at.vehicle.sent[-1] == "return"
+        with pytest.raises(ChangeUnderWayError):
+            await change
+        assert (at.run.plan_id, at.vehicle.upload_closed) == ("plan-1", True)
+
+
+async def test_a_change_whose_ack_is_lost_is_followed_as_soon_as_the_vehicle_names_it() -> None:
+    async with desk() as at:
+        await fly(at)
+        at.vehicle.lost_ack = LinkTimeoutError("the link is lost")
+        with pytest.raises(LinkTimeoutError):
+            await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
+        assert at.run.changing is not None, "nobody knows yet which mission it flies"
+        assert at.run.plan_id == "plan-1"
+        at.vehicle.put(mission_id=at.run.changing.mission_id, mission_seq=0)
+        await at.until(lambda: at.run.plan_id == "plan-2", "the mission that is flown is followed")
+        assert at.run.changing is None
+
+
+async def test_a_change_that_cannot_be_recorded_is_not_sent() -> None:
+    async with desk() as at:
+        await fly(at)
+        on_board = at.vehicle.on_board
+        at.events.refuse = lambda event: StorageError("disk full") if event.data.get("changing") else None
+        with pytest.raises(StorageError):
+            await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
+        assert at.vehicle.on_board == on_board
+        at.events.refuse = lambda event: None
+
+
+async def test_after_a_restart_the_changed_mission_is_followed() -> None:
+    async with desk() as at:
+        await fly(at)
+        await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
+        await restarted(at)
+        await at.vehicle.fly_to_hold(47.398700, 8.546656, 1)
+        await at.until(lambda: at.drop.outcome is DropOutcome.RELEASED, "the taken-up run must drop")
+        assert at.run.flown_item_ids[:2] == ("takeoff", "corner")
+
+
+@pytest.mark.parametrize("arrived", [True, False])
+async def test_after_a_restart_in_the_middle_of_a_change_the_mission_on_board_is_followed(arrived: bool) -> None:
+    async with desk() as at:
+        await fly(at)
+        at.vehicle.lost_ack = LinkTimeoutError("killed meanwhile") if arrived else None
+        at.vehicle.upload_error = None if arrived else LinkTimeoutError("killed meanwhile")
+        with pytest.raises(LinkTimeoutError):
+            await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
+        changing = at.run.changing
+        assert changing is not None
+
+        def meanwhile() -> None:
+            if arrived:
+                at.vehicle.put(mission_id=changing.mission_id, mission_seq=0)
+
+        await restarted(at, meanwhile=meanwhile)
+        await at.until(lambda: at.run.changing is None, "it is known again what is flown")
+        assert at.run.plan_id == ("plan-2" if arrived else "plan-1")
+        assert at.kinds().count("run.mission_changed") == int(arrived)
+        await at.vehicle.fly_to_hold(47.398700 if arrived else at.mission.drops[0].latitude_deg, 8.546656, 2 - arrived)
+        await at.until(lambda: at.drop.outcome is DropOutcome.RELEASED, "the drop of that mission must be made")
+
+
+async def test_a_drop_that_a_change_takes_out_is_kept_and_one_that_it_brings_is_made() -> None:
+    def other_drop(document: Document) -> None:
+        item(document, "drop")["id"] = "drop-b"
+
+    async with desk() as at:
+        await fly(at)
+        run = await at.runs.change_mission(at.run_id, store(at, other_drop), None, "ann")
+        assert [(drop.plan_item_id, drop.outcome) for drop in run.drops] == [
+            ("drop", DropOutcome.KEPT),
+            ("drop-b", DropOutcome.PENDING),
+        ]
+        await at.vehicle.fly_to_hold(at.mission.drops[0].latitude_deg, 8.546656, 1)
+        await at.until(lambda: at.run.drops[1].outcome is DropOutcome.RELEASED, "the new drop must be made")

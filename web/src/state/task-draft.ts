@@ -1,0 +1,90 @@
+/** The task that is being put together for the vehicle whose lease this page has, and what is asked of its queue. */
+
+import { batch, computed, effect, signal } from "@preact/signals";
+import type { QueueAction } from "../api/types";
+import type { QueueAsk } from "../hands-on/frames";
+import type { Refusal } from "../hands-on/session";
+import type { Point } from "../map/geometry";
+import { NEW_FORM, taskOf, withPlace, type TaskForm, type TaskKind } from "../tasks/draft";
+import { beforeOf } from "../tasks/order";
+import { goToArmed } from "./controls";
+import { askQueue } from "./hands-session";
+import { ownsQueue, taskQueue } from "./task-queue";
+
+/** The tool in hand: the next click on the map is a place of such a task. */
+export const taskKind = signal<TaskKind | null>(null);
+export const taskPlaces = signal<readonly Point[]>([]);
+export const taskForm = signal<TaskForm>(NEW_FORM);
+/** Why the queue did not do what was asked last. */
+export const taskRefusal = signal<Refusal | null>(null);
+
+export const draftTask = computed(() => (taskKind.value === null ? null : taskOf(taskKind.value, taskPlaces.value, taskForm.value)));
+
+export function chooseTask(kind: TaskKind | null): void {
+  batch(() => {
+    taskKind.value = kind;
+    taskPlaces.value = [];
+    taskRefusal.value = null;
+    goToArmed.value = false;
+  });
+}
+
+export function changeForm(change: Partial<TaskForm>): void {
+  taskForm.value = { ...taskForm.value, ...change };
+}
+
+/** A click on the map. True if it was meant for a task. */
+export function placeTask(at: Point): boolean {
+  const kind = taskKind.value;
+  if (kind === null) return false;
+  taskPlaces.value = withPlace(kind, taskPlaces.value, at);
+  return true;
+}
+
+export function takePlaceBack(): void {
+  taskPlaces.value = taskPlaces.value.slice(0, -1);
+}
+
+/** Queue it. What is refused stays as it is, to be mended. */
+export async function addTask(): Promise<void> {
+  const task = draftTask.value;
+  const { insert, whenEmpty } = taskForm.value;
+  if (task === null) return;
+  if (await ask("Add the task", { type: "task", task, insert, when_empty: whenEmpty })) {
+    batch(() => {
+      if (draftTask.value !== null) chooseTask(null);
+      changeForm({ gripper: null, stay: false, duration_s: null, insert: "append" }); // said anew for each task
+    });
+  }
+}
+
+export const queueAction = (action: QueueAction, doing: string): Promise<boolean> => ask(doing, { type: "queue", do: action });
+export const removeTask = (id: string, place: number): Promise<boolean> => ask(`Remove task ${place + 1}`, { type: "remove", task_id: id });
+
+/** From one place in the list to another; the first is flown at once. */
+export async function moveTask(from: number, to: number): Promise<void> {
+  const ids = taskQueue.value?.tasks.map(({ id }) => id) ?? [];
+  const id = ids[from];
+  if (id === undefined || from === to || to < 0 || to >= ids.length) return;
+  await ask(`Move task ${from + 1}`, { type: "move", task_id: id, before: beforeOf(ids, from, to) });
+}
+
+async function ask(doing: string, frame: QueueAsk): Promise<boolean> {
+  taskRefusal.value = null;
+  const refusal = await askQueue(doing, frame);
+  taskRefusal.value = refusal;
+  return refusal === null;
+}
+
+/** The tool is put away with the lease, and for another tool. */
+export function watchTaskDraft(): void {
+  effect(() => {
+    if (!ownsQueue.value || goToArmed.value) taskKind.value = null;
+  });
+  effect(() => {
+    if (taskKind.value === null) taskPlaces.value = [];
+  });
+  effect(() => {
+    if (!ownsQueue.value) taskRefusal.value = null;
+  });
+}

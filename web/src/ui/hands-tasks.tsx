@@ -1,0 +1,58 @@
+import { useEffect } from "preact/hooks";
+import type { TaskQueue } from "../api/types";
+import { asSentence } from "../format/words";
+import { handsOn } from "../state/hands-on";
+import { queueAction, taskRefusal } from "../state/task-draft";
+import { ownsQueue, taskQueue } from "../state/task-queue";
+import { stateName, stateTone } from "../tasks/words";
+import { Badge } from "./badge";
+import { HoldButton } from "./hold-button";
+import { PassingButton } from "./passing-button";
+import { RefusalNote } from "./refusal-note";
+import { TaskForm } from "./task-form";
+import { TaskList } from "./task-list";
+
+/** The task queue: to be changed with the lease, to be looked at without. */
+export function HandsTasks({ vehicle }: { vehicle: string }) {
+  const queue = taskQueue.value;
+  const own = ownsQueue.value;
+  useEffect(() => () => void (taskRefusal.value = null), [vehicle]);
+  if (!own && queue === null) return null;
+  return (
+    <section class="tasks" aria-labelledby="tasks-title" data-state={queue?.report.state ?? "idle"}>
+      <h4 id="tasks-title">
+        Tasks of {vehicle}
+        {queue !== null && (
+          <span role="status">
+            <Badge tone={stateTone(queue.report)}>{stateName(queue.report)}</Badge>
+          </span>
+        )}
+      </h4>
+      {queue?.report.state === "paused" && queue.report.reason !== "" && <p class="tasks-reason">{asSentence(queue.report.reason)}.</p>}
+      {queue !== null && queue.tasks.length > 0 && <TaskList queue={queue} own={own} />}
+      {own && queue !== null && <QueueActions queue={queue} vehicle={vehicle} />}
+      {own && taskRefusal.value !== null && <RefusalNote refusal={taskRefusal.value} />}
+      {own && <TaskForm vehicle={vehicle} />}
+      {own && handsOn.value.leads === "tasks" && <p class="hint">Flown while this page is in front of you. Look away for 10 s, and {vehicle} holds and drops the rest. A gamepad takes over at once, and so do the controls.</p>}
+    </section>
+  );
+}
+
+/** Of the whole queue. By hand nothing is flown of it until somebody says so. */
+function QueueActions({ queue, vehicle }: { queue: TaskQueue; vehicle: string }) {
+  const { state } = queue.report;
+  const empty = queue.tasks.length === 0;
+  const stands = state === "paused" || state === "by_hand";
+  if (empty && !stands) return null;
+  return (
+    <div class="actions queue-actions" role="group" aria-label="Queue">
+      {stands ? (
+        <PassingButton look="primary" name={state === "by_hand" ? "Fly the tasks" : "Resume"} onClick={() => void queueAction("resume", "Fly the tasks")} />
+      ) : (
+        <PassingButton name="Pause" onClick={() => void queueAction("pause", "Pause")} />
+      )}
+      {!empty && <PassingButton name="Next task" onClick={() => void queueAction("next", "Next task")} />}
+      {!empty && <HoldButton verb="Clear tasks of" vehicle={vehicle} tone="warn" onConfirm={() => void queueAction("clear", "Clear the tasks")} />}
+    </div>
+  );
+}

@@ -1,0 +1,14 @@
+import { asSentence } from "../format/words";
+import type { Refusal } from "../hands-on/session";
+
+/** What was asked and not done, with the reason. */
+export function RefusalNote({ refusal }: { refusal: Refusal }) {
+  return (
+    <div class="hands-note tone-danger" role="alert">
+      <b>{refusal.doing}: refused</b>
+      <p>{asSentence(refusal.detail)}.</p>
+      {refusal.hint !== "" && <p>{asSentence(refusal.hint)}.</p>}
+      <code>{refusal.code}</code>
+    </div>
+  );
+}

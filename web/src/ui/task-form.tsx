@@ -1,0 +1,124 @@
+import type { ComponentChildren } from "preact";
+import { addTask, changeForm, chooseTask, draftTask, taskForm, taskKind, taskPlaces, takePlaceBack } from "../state/task-draft";
+import { taskQueue } from "../state/task-queue";
+import { TASK_KINDS, type TaskForm as Form, type TaskKind } from "../tasks/draft";
+import { kindName, placeWords } from "../tasks/words";
+import { HoldButton } from "./hold-button";
+import { PassingButton } from "./passing-button";
+import { Icon, type IconName } from "./icons";
+
+const ICONS: Readonly<Record<TaskKind, IconName>> = { goto: "follow", circle: "circle", segment: "segment", path: "plan" };
+
+/** Another task for the queue: its places by clicks on the map, the rest by fields. */
+export function TaskForm({ vehicle }: { vehicle: string }) {
+  const kind = taskKind.value;
+  return (
+    <div class="task-form">
+      <div class="task-kinds" role="group" aria-label="Add a task">
+        {TASK_KINDS.map((choice) => (
+          <button key={choice} type="button" aria-pressed={kind === choice} onClick={() => chooseTask(kind === choice ? null : choice)}>
+            <Icon name={ICONS[choice]} size={18} />
+            {kindName(choice)}
+          </button>
+        ))}
+      </div>
+      {kind === null ? <p class="hint">Choose what {vehicle} shall fly, then click on the map. Without a mouse: focus the map, and Space takes its middle.</p> : <Fields kind={kind} vehicle={vehicle} />}
+    </div>
+  );
+}
+
+function Fields({ kind, vehicle }: { kind: TaskKind; vehicle: string }) {
+  const form = taskForm.value;
+  const places = taskPlaces.value.length;
+  return (
+    <>
+      <p class="task-places" role="status">
+        {placeWords(kind, places, vehicle)}
+      </p>
+      <div class="fields">
+        <NumberField name="Height above home (m)" field="altitude_m" empty="as it is" />
+        <NumberField name="Speed (m/s)" field="speed_m_s" empty="its own" min={0.1} />
+        <NumberField name="Duration (s)" field="duration_s" empty="no limit" min={1} />
+        {kind === "circle" && <NumberField name="Radius (m)" field="radius_m" empty="needed" min={1} />}
+        {kind === "circle" && (
+          <Choice name="Direction" value={form.clockwise ? "clockwise" : "counter"} onChange={(value) => changeForm({ clockwise: value === "clockwise" })}>
+            <option value="clockwise">Clockwise</option>
+            <option value="counter">Counter-clockwise</option>
+          </Choice>
+        )}
+        {kind === "goto" && (
+          <Choice name="There" value={form.gripper ?? (form.stay ? "stay" : "")} onChange={(value) => changeForm({ gripper: value === "release" || value === "grab" ? value : null, stay: value === "stay" })}>
+            <option value="">Go on</option>
+            <option value="stay">Stay</option>
+            <option value="release">Release the parcel</option>
+            <option value="grab">Grab with the gripper</option>
+          </Choice>
+        )}
+        <Choice name="Where in the queue" value={form.insert} onChange={(value) => changeForm({ insert: value as Form["insert"] })}>
+          <option value="append">At the end</option>
+          <option value="prepend">Now, before the current</option>
+          <option value="replace_current">Now, instead of the current</option>
+          <option value="replace_all">Now, instead of all</option>
+        </Choice>
+        <Choice name="After the last task" value={form.whenEmpty} onChange={(value) => changeForm({ whenEmpty: value as Form["whenEmpty"] })}>
+          <option value="wait">Stand and wait</option>
+          <option value="plan">Back to the run, or hold</option>
+        </Choice>
+      </div>
+      <div class="actions">
+        <AddTask vehicle={vehicle} />
+        <PlaceButtons />
+      </div>
+    </>
+  );
+}
+
+/** What moves a vehicle at once is one press; a parcel is released only by a button that is held. */
+export function AddTask({ vehicle }: { vehicle: string }) {
+  const task = draftTask.value;
+  const { gripper } = taskForm.value;
+  const add = () => void addTask();
+  if (taskKind.value === "goto" && gripper !== null) return <HoldButton verb={gripper === "release" ? "Add a release by" : "Add a grab by"} vehicle={vehicle} tone="drop" disabled={task === null} onConfirm={add} />;
+  const now = taskForm.value.insert !== "append" && (taskQueue.value?.tasks.length ?? 0) > 0;
+  return <PassingButton look="primary" name={now ? "Fly it now" : "Add to the queue"} off={task === null} onClick={add} />;
+}
+
+/** Undo the last click, or give the task up. */
+export function PlaceButtons() {
+  return (
+    <>
+      <PassingButton name="Undo" off={taskPlaces.value.length === 0} onClick={takePlaceBack} />
+      <PassingButton name="Cancel" onClick={() => chooseTask(null)} />
+    </>
+  );
+}
+
+type NumericField = "altitude_m" | "speed_m_s" | "duration_s" | "radius_m";
+
+function NumberField({ name, field, empty, min }: { name: string; field: NumericField; empty: string; min?: number }) {
+  const change = (value: number) => changeForm({ [field]: Number.isNaN(value) ? null : value });
+  return (
+    <label class="field">
+      <span>{name}</span>
+      <input type="number" step="any" min={min} inputMode="decimal" placeholder={empty} value={taskForm.value[field] ?? ""} onInput={(event) => change(event.currentTarget.valueAsNumber)} />
+    </label>
+  );
+}
+
+interface ChoiceProps {
+  name: string;
+  value: string;
+  onChange: (value: string) => void;
+  children: ComponentChildren;
+}
+
+function Choice({ name, value, onChange, children }: ChoiceProps) {
+  return (
+    <label class="field">
+      <span>{name}</span>
+      <select value={value} onChange={(event) => onChange(event.currentTarget.value)}>
+        {children}
+      </select>
+    </label>
+  );
+}

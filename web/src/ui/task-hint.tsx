@@ -1,0 +1,20 @@
+import { handsVehicle } from "../state/hands-on";
+import { taskKind, taskPlaces } from "../state/task-draft";
+import { placeWords } from "../tasks/words";
+import { AddTask, PlaceButtons } from "./task-form";
+
+/** On the map: what the next click does for the task that is being added. */
+export function TaskHint() {
+  const kind = taskKind.value;
+  const vehicle = handsVehicle.value;
+  if (kind === null || vehicle === null) return null;
+  return (
+    <div class="map-edit">
+      <div class="map-hint task-hint" role="group" aria-label="Task on the map">
+        <span>{placeWords(kind, taskPlaces.value.length, vehicle.id)}</span>
+        <AddTask vehicle={vehicle.id} />
+        <PlaceButtons />
+      </div>
+    </div>
+  );
+}
