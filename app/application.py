@@ -68,7 +68,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
         access = _access(storage.tokens, settings)
         require_access_control(settings, has_tokens=await access.has_tokens())
         journal = await stack.enter_async_context(_journal(storage, clock))
-        fleet = Fleet(MavsdkLinkSource(settings.connections), journal)
+        fleet = Fleet(MavsdkLinkSource(settings.connections), journal, settings.vehicle_performance)
         stack.push_async_callback(fleet.close)
         await fleet.start()
         runs = Runs(fleet, storage.plans, storage.runs, journal, clock)

@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict
 from app.domain.drop import DropRecord
 from app.domain.errors import WrongStateError
 from app.domain.in_flight import InFlight
+from app.domain.prediction.wind import Wind
 from app.domain.vehicle import VehicleType
 
 
@@ -83,6 +84,7 @@ class Run(BaseModel):
     mode again, or "" for the mission itself;
     "contingency" when a drop failed and the plan says to return; "refused" when the vehicle holds because it found a
     changed mission infeasible.
+    `wind` is the one that its checks and its prediction reckon with.
     A plan may be changed in flight: `plan_id` to `mission_hash` are of the newest that the vehicle carries, `change`
     says where it went on, `changes` counts. `changing` is a change whose arrival on board is not known yet.
     `reached_seq` is the highest mission item known to be done: after a reboot of the vehicle nothing before it is
@@ -108,6 +110,7 @@ class Run(BaseModel):
     upload_percent: float | None = None
     requested_by: str = ""
     start_requested: bool = False
+    wind: Wind | None = None
     asked: str = ""
     change: PlanChange | None = None
     changing: PlanChange | None = None

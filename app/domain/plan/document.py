@@ -37,12 +37,17 @@ class Order(PlanModel):
 
 
 class Limits(PlanModel):
-    """Bounds that the plan sets itself; the rules hold it to them."""
+    """Bounds that the plan sets itself; the rules hold it to them.
+
+    `min_battery_percent` must be left where the flight ends; a vehicle may declare a higher reserve.
+    """
 
     max_relative_altitude_m: Annotated[float, Field(gt=0, le=20_000)] | None = None
     max_distance_m: Annotated[float, Field(gt=0, le=1_000_000)] | None = None
     max_speed_m_s: SpeedMS | None = None
+    max_drop_height_m: Annotated[float, Field(gt=0, le=20_000)] | None = None
     max_duration_s: Annotated[float, Field(gt=0, le=604_800)] | None = None
+    min_battery_percent: Annotated[float, Field(ge=0, lt=100)] | None = None
 
 
 class Contingency(PlanModel):

@@ -99,8 +99,9 @@ class Drop(PlanModel):
 
     `release_motion`: whether the vehicle stands or flies on while releasing. `mode`: `embedded` is an item of the
     mission, `supervised` is commanded by Waydrop during a hold of at most `hold_s`; null is the default of the vehicle
-    type. `max_offset_m`: no release farther than this from the point. `consent` "operator": a person is asked while the
-    vehicle holds, and has `consent_timeout_s` (null: as long as the hold allows) to answer; no answer is a refusal.
+    type. `max_offset_m`: no release farther than this from the point. `mass_kg` is that of the parcel. `consent`
+    "operator": a person is asked while the vehicle holds, and has `consent_timeout_s` (null: as long as the hold
+    allows) to answer; no answer is a refusal.
     """
 
     id: ItemId = ""
@@ -108,6 +109,7 @@ class Drop(PlanModel):
     mode: Literal["supervised", "embedded"] | None = None
     hold_s: HoldS = DEFAULT_DROP_HOLD_S
     max_offset_m: RadiusM | None = None
+    mass_kg: Annotated[float, Field(gt=0, le=10_000)] | None = None
     consent: Consent = "none"
     consent_timeout_s: ConsentTimeoutS | None = None
     instance: Annotated[int, Field(ge=1, le=16)] = 1

@@ -2713,6 +2713,11 @@ export interface components {
              */
             max_offset_m: number | null;
             /**
+             * Mass Kg
+             * @default null
+             */
+            mass_kg: number | null;
+            /**
              * Consent
              * @default none
              * @enum {string}
@@ -3193,6 +3198,8 @@ export interface components {
         /**
          * Limits
          * @description Bounds that the plan sets itself; the rules hold it to them.
+         *
+         *     `min_battery_percent` must be left where the flight ends; a vehicle may declare a higher reserve.
          */
         Limits: {
             /**
@@ -3211,10 +3218,20 @@ export interface components {
              */
             max_speed_m_s: number | null;
             /**
+             * Max Drop Height M
+             * @default null
+             */
+            max_drop_height_m: number | null;
+            /**
              * Max Duration S
              * @default null
              */
             max_duration_s: number | null;
+            /**
+             * Min Battery Percent
+             * @default null
+             */
+            min_battery_percent: number | null;
         };
         /**
          * LocalPoint
@@ -3569,6 +3586,50 @@ export interface components {
             points: (components["schemas"]["LocalPoint"] | components["schemas"]["GlobalPoint"])[];
         };
         /**
+         * Performance
+         * @description Of one vehicle as it flies deliveries, loaded. null: not declared.
+         *
+         *     Either watts with the battery's usable capacity, or one rate in per cent a minute for all of the flight. A
+         *     `hover_w` or `climb_w` that is not given is the highest rate that is. `reserve_percent` is what must be left.
+         */
+        Performance: {
+            /**
+             * Payload Max Kg
+             * @default null
+             */
+            payload_max_kg: number | null;
+            /**
+             * Battery Capacity Wh
+             * @default null
+             */
+            battery_capacity_wh: number | null;
+            /**
+             * Cruise W
+             * @default null
+             */
+            cruise_w: number | null;
+            /**
+             * Hover W
+             * @default null
+             */
+            hover_w: number | null;
+            /**
+             * Climb W
+             * @default null
+             */
+            climb_w: number | null;
+            /**
+             * Battery Percent Per Min
+             * @default null
+             */
+            battery_percent_per_min: number | null;
+            /**
+             * Reserve Percent
+             * @default 20
+             */
+            reserve_percent: number;
+        };
+        /**
          * Plan
          * @description A delivery plan, version 1. Items without an id get `item-<number>`; ids are unique.
          */
@@ -3597,7 +3658,9 @@ export interface components {
              *       "max_relative_altitude_m": null,
              *       "max_distance_m": null,
              *       "max_speed_m_s": null,
-             *       "max_duration_s": null
+             *       "max_drop_height_m": null,
+             *       "max_duration_s": null,
+             *       "min_battery_percent": null
              *     }
              */
             limits: components["schemas"]["Limits"];
@@ -3657,7 +3720,8 @@ export interface components {
         };
         /**
          * PlanCheckRequest
-         * @description Check `plan` (see the plan schema) against the vehicle's type, or against the facts of one vehicle.
+         * @description Check `plan` (see the plan schema) against the vehicle's type, or against the facts of one vehicle, in this wind
+         *     (null: in calm air).
          */
         PlanCheckRequest: {
             /** Plan */
@@ -3667,6 +3731,8 @@ export interface components {
              * @default null
              */
             vehicle: string | null;
+            /** @default null */
+            wind: components["schemas"]["WindGiven"] | null;
         };
         /**
          * PlanConversion
@@ -4078,7 +4144,9 @@ export interface components {
          *
          *     `lead_m` is how far before the point, along the track, the release happens; `offset_m` the distance from the point
          *     (the radius, on a circle). The release position is null on a circle: it can be anywhere there.
-         *     `fall_s` and `throw_m` are the fall to the height of home without drag, and how far the parcel flies on meanwhile.
+         *     `fall_s` and `throw_m` are the fall to the height of home, with drag and wind, and how far from the release, over
+         *     ground, the parcel comes down: at the landing position, null on a circle.
+         *     `return_battery_percent`: what a return from there takes of a full battery, null where no rate is declared.
          */
         PredictedDrop: {
             /** Item Id */
@@ -4110,6 +4178,21 @@ export interface components {
             fall_s: number;
             /** Throw M */
             throw_m: number;
+            /**
+             * Landing Latitude Deg
+             * @default null
+             */
+            landing_latitude_deg: number | null;
+            /**
+             * Landing Longitude Deg
+             * @default null
+             */
+            landing_longitude_deg: number | null;
+            /**
+             * Return Battery Percent
+             * @default null
+             */
+            return_battery_percent: number | null;
         };
         /**
          * PrincipalView
@@ -4401,6 +4484,7 @@ export interface components {
          *     mode again, or "" for the mission itself;
          *     "contingency" when a drop failed and the plan says to return; "refused" when the vehicle holds because it found a
          *     changed mission infeasible.
+         *     `wind` is the one that its checks and its prediction reckon with.
          *     A plan may be changed in flight: `plan_id` to `mission_hash` are of the newest that the vehicle carries, `change`
          *     says where it went on, `changes` counts. `changing` is a change whose arrival on board is not known yet.
          *     `reached_seq` is the highest mission item known to be done: after a reboot of the vehicle nothing before it is
@@ -4474,6 +4558,8 @@ export interface components {
              * @default false
              */
             start_requested: boolean;
+            /** @default null */
+            wind: components["schemas"]["Wind"] | null;
             /**
              * Asked
              * @default
@@ -4511,6 +4597,8 @@ export interface components {
         /**
          * RunRequest
          * @description Fly this plan with this vehicle. `start` false: upload and verify only, and wait for the start.
+         *
+         *     `wind` is what the check and the prediction of the run reckon with; null is calm air.
          */
         RunRequest: {
             /** Plan */
@@ -4522,6 +4610,8 @@ export interface components {
              * @default false
              */
             start: boolean;
+            /** @default null */
+            wind: components["schemas"]["WindGiven"] | null;
         };
         /**
          * RunState
@@ -5012,6 +5102,8 @@ export interface components {
          *
          *     `open_ended`: the last item never ends by itself. `truncated`: more visits than are predicted.
          *     `longest_duration_s`, where there are `alternates`: of a flight in which each such drop fails as its hold ends.
+         *     `wind` is the one that it reckons with. `battery_start_percent` is the charge that was found, null if none is known
+         *     (then a full battery is taken), `battery_used_percent` what the whole flight takes, null where no rate is declared.
          */
         Timeline: {
             /** Entries */
@@ -5044,6 +5136,23 @@ export interface components {
              * @default null
              */
             longest_duration_s: number | null;
+            /**
+             * @default {
+             *       "north_m_s": 0,
+             *       "east_m_s": 0
+             *     }
+             */
+            wind: components["schemas"]["Wind"];
+            /**
+             * Battery Start Percent
+             * @default null
+             */
+            battery_start_percent: number | null;
+            /**
+             * Battery Used Percent
+             * @default null
+             */
+            battery_used_percent: number | null;
         };
         /**
          * TimelineEntry
@@ -5051,6 +5160,8 @@ export interface components {
          *
          *     Position and altitude (above home) are those at the end. `brakes`: the vehicle comes to a stop there. `unsure_s`: by
          *     so much more than usual the time may be off, either way, because PX4 does something that cannot be predicted.
+         *     `battery_used_percent` is what the item takes of a full battery, null where the vehicle declares no rate, and
+         *     `energy_wh` the same in watt hours, null without a declared capacity.
          */
         TimelineEntry: {
             /** Item Id */
@@ -5084,6 +5195,16 @@ export interface components {
              * @default 0
              */
             unsure_s: number;
+            /**
+             * Battery Used Percent
+             * @default null
+             */
+            battery_used_percent: number | null;
+            /**
+             * Energy Wh
+             * @default null
+             */
+            energy_wh: number | null;
         };
         /**
          * Transition
@@ -5238,6 +5359,8 @@ export interface components {
         /**
          * VehicleView
          * @description A vehicle as shown. `quarantined` says why no command may be sent to it, null if it may.
+         *
+         *     `performance` is what the operator declares of it, null if nothing is declared.
          */
         VehicleView: {
             /** Id */
@@ -5255,6 +5378,7 @@ export interface components {
             quarantined: string | null;
             /** Run Id */
             run_id: string | null;
+            performance: components["schemas"]["Performance"] | null;
             state: components["schemas"]["StateView"];
         };
         /**
@@ -5573,6 +5697,11 @@ export interface components {
              */
             max_offset_m: number | null;
             /**
+             * Mass Kg
+             * @default null
+             */
+            mass_kg: number | null;
+            /**
              * Consent
              * @default none
              * @enum {string}
@@ -5610,6 +5739,22 @@ export interface components {
             rate_m_s: number | null;
         };
         /**
+         * Wind
+         * @description Where the air goes, over ground. A prediction without wind is one for calm air.
+         */
+        Wind: {
+            /**
+             * North M S
+             * @default 0
+             */
+            north_m_s: number;
+            /**
+             * East M S
+             * @default 0
+             */
+            east_m_s: number;
+        };
+        /**
          * WindFault
          * @description Moves the air.
          */
@@ -5629,6 +5774,33 @@ export interface components {
                 number,
                 number
             ];
+        };
+        /**
+         * WindGiven
+         * @description A steady wind: `from_deg` (clockwise from north, where it comes from) and `speed_m_s`, as in weather reports,
+         *     or `north_m_s` and `east_m_s`, where the air goes.
+         */
+        WindGiven: {
+            /**
+             * From Deg
+             * @default null
+             */
+            from_deg: number | null;
+            /**
+             * Speed M S
+             * @default null
+             */
+            speed_m_s: number | null;
+            /**
+             * North M S
+             * @default null
+             */
+            north_m_s: number | null;
+            /**
+             * East M S
+             * @default null
+             */
+            east_m_s: number | null;
         };
         /**
          * Wish
@@ -10158,7 +10330,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `plan.rejected`: The plan cannot be flown; `request.invalid`: The body does not fit this request */
             422: {
                 headers: {
                     [name: string]: unknown;
