@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable
-from typing import Any
+from typing import Any, Final
 
 from playwright.async_api import FloatRect, Locator, expect
 from playwright.async_api import TimeoutError as PageTimeout
@@ -13,6 +13,8 @@ from tests.browser.dashboard import Dashboard
 ATTEMPTS = 6
 PRESS_MS = 10_000
 """Longer than a button needs that is there."""
+SMALL: Final[dict[str, Any]] = {"width": 360, "height": 800}
+"""Software draws a small map fast: the page must not stand still, or the dead-man rightly acts."""
 
 
 class Cockpit:

@@ -5,49 +5,10 @@ import { Presence } from "./presence";
 import type { StopReason } from "./sender";
 import { HANDS_OFF, Session, type HandsOn } from "./session";
 import { neutral, speedsOf, type Setpoint } from "./setpoint";
-import type { WireEvents } from "./wire";
+import { DONE, FakeWire, GRANTED, REFUSED } from "../testing/fake-wire";
 
 const STILL = neutral(speedsOf("slow", null), "multicopter");
 const ON: Setpoint = { ...STILL, forward_m_s: 1.5 };
-const GRANTED: Answer = { type: "granted", id: 1, holder: "ann", expires_in_s: 10 };
-const DONE: Answer = { type: "done", id: 1, what: "enter", audit: [] };
-const REFUSED: Answer = { type: "refused", id: 1, code: "offboard.lease_held", detail: "ben has it", hint: "wait", extra: {} };
-
-class FakeWire {
-  static all: FakeWire[] = [];
-  readonly frames: ClientFrame[] = [];
-  closed = false;
-  #waits: ((answer: Answer) => void)[] = [];
-
-  constructor(readonly events: WireEvents) {
-    FakeWire.all.push(this);
-  }
-
-  post(frame: ClientFrame): number {
-    this.frames.push(frame);
-    if (frame.type === "setpoint") setTimeout(() => this.events.onAnswer({ type: "taken", id: number, clamped: [] }), 2);
-    const number = this.frames.length;
-    return number;
-  }
-
-  ask(frame: ClientFrame): Promise<Answer> {
-    this.post(frame);
-    return new Promise((resolve) => this.#waits.push(resolve));
-  }
-
-  async answer(answer: Answer): Promise<void> {
-    this.#waits.shift()?.(answer);
-    await vi.advanceTimersByTimeAsync(0);
-  }
-
-  close(): void {
-    this.closed = true;
-  }
-
-  count(type: ClientFrame["type"]): number {
-    return this.frames.filter((frame) => frame.type === type).length;
-  }
-}
 
 let now: HandsOn;
 let asked: Setpoint | StopReason;
@@ -89,43 +50,6 @@ beforeEach(() => {
 afterEach(() => {
   session.giveBack();
   vi.useRealTimers();
-});
-
-describe("a lease that changes hands", () => {
-  const ACTIVE = { state: "active", lease: { holder: "ben", expires_in_s: 9, offered_to: "ann" }, reason: "", sent: null, cadence: null } as unknown as Offboard;
-
-  it("is offered and the offer taken back, and flying goes on meanwhile", async () => {
-    await flying();
-    void session.handOver("ben");
-    expect(wire().frames.at(-1)).toEqual({ type: "hand_over", to: "ben" });
-    await wire().answer({ ...DONE, what: "hand_over" });
-    void session.handOver(null);
-    await wire().answer({ ...REFUSED, code: "offboard.lease_lost" });
-    expect([now.phase, now.refusal?.doing]).toEqual(["flying", "Take the offer of v1 back"]);
-  });
-
-  it("is flown on at once when it is taken over in flight, with hands that start fresh", async () => {
-    session.take("v1");
-    wire().events.onOpen();
-    wire().events.onState(ACTIVE);
-    await wire().answer(GRANTED);
-    await vi.advanceTimersByTimeAsync(200);
-    expect([now.phase, fresh, wire().count("setpoint")]).toEqual(["flying", 1, 5]);
-    expect(wire().frames[0]).toEqual({ type: "take", rate_hz: 20, override: false });
-  });
-
-  it("is taken by override only when that was asked for", async () => {
-    session.take("v1", true);
-    wire().events.onOpen();
-    expect(wire().frames[0]).toEqual({ type: "take", rate_hz: 20, override: true });
-  });
-
-  it("ends for the one who had it, with the name of the one who has it now", async () => {
-    await flying();
-    wire().events.onState({ ...ACTIVE, lease: { holder: "cat", expires_in_s: 10, offered_to: null } } as Offboard);
-    wire().events.onClosed(4410, "the lease has ended");
-    expect([now.phase, now.ended]).toEqual(["off", "Taken over by cat."]);
-  });
 });
 
 describe("a session", () => {
