@@ -30,6 +30,7 @@ from app.services.journal import Journal
 from app.services.offboard import Offboard, OffboardSettings
 from app.services.plans import Plans
 from app.services.proofs import Proofs
+from app.services.rerouting import Rerouting
 from app.services.runs import Runs
 from app.services.simulation import Simulation
 from app.services.tasks import Tasks
@@ -82,9 +83,10 @@ async def running(settings: Settings) -> AsyncIterator[str]:
         stack.push_async_callback(telemetry.close)
         await telemetry.start()
         webhooks = await stack.enter_async_context(_webhooks(storage, journal, clock, settings))
+        plans = Plans(storage.plans, journal, clock)
         services = ApiServices(
             journal=journal,
-            plans=Plans(storage.plans, journal, clock),
+            plans=plans,
             comparisons=Comparisons(runs, journal),
             attachments=Attachments(runs, storage.attachments, journal, clock),
             proofs=Proofs(runs, storage.plans, storage.attachments, journal, clock, storage.gateway_id),
@@ -92,6 +94,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
             fleet=fleet,
             telemetry=telemetry,
             runs=runs,
+            rerouting=Rerouting(runs, plans),
             commands=VehicleCommands(fleet, journal),
             offboard=offboard,
             tasks=Tasks(offboard, fleet, clock),

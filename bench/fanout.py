@@ -36,6 +36,7 @@ from app.services.journal import Journal
 from app.services.offboard import Offboard
 from app.services.plans import Plans
 from app.services.proofs import Proofs
+from app.services.rerouting import Rerouting
 from app.services.runs import Runs
 from app.services.simulation import Simulation
 from app.services.tasks import Tasks
@@ -114,9 +115,10 @@ async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
         fleet = Fleet(NoVehicles(), journal)
         runs = Runs(fleet, storage.plans, storage.runs, journal, clock)
         offboard = Offboard(fleet, runs, clock)
+        plans = Plans(storage.plans, journal, clock)
         services = ApiServices(
             journal=journal,
-            plans=Plans(storage.plans, journal, clock),
+            plans=plans,
             comparisons=Comparisons(runs, journal),
             attachments=Attachments(runs, storage.attachments, journal, clock),
             proofs=Proofs(runs, storage.plans, storage.attachments, journal, clock, "gw-1"),
@@ -124,6 +126,7 @@ async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
             fleet=fleet,
             telemetry=TelemetryFeed(fleet, 3600.0),
             runs=runs,
+            rerouting=Rerouting(runs, plans),
             commands=VehicleCommands(fleet, journal),
             offboard=offboard,
             tasks=Tasks(offboard, fleet, clock),

@@ -45,15 +45,6 @@ class RunRequest(RequestModel):
     start: bool = False
 
 
-class MissionChangeRequest(RequestModel):
-    """Fly on with this plan. `continue_at` is the id of the item to go on with; null: the item that is flown now."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
-
-    plan: Identifier
-    continue_at: Identifier | None = None
-
-
 class ConsentRequest(RequestModel):
     """Consent to a drop that asks for it, or refuse it.
 

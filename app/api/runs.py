@@ -8,8 +8,9 @@ from aiohttp import web
 
 from app.api.answers import json_answer
 from app.api.bodies import NO_BODY, Empty, json_body
-from app.api.models import EventsQuery, EventsView, MissionChangeRequest, RunRequest
+from app.api.models import EventsQuery, EventsView, RunRequest
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
+from app.api.run_changes import ACCEPTED, accepted
 from app.api.run_list import CSV, RunsQuery, RunsView, asks_for_csv, runs_csv
 from app.api.services import JOURNAL, RUNS
 from app.domain.run import Run
@@ -21,7 +22,7 @@ async def create_run(call: Call[NoQuery, RunRequest]) -> web.Response:
     """POST /runs."""
     asked = call.body
     run = await call.request.app[RUNS].create(asked.plan, asked.vehicle, start=asked.start, by=call.principal.name)
-    return _accepted(run)
+    return accepted(run)
 
 
 async def list_runs(call: Call[RunsQuery, Empty]) -> web.Response:
@@ -82,23 +83,11 @@ async def abort_run(call: Call[NoQuery, Empty]) -> web.Response:
     return await _tell(call, Runs.abort)
 
 
-async def change_mission(call: Call[NoQuery, MissionChangeRequest]) -> web.Response:
-    """POST /runs/{run_id}/mission."""
-    asked, runs = call.body, call.request.app[RUNS]
-    run = await runs.change_mission(call.path_value("run_id"), asked.plan, asked.continue_at, call.principal.name)
-    return _accepted(run)
-
-
 async def _tell(call: Call[NoQuery, Empty], action: Callable[[Runs, str, str], Awaitable[Run]]) -> web.Response:
-    return _accepted(await action(call.request.app[RUNS], call.path_value("run_id"), call.principal.name))
-
-
-def _accepted(run: Run) -> web.Response:
-    return json_answer(run, status=202, headers={"Location": f"{API}/runs/{run.id}"})
+    return accepted(await action(call.request.app[RUNS], call.path_value("run_id"), call.principal.name))
 
 
 _PAGED = ("Link", "Content-Disposition")
-_ACCEPTED = Answer(202, "The run as it is now; follow it at Location or by the stream", Run, headers=("Location",))
 _ACTION_ERRORS = (
     "not_found",
     "conflict",
@@ -120,7 +109,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         role=Role.DISPATCHER,
         query=NoQuery,
         body=json_body(RunRequest),
-        answers=(_ACCEPTED,),
+        answers=(ACCEPTED,),
         errors=(
             *("not_found", "vehicle.busy", "vehicle.quarantined", "plan.rejected"),
             *("vehicle.link", "vehicle.timeout", "storage.failed"),
@@ -166,22 +155,6 @@ ROUTES: tuple[AnyRoute, ...] = (
         answers=(Answer(200, "A page of events", EventsView),),
         errors=("not_found", "storage.failed"),
     ),
-    Route(
-        method="POST",
-        path=f"{API}/runs/{{run_id}}/mission",
-        handler=change_mission,
-        summary="Change the plan of a run in flight, without a pause",
-        tag="runs",
-        role=Role.PILOT,
-        query=NoQuery,
-        body=json_body(MissionChangeRequest),
-        answers=(_ACCEPTED,),
-        errors=(
-            *_ACTION_ERRORS,
-            *("plan.rejected", "run.drop_in_progress", "run.pause_first", "run.changing", "mission.upload_failed"),
-        ),
-        idempotent=True,
-    ),
     *(
         Route(
             method="POST",
@@ -192,7 +165,7 @@ ROUTES: tuple[AnyRoute, ...] = (
             role=role,
             query=NoQuery,
             body=NO_BODY,
-            answers=(_ACCEPTED,),
+            answers=(ACCEPTED,),
             errors=_ACTION_ERRORS,
         )
         for action, handler, role, summary in (

@@ -18,6 +18,7 @@ from app.services.journal import Journal
 from app.services.offboard import Offboard
 from app.services.plans import Plans
 from app.services.proofs import Proofs
+from app.services.rerouting import Rerouting
 from app.services.runs import Runs
 from app.services.simulation import Simulation
 from app.services.tasks import Tasks
@@ -42,6 +43,7 @@ class ApiServices:
     fleet: Fleet
     telemetry: TelemetryFeed
     runs: Runs
+    rerouting: Rerouting
     commands: VehicleCommands
     offboard: Offboard
     tasks: Tasks
@@ -63,6 +65,7 @@ OFFBOARD: Final = web.AppKey("offboard", Offboard)
 PLANS: Final = web.AppKey("plans", Plans)
 PROOFS: Final = web.AppKey("proofs", Proofs)
 RUNS: Final = web.AppKey("runs", Runs)
+REROUTING: Final = web.AppKey("rerouting", Rerouting)
 SIMULATION: Final = web.AppKey("simulation", Simulation)
 WEBHOOKS: Final = web.AppKey("webhooks", Webhooks)
 TASKS: Final = web.AppKey("tasks", Tasks)
@@ -81,6 +84,7 @@ def install(app: web.Application, services: ApiServices) -> None:
     app[PLANS] = services.plans
     app[PROOFS] = services.proofs
     app[RUNS] = services.runs
+    app[REROUTING] = services.rerouting
     app[SIMULATION] = services.simulation
     app[WEBHOOKS] = services.webhooks
     app[TASKS] = services.tasks

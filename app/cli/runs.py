@@ -13,6 +13,7 @@ from rich.table import Table
 
 from app.cli.comparison_table import show_comparison
 from app.cli.consent import answer_consent, consent_line
+from app.cli.run_changes import change_mission, insert_stops
 from app.cli.run_view import drops_table
 from app.cli.service_client import ServerOption, ServiceClient, TokenOption, service_client
 from app.cli.terminal import err, out, write_json
@@ -107,6 +108,8 @@ _acting(RunAction.RETURN, "Return to launch; drops not made stay undone.")
 _acting(RunAction.LAND, "Land where the vehicle is.")
 _acting(RunAction.ABORT, "On the ground: end the run at once. In the air: return to launch, which ends it.")
 runs_app.command("consent")(answer_consent)
+runs_app.command("change")(change_mission)
+runs_app.command("insert")(insert_stops)
 
 
 async def _get(server: str, token: str | None, path: str, **query: int) -> Any:

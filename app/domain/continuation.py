@@ -55,8 +55,12 @@ def rest_of(plan: Plan, continue_at: str, concluded: Collection[str]) -> Rest:
     return Rest(plan.model_copy(update={"items": tuple(items)}), items[0].id, left_out)
 
 
-def continued(flown: Flown, changed: Plan, continue_at: str | None, carried: Carried) -> Rest:
+def continued(
+    flown: Flown, changed: Plan, continue_at: str | None, carried: Carried, needed: Collection[str] = ()
+) -> Rest:
     """The rest of a changed plan for a flight that is under way. None continues at the item now flown.
+
+    `needed` are items that must be among what is left.
 
     Raises PlanRejectedError whose findings point into the changed plan.
     """
@@ -71,7 +75,7 @@ def continued(flown: Flown, changed: Plan, continue_at: str | None, carried: Car
     if findings or wanted is None:
         raise _rejected(findings)
     rest = rest_of(changed, wanted, flown.concluded)
-    if findings := [*_loops(flown, changed, rest), *_misfits(changed, rest, carried)]:
+    if findings := [*_passed(changed, rest, needed), *_loops(flown, changed, rest), *_misfits(changed, rest, carried)]:
         raise _rejected(findings)
     return rest
 
@@ -117,6 +121,14 @@ def _altered(flown: Flown, changed: Plan) -> Iterator[Finding]:
             yield _finding("change.flown_item", "/items", f"{item_id} was flown, and is missing", hint)
         elif before is not None and after != before:
             yield _at(changed, item_id, "change.flown_item", f"{item_id} was flown, and is another item now", hint)
+
+
+def _passed(changed: Plan, rest: Rest, needed: Collection[str]) -> Iterator[Finding]:
+    left = {item.id for item in rest.plan.items}
+    for item_id in needed:
+        if item_id not in left:
+            message = f"the flight is past the place of {item_id}: it would never be flown"
+            yield _at(changed, item_id, "change.item_passed", message, "put it behind the item that is flown now")
 
 
 def _loops(flown: Flown, changed: Plan, rest: Rest) -> Iterator[Finding]:

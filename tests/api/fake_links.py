@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
 from dataclasses import replace
 
@@ -62,6 +63,9 @@ class FakeLink:
         self.parameters: dict[str, float | int] = {"COM_OBL_RC_ACT": 5, "COM_OF_LOSS_T": 1.0, "COM_RC_IN_MODE": 4}
         self.refusal: WaydropError | None = None
         self.upload_refusal: WaydropError | None = None
+        self.uploads = 0
+        self.upload_gate = asyncio.Event()
+        self.upload_gate.set()
 
     def state(self) -> VehicleState:
         return self._state
@@ -101,6 +105,8 @@ class FakeLink:
     async def replace_mission(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:
         if self.upload_refusal is not None:
             raise self.upload_refusal
+        self.uploads += 1
+        await self.upload_gate.wait()
         total, named = len(mission.items), self.mission_id_of(mission)
         self.change(mission_total=total, mission_seq=0, mission_id=named)
         yield UploadProgress(MissionType.MISSION, total, total, 1, verified_by="mission_id", mission_id=named)

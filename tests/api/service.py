@@ -24,6 +24,7 @@ from app.services.journal import Journal
 from app.services.offboard import Offboard, OffboardSettings
 from app.services.plans import Plans
 from app.services.proofs import Proofs
+from app.services.rerouting import Rerouting
 from app.services.runs import Runs
 from app.services.simulation import Simulation
 from app.services.tasks import Tasks
@@ -99,10 +100,11 @@ async def run_service(
             await begun.start()
         runs = Runs(fleet, storage.plans, storage.runs, journal, clock)
         offboard = Offboard(fleet, runs, clock, PATIENT)
+        plans = Plans(storage.plans, journal, clock)
         services = change(
             ApiServices(
                 journal=journal,
-                plans=Plans(storage.plans, journal, clock),
+                plans=plans,
                 access=Access(storage.tokens, clock, bootstrap_token),
                 fleet=fleet,
                 telemetry=telemetry,
@@ -110,6 +112,7 @@ async def run_service(
                 attachments=Attachments(runs, storage.attachments, journal, clock),
                 proofs=Proofs(runs, storage.plans, storage.attachments, journal, clock, storage.gateway_id),
                 runs=runs,
+                rerouting=Rerouting(runs, plans),
                 commands=VehicleCommands(fleet, journal),
                 offboard=offboard,
                 tasks=Tasks(offboard, fleet, clock),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Collection
 from contextlib import aclosing, suppress
 from dataclasses import replace
 
@@ -48,8 +49,10 @@ class MissionChanger:
         """Whether a change is under way, or it is not known yet whether it arrived."""
         return self._turn.locked() or (self._watch.change is not None and self._watch.change.is_open)
 
-    async def change(self, stored: StoredPlan, continue_at: str | None, by: str) -> None:
+    async def change(self, stored: StoredPlan, continue_at: str | None, by: str, needed: Collection[str] = ()) -> None:
         """Fly on with another plan, without a pause; None goes on with the item now flown. Stored when this returns.
+
+        `needed` are items that must be among those left to fly.
 
         Raises:
             WrongStateError, DropInProgressError, PauseFirstError, ConflictError: it cannot be changed now.
@@ -63,7 +66,7 @@ class MissionChanger:
             plan = parse_plan(stored.document)
             self._terms().refuse_unfit()
             facts = await self._link.read_facts()
-            pending = await self._prepare(stored, plan, facts, continue_at, by)
+            pending = await self._prepare(stored, plan, facts, continue_at, by, needed)
             self._terms().refuse_unfit()  # that took its time
             await self._send(pending)
 
@@ -86,12 +89,18 @@ class MissionChanger:
         )
 
     async def _prepare(
-        self, stored: StoredPlan, plan: Plan, facts: VehicleFacts, continue_at: str | None, by: str
+        self,
+        stored: StoredPlan,
+        plan: Plan,
+        facts: VehicleFacts,
+        continue_at: str | None,
+        by: str,
+        needed: Collection[str],
     ) -> PendingChange:
         run, now = self._recorder.run, self._terms().in_flight()
         concluded = frozenset(drop.plan_item_id for drop in run.drops if is_concluded(drop))
         flown = Flown(self._watch.leg.plan, run.flown_item_ids, run.item_id, concluded)
-        rest = continued(flown, plan, continue_at, carried_in_flight(flown.plan.vehicle_type, now))
+        rest = continued(flown, plan, continue_at, carried_in_flight(flown.plan.vehicle_type, now), needed)
         wanted = continue_at or run.item_id or rest.begins_at
         speed_m_s = asked_speed_before(plan, wanted, carried_in_flight(plan.vehicle_type, now))
         began = now.model_copy(update={"asked_speed_m_s": speed_m_s})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import secrets
-from collections.abc import Coroutine, Sequence
+from collections.abc import Collection, Coroutine, Sequence
 
 import structlog
 
@@ -142,15 +142,19 @@ class Runs:
         await flight.abort()
         return flight.run
 
-    async def change_mission(self, run_id: str, plan_id: str, continue_at: str | None, by: str) -> Run:
+    async def change_mission(
+        self, run_id: str, plan_id: str, continue_at: str | None, by: str, needed: Collection[str] = ()
+    ) -> Run:
         """Fly on with another plan, without a pause: from an item, or None from the one that is flown now.
+
+        `needed` are items that must be among those left to fly.
 
         Raises:
             NotFoundError, WrongStateError, DropInProgressError, PauseFirstError, ChangeUnderWayError, ConflictError,
             PlanRejectedError, LinkError, StorageError: see MissionChanger.
         """
         flight = await self._flight(run_id)
-        await flight.changer.change(await self._stored(plan_id), continue_at, by)
+        await flight.changer.change(await self._stored(plan_id), continue_at, by, needed)
         return flight.run
 
     async def answer_consent(self, run_id: str, plan_item_id: str, answer: Answer, by: str) -> Run:

@@ -100,6 +100,8 @@ def test_json_is_one_document_on_stdout(monkeypatch: pytest.MonkeyPatch, capsys:
         ("runs",),
         ("runs", "show", "r1"),
         ("runs", "return", "r1"),
+        ("runs", "change", "r1", "--at", "home"),
+        ("runs", "insert", "r1", str(GOOD), "--after", "home"),
         ("fly", str(GOOD), "--vehicle", "v1"),
         ("validate", str(GOOD), "--vehicle", "v1"),
     ],

@@ -676,26 +676,6 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/runs/{run_id}/mission": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Change the plan of a run in flight, without a pause
-         * @description Role: pilot or higher.
-         */
-        post: operations["change_mission"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
     "/api/v1/runs/{run_id}/start": {
         parameters: {
             query?: never;
@@ -810,6 +790,46 @@ export interface paths {
          * @description Role: pilot or higher.
          */
         post: operations["abort_run"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/runs/{run_id}/mission": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Fly on with a changed plan, or from another item, without a pause
+         * @description Role: pilot or higher.
+         */
+        post: operations["change_mission"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/runs/{run_id}/stops": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Put more items into a run in flight
+         * @description Role: pilot or higher.
+         */
+        post: operations["insert_stops"];
         delete?: never;
         options?: never;
         head?: never;
@@ -2026,6 +2046,24 @@ export interface components {
             battery_percent: number | null;
         };
         /**
+         * EarlierPlan
+         * @description A plan that the run flew until it was changed in flight, and the mission of it that was on board.
+         */
+        EarlierPlan: {
+            /** Id */
+            id: string;
+            /** Hash */
+            hash: string;
+            /** Mission Hash */
+            mission_hash: string | null;
+            /** Mission Id */
+            mission_id: number | null;
+            /** Until */
+            until: number;
+            /** Changed By */
+            changed_by: string;
+        };
+        /**
          * Empty
          * @description No body, or `{}`.
          */
@@ -2792,11 +2830,14 @@ export interface components {
         };
         /**
          * MissionChangeRequest
-         * @description Fly on with this plan. `continue_at` is the id of the item to go on with; null: the item that is flown now.
+         * @description Fly on with `plan` (null: the run's own plan) from the item `continue_at` (null: the one that is flown now).
          */
         MissionChangeRequest: {
-            /** Plan */
-            plan: string;
+            /**
+             * Plan
+             * @default null
+             */
+            plan: string | null;
             /**
              * Continue At
              * @default null
@@ -3659,6 +3700,11 @@ export interface components {
             ended_at: number | null;
             plan: components["schemas"]["PlanProof"];
             mission: components["schemas"]["MissionProof"];
+            /**
+             * Earlier Plans
+             * @default []
+             */
+            earlier_plans: components["schemas"]["EarlierPlan"][];
             vehicle: components["schemas"]["VehicleProof"];
             /** Drops */
             drops: components["schemas"]["DropRecord"][];
@@ -4190,6 +4236,24 @@ export interface components {
             /** Gripper Output Us */
             gripper_output_us: number | null;
             offboard: components["schemas"]["OffboardView"] | null;
+        };
+        /**
+         * StopsRequest
+         * @description Fly to `items` (as in a plan) too, before or after the stop of an item that is still to come.
+         */
+        StopsRequest: {
+            /** Items */
+            items: unknown[];
+            /**
+             * Before
+             * @default null
+             */
+            before: string | null;
+            /**
+             * After
+             * @default null
+             */
+            after: string | null;
         };
         /**
          * SwitchFault
@@ -9335,172 +9399,6 @@ export interface operations {
             };
         };
     };
-    change_mission: {
-        parameters: {
-            query?: never;
-            header?: {
-                /** @description Repeat the request with the same key and body: it is done once */
-                "Idempotency-Key"?: string;
-            };
-            path: {
-                run_id: string;
-            };
-            cookie?: never;
-        };
-        requestBody: {
-            content: {
-                "application/json": components["schemas"]["MissionChangeRequest"];
-            };
-        };
-        responses: {
-            /** @description The run as it is now; follow it at Location or by the stream */
-            202: {
-                headers: {
-                    /** @description Where the new or changed resource is */
-                    Location?: string;
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/json": components["schemas"]["Run"];
-                };
-            };
-            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON; `idempotency.key_invalid`: The Idempotency-Key cannot be used */
-            400: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
-            401: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
-            403: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description `not_found`: It does not exist */
-            404: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description `request.timeout`: The body did not arrive in time */
-            408: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description `conflict`: Not now; `run.wrong_state`: The run is in another state; `vehicle.quarantined`: The vehicle is quarantined; `vehicle.refused`: The vehicle refused; `run.drop_in_progress`: A drop is in progress; `run.pause_first`: The vehicle has to hold first; `run.changing`: The mission is being changed */
-            409: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description `request.too_large`: The body is too large */
-            413: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description `request.content_type`: The body must be of a type that is taken here */
-            415: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description `request.expectation`: The Expect header cannot be met */
-            417: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description `host.not_allowed`: This service does not answer under this Host name */
-            421: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description `plan.rejected`: The plan cannot be flown; `request.invalid`: The body does not fit this request; `idempotency.key_reused`: The Idempotency-Key was used for another request */
-            422: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description `internal`: A defect of the service */
-            500: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description `vehicle.link`: The link to the vehicle failed; `mission.upload_failed`: The mission could not be uploaded */
-            502: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description `storage.failed`: The journal cannot be written */
-            503: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-            /** @description `vehicle.timeout`: The vehicle did not answer */
-            504: {
-                headers: {
-                    [name: string]: unknown;
-                };
-                content: {
-                    "application/problem+json": components["schemas"]["Problem"];
-                };
-            };
-        };
-    };
     start_run: {
         parameters: {
             query?: never;
@@ -10427,6 +10325,338 @@ export interface operations {
                 };
             };
             /** @description `vehicle.link`: The link to the vehicle failed */
+            502: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `vehicle.timeout`: The vehicle did not answer */
+            504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    change_mission: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Repeat the request with the same key and body: it is done once */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                run_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["MissionChangeRequest"];
+            };
+        };
+        responses: {
+            /** @description The run as it is now; follow it at Location or by the stream */
+            202: {
+                headers: {
+                    /** @description Where the new or changed resource is */
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Run"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON; `idempotency.key_invalid`: The Idempotency-Key cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `conflict`: Not now; `run.wrong_state`: The run is in another state; `run.drop_in_progress`: A drop is in progress; `run.pause_first`: The vehicle has to hold first; `run.changing`: The mission is being changed; `vehicle.quarantined`: The vehicle is quarantined; `vehicle.refused`: The vehicle refused */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `plan.rejected`: The plan cannot be flown; `request.invalid`: The body does not fit this request; `idempotency.key_reused`: The Idempotency-Key was used for another request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `vehicle.link`: The link to the vehicle failed; `mission.upload_failed`: The mission could not be uploaded */
+            502: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `vehicle.timeout`: The vehicle did not answer */
+            504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    insert_stops: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Repeat the request with the same key and body: it is done once */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                run_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["StopsRequest"];
+            };
+        };
+        responses: {
+            /** @description The run as it is now; follow it at Location or by the stream */
+            202: {
+                headers: {
+                    /** @description Where the new or changed resource is */
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Run"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON; `idempotency.key_invalid`: The Idempotency-Key cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `conflict`: Not now; `run.wrong_state`: The run is in another state; `run.drop_in_progress`: A drop is in progress; `run.pause_first`: The vehicle has to hold first; `run.changing`: The mission is being changed; `vehicle.quarantined`: The vehicle is quarantined; `vehicle.refused`: The vehicle refused */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `plan.invalid`: The document is not a plan; `plan.rejected`: The plan cannot be flown; `request.invalid`: The body does not fit this request; `idempotency.key_reused`: The Idempotency-Key was used for another request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `vehicle.link`: The link to the vehicle failed; `mission.upload_failed`: The mission could not be uploaded */
             502: {
                 headers: {
                     [name: string]: unknown;

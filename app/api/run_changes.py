@@ -1,0 +1,107 @@
+"""/runs/{run_id}/mission and /stops: where a run in flight goes on."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Final, Self
+
+from aiohttp import web
+from pydantic import ConfigDict, Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from app.api.answers import json_answer
+from app.api.bodies import json_body
+from app.api.models import Identifier, RequestModel
+from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
+from app.api.services import REROUTING
+from app.domain.run import Run
+from app.services.access import Role
+
+
+class MissionChangeRequest(RequestModel):
+    """Fly on with `plan` (null: the run's own plan) from the item `continue_at` (null: the one that is flown now)."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    plan: Identifier | None = None
+    continue_at: Identifier | None = None
+
+    @model_validator(mode="after")
+    def _one_of_them(self) -> Self:
+        if self.plan is None and self.continue_at is None:
+            raise PydanticCustomError("nothing_changes", "give plan, continue_at, or both")
+        return self
+
+
+class StopsRequest(RequestModel):
+    """Fly to `items` (as in a plan) too, before or after the stop of an item that is still to come."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    items: Annotated[list[Any], Field(min_length=1, max_length=100)]
+    before: Identifier | None = None
+    after: Identifier | None = None
+
+    @model_validator(mode="after")
+    def _one_place(self) -> Self:
+        if (self.before is None) == (self.after is None):
+            raise PydanticCustomError("one_place", "give before or after, and not both")
+        return self
+
+
+async def change_mission(call: Call[NoQuery, MissionChangeRequest]) -> web.Response:
+    """POST /runs/{run_id}/mission."""
+    run_id, asked = call.path_value("run_id"), call.body
+    run = await call.request.app[REROUTING].change(run_id, asked.plan, asked.continue_at, call.principal.name)
+    return accepted(run)
+
+
+async def insert_stops(call: Call[NoQuery, StopsRequest]) -> web.Response:
+    """POST /runs/{run_id}/stops."""
+    run_id, asked = call.path_value("run_id"), call.body
+    at, after = (asked.before, False) if asked.before is not None else (asked.after or "", True)
+    rerouting = call.request.app[REROUTING]
+    return accepted(await rerouting.insert(run_id, asked.items, at=at, after=after, by=call.principal.name))
+
+
+def accepted(run: Run) -> web.Response:
+    """202 with the run, and where it is found."""
+    return json_answer(run, status=202, headers={"Location": f"{API}/runs/{run.id}"})
+
+
+ACCEPTED: Final = Answer(
+    202, "The run as it is now; follow it at Location or by the stream", Run, headers=("Location",)
+)
+_ERRORS: Final = (
+    *("not_found", "conflict", "run.wrong_state", "run.drop_in_progress", "run.pause_first", "run.changing"),
+    *("plan.rejected", "vehicle.quarantined", "vehicle.refused", "vehicle.link", "vehicle.timeout"),
+    *("mission.upload_failed", "storage.failed"),
+)
+
+ROUTES: tuple[AnyRoute, ...] = (
+    Route(
+        method="POST",
+        path=f"{API}/runs/{{run_id}}/mission",
+        handler=change_mission,
+        summary="Fly on with a changed plan, or from another item, without a pause",
+        tag="runs",
+        role=Role.PILOT,
+        query=NoQuery,
+        body=json_body(MissionChangeRequest),
+        answers=(ACCEPTED,),
+        errors=_ERRORS,
+        idempotent=True,
+    ),
+    Route(
+        method="POST",
+        path=f"{API}/runs/{{run_id}}/stops",
+        handler=insert_stops,
+        summary="Put more items into a run in flight",
+        tag="runs",
+        role=Role.PILOT,
+        query=NoQuery,
+        body=json_body(StopsRequest),
+        answers=(ACCEPTED,),
+        errors=("plan.invalid", *_ERRORS),
+        idempotent=True,
+    ),
+)

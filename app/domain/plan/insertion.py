@@ -1,0 +1,42 @@
+"""Items put into a plan: always between two stops, so that no drop comes to lie at another place than planned."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from app.domain.errors import NotFoundError
+from app.domain.plan.document import Plan
+from app.domain.plan.items import ChangeSpeed, Delay, Gripper, PlanItem, Winch
+from app.domain.plan.parse import parse_plan
+
+_AT_A_STOP = (ChangeSpeed, Delay, Gripper, Winch)
+"""What belongs to the position item before it."""
+
+
+def with_items(plan: Plan, items: Sequence[Any], *, at: str, after: bool) -> tuple[Plan, tuple[str, ...]]:
+    """The plan with more items before or after the stop of the item `at`, and the ids that the new ones got.
+
+    Raises NotFoundError, PlanInvalid.
+    """
+    index = plan.index_of(at)
+    if index is None:
+        raise NotFoundError(f"the plan has no item {at!r}", hint="GET the run's plan: its items have ids")
+    place = _behind_stop(plan.items, index) if after else _before_stop(plan.items, index)
+    document = plan.model_dump(mode="json")
+    document["items"][place:place] = list(items)
+    changed = parse_plan(document)
+    return changed, tuple(item.id for item in changed.items[place : place + len(items)])
+
+
+def _before_stop(items: Sequence[PlanItem], index: int) -> int:
+    while index > 0 and isinstance(items[index], _AT_A_STOP):
+        index -= 1
+    return index
+
+
+def _behind_stop(items: Sequence[PlanItem], index: int) -> int:
+    index += 1
+    while index < len(items) and isinstance(items[index], _AT_A_STOP):
+        index += 1
+    return index

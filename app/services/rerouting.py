@@ -1,0 +1,48 @@
+"""Orders that change where a run flies, made of stored plans and changes in flight."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from app.domain.plan import Plan, parse_plan
+from app.domain.plan.insertion import with_items
+from app.domain.run import Run
+from app.services.plans import Plans
+from app.services.runs import Runs
+
+
+class Rerouting:
+    """Every plan that comes to be is stored and announced like any other, before a vehicle gets anything of it."""
+
+    def __init__(self, runs: Runs, plans: Plans) -> None:
+        self._runs = runs
+        self._plans = plans
+
+    async def change(self, run_id: str, plan_id: str | None, continue_at: str | None, by: str) -> Run:
+        """Fly on with another plan, or with the run's own, from an item. Raises as Runs.change_mission."""
+        if plan_id is None:
+            plan_id = (await self._runs.get(run_id)).plan_id
+        return await self._runs.change_mission(run_id, plan_id, continue_at, by)
+
+    async def insert(self, run_id: str, items: Sequence[Any], *, at: str, after: bool, by: str) -> Run:
+        """Fly to more items, before or after a stop that is still to come.
+
+        Raises:
+            NotFoundError, PlanInvalid, PlanRejectedError: the flight is past that place, or the plan has errors.
+            Others as Runs.change_mission.
+        """
+        run = await self._runs.get(run_id)
+        plan, new_ids = with_items(await self._plan(run), items, at=at, after=after)
+        stored = await self._plans.create(plan, by)
+        begins = new_ids[0] if _comes_next(plan, new_ids, run.item_id) else None
+        return await self._runs.change_mission(run_id, stored.id, begins, by, needed=new_ids)
+
+    async def _plan(self, run: Run) -> Plan:
+        return parse_plan((await self._plans.stored(run.plan_id)).document)
+
+
+def _comes_next(plan: Plan, new_ids: Sequence[str], current: str | None) -> bool:
+    """Whether the new items stand right before the item that is flown now."""
+    last = plan.index_of(new_ids[-1])
+    return last is not None and last + 1 < len(plan.items) and plan.items[last + 1].id == current

@@ -1,0 +1,148 @@
+"""Changes of runs in flight over REST."""
+
+from __future__ import annotations
+
+import asyncio
+import copy
+from typing import Any
+
+import pytest
+
+from app.domain.vehicle import FlightMode, LandedState
+from app.services.access import Role
+from tests.api.service import Service, until
+from tests.api.test_consents import asked
+from tests.api.test_runs import create, reaches
+
+STOP = {"id": "extra", "type": "waypoint", "latitude_deg": 47.3985, "longitude_deg": 8.5472, "relative_altitude_m": 20}
+
+
+async def flying(service: Service, plan: dict[str, Any], item_id: str = "corner") -> dict[str, Any]:
+    """A run on its way to an item."""
+    _, _, made = await service.call("POST", "/api/v1/plans", json=plan)
+    run = await create(service, made["id"], start=True)
+    await reaches(service, run["id"], "flying")
+    seq = {"corner": 1, "clinic": 2}[item_id]
+    service.links[0].change(mission_seq=seq, landed=LandedState.IN_AIR, mode=FlightMode.MISSION)
+    async with asyncio.timeout(10):
+        while run["item_id"] != item_id:
+            _, _, run = await service.call("GET", f"/api/v1/runs/{run['id']}")
+    return run
+
+
+async def stored(service: Service, plan: dict[str, Any], **clinic: Any) -> str:
+    """The plan with its drop at another place."""
+    changed = copy.deepcopy(plan)
+    changed["items"][2].update(clinic)
+    _, _, made = await service.call("POST", "/api/v1/plans", json=changed)
+    return str(made["id"])
+
+
+async def test_a_run_flies_on_with_a_changed_plan_once_for_one_key(service: Service, plan: dict[str, Any]) -> None:
+    run = await flying(service, plan)
+    asked = {"plan": await stored(service, plan, latitude_deg=47.3987)}
+    path, key = f"/api/v1/runs/{run['id']}/mission", {"Idempotency-Key": "change-1"}
+    status, headers, changed = await service.call("POST", path, json=asked, headers=key)
+    assert (status, headers["Location"]) == (202, f"/api/v1/runs/{run['id']}")
+    assert (changed["plan_id"], changed["changes"], changed["state"]) == (asked["plan"], 1, "flying")
+    assert (changed["change"]["continue_at"], changed["change"]["by"]) == ("corner", "local")
+    _, _, again = await service.call("POST", path, json=asked, headers=key)
+    assert again["changes"] == 1
+    _, _, told = await service.call("GET", f"/api/v1/runs/{run['id']}/events?limit=500")
+    events = [event for event in told["events"] if event["kind"] == "run.mission_changed"]
+    assert [event["data"]["change"]["plan_hash"] for event in events] == [changed["plan_hash"]]
+
+
+async def test_the_proof_of_a_changed_run_names_every_plan_that_was_flown(
+    service: Service, plan: dict[str, Any]
+) -> None:
+    run = await flying(service, plan)
+    asked = {"plan": await stored(service, plan, latitude_deg=47.3987)}
+    await service.call("POST", f"/api/v1/runs/{run['id']}/mission", json=asked)
+    _, _, proof = await service.call("GET", f"/api/v1/runs/{run['id']}/proof")
+    assert (proof["plan"]["id"], proof["plan"]["is_as_flown"]) == (asked["plan"], True)
+    assert [(was["id"], was["hash"]) for was in proof["earlier_plans"]] == [(run["plan_id"], run["plan_hash"])]
+    _, _, sheet = await service.call("GET", f"/api/v1/runs/{run['id']}/proof-sheet")
+    assert run["plan_hash"] in sheet
+    _, _, comparison = await service.call("GET", f"/api/v1/runs/{run['id']}/comparison")
+    assert {item["item_id"] for item in comparison["items"]} >= {"corner", "clinic", "drop", "home"}
+
+
+async def test_a_run_skips_to_an_item_of_its_own_plan(service: Service, plan: dict[str, Any]) -> None:
+    run = await flying(service, plan)
+    path = f"/api/v1/runs/{run['id']}/mission"
+    status, _, changed = await service.call("POST", path, json={"continue_at": "clinic"})
+    assert (status, changed["item_id"], changed["plan_id"]) == (202, "clinic", run["plan_id"])
+    status, _, problem = await service.call("POST", path, json={})
+    assert (status, problem["code"]) == (422, "request.invalid")
+
+
+@pytest.mark.parametrize(("where", "begins"), [({"before": "corner"}, "extra"), ({"after": "corner"}, "corner")])
+async def test_a_stop_is_put_into_a_flight(
+    service: Service, plan: dict[str, Any], where: dict[str, str], begins: str
+) -> None:
+    run = await flying(service, plan)
+    path = f"/api/v1/runs/{run['id']}/stops"
+    status, _, changed = await service.call("POST", path, json={"items": [STOP], **where})
+    assert (status, changed["change"]["continue_at"]) == (202, begins)
+    _, _, made = await service.call("GET", f"/api/v1/plans/{changed['plan_id']}")
+    assert len(made["plan"]["items"]) == 6
+
+
+async def test_a_stop_never_comes_between_a_drop_and_its_place(service: Service, plan: dict[str, Any]) -> None:
+    run = await flying(service, plan)
+    path = f"/api/v1/runs/{run['id']}/stops"
+    status, _, changed = await service.call("POST", path, json={"items": [STOP], "after": "clinic"})
+    assert status == 202
+    _, _, made = await service.call("GET", f"/api/v1/plans/{changed['plan_id']}")
+    assert [item["id"] for item in made["plan"]["items"]][2:] == ["clinic", "drop", "extra", "home"]
+    status, _, problem = await service.call("POST", path, json={"items": [STOP]})
+    assert (status, problem["code"]) == (422, "request.invalid")
+    status, _, problem = await service.call("POST", path, json={"items": [{"type": "fly"}], "after": "clinic"})
+    assert (status, problem["code"]) == (422, "plan.invalid")
+
+
+async def test_a_stop_behind_the_vehicle_is_refused(service: Service, plan: dict[str, Any]) -> None:
+    run = await flying(service, plan, "clinic")
+    path = f"/api/v1/runs/{run['id']}/stops"
+    status, _, problem = await service.call("POST", path, json={"items": [STOP], "before": "corner"})
+    assert (status, problem["code"]) == (422, "plan.rejected")
+    assert [finding["code"] for finding in problem["findings"]] == ["change.item_passed"]
+
+
+async def test_a_change_that_is_under_way_or_needs_a_pause_has_its_own_code(
+    service: Service, plan: dict[str, Any]
+) -> None:
+    embedded = copy.deepcopy(plan)
+    embedded["items"][3]["mode"] = "embedded"
+    run = await flying(service, embedded)
+    path = f"/api/v1/runs/{run['id']}/mission"
+    status, _, problem = await service.call("POST", path, json={"continue_at": "home"})
+    assert (status, problem["code"]) == (409, "run.pause_first")
+    await service.call("POST", f"/api/v1/runs/{run['id']}/pause")
+    await reaches(service, run["id"], "paused")
+    service.links[0].upload_gate.clear()
+    first = asyncio.create_task(service.call("POST", path, json={"continue_at": "home"}))
+    await until(lambda: service.links[0].uploads == 1)
+    status, _, problem = await service.call("POST", path, json={"continue_at": "home"})
+    assert (status, problem["code"]) == (409, "run.changing")
+    service.links[0].upload_gate.set()
+    assert (await first)[0] == 202
+
+
+async def test_while_a_drop_is_in_progress_nothing_is_changed(service: Service, plan: dict[str, Any]) -> None:
+    plan["items"][3]["consent"] = "operator"
+    run = await flying(service, plan)
+    await asked(service, plan, run["id"])
+    await reaches(service, run["id"], "at_drop")
+    path = f"/api/v1/runs/{run['id']}/mission"
+    status, _, problem = await service.call("POST", path, json={"continue_at": "home"})
+    assert (status, problem["code"]) == (409, "run.drop_in_progress")
+
+
+async def test_only_a_pilot_changes_a_flight(service: Service, plan: dict[str, Any]) -> None:
+    run = await flying(service, plan)
+    headers = await service.token(Role.DISPATCHER)
+    for path, body in (("mission", {"continue_at": "clinic"}), ("stops", {"items": [STOP], "after": "corner"})):
+        status, _, problem = await service.call("POST", f"/api/v1/runs/{run['id']}/{path}", json=body, headers=headers)
+        assert (status, problem["code"]) == (403, "role.insufficient")

@@ -1,0 +1,49 @@
+"""A delivery that is moved, and given one more stop, while the vehicle flies to it: over UDP, without a pause."""
+
+from __future__ import annotations
+
+import copy
+import json
+from pathlib import Path
+from typing import Any
+
+import aiohttp
+
+from app.domain.geo import distance_m
+from app.storage.verify import verify_journal
+from tests.service import Dispatcher, ServiceProcess
+from tests.simulated import SimulatedFleet
+
+PLAN: dict[str, Any] = json.loads((Path(__file__).parents[2] / "plans" / "clinic-run.json").read_text())
+MOVED = {"latitude_deg": 47.398691, "longitude_deg": 8.546756}
+STOP = {"id": "look", "type": "waypoint", "latitude_deg": 47.3985, "longitude_deg": 8.5472, "relative_altitude_m": 20}
+WITHIN_S = 90.0
+
+
+async def test_a_delivery_is_moved_in_flight_and_made_at_its_new_place(
+    tmp_path: Path, http: aiohttp.ClientSession
+) -> None:
+    with SimulatedFleet("quad", speed=4.0) as simulated, ServiceProcess(tmp_path, simulated.connections) as service:
+        desk = Dispatcher(http, service.url)
+        await desk.until_vehicles(1)
+        run_id = await desk.fly(PLAN, "v1")
+        await desk.until_run(run_id, lambda run: run["item_id"] == "corner", "it takes off", WITHIN_S)
+        changed = copy.deepcopy(PLAN)
+        changed["items"][2].update(MOVED)
+        plan = await desk.post("/plans", changed)
+        run = await desk.post(f"/runs/{run_id}/mission", {"plan": plan["id"]})
+        assert (run["state"], run["changes"], run["change"]["continue_at"]) == ("flying", 1, "corner"), service.log()
+        run = await desk.post(f"/runs/{run_id}/stops", {"items": [STOP], "after": "clinic"})
+        assert (run["state"], run["changes"]) == ("flying", 2), service.log()
+        run = await desk.until_over(run_id, WITHIN_S)
+        assert (run["state"], run["reason"]) == ("completed", ""), service.log()
+        assert run["flown_item_ids"] == ["takeoff", "corner", "clinic", "drop", "look", "home"]
+        drop = run["drops"][0]
+        away_m = distance_m(drop["latitude_deg"], drop["longitude_deg"], *MOVED.values())
+        assert (drop["outcome"], drop["attempts"], away_m < 2.0) == ("released", 1, True)
+        comparison = await desk.get(f"/runs/{run_id}/comparison")
+        compared = [item["item_id"] for item in comparison["items"] if item["flown_s"] is not None]
+        assert compared == run["flown_item_ids"]
+        proof = await desk.get(f"/runs/{run_id}/proof")
+        assert (len(proof["earlier_plans"]), proof["plan"]["is_as_flown"]) == (2, True)
+    assert (await verify_journal(tmp_path / "waydrop.db")).alterations == []
