@@ -33,6 +33,8 @@ from app.services.proofs import Proofs
 from app.services.rerouting import Rerouting
 from app.services.runs import Runs
 from app.services.simulation import Simulation
+from app.services.target_following import TargetFollower
+from app.services.targets import Targets
 from app.services.tasks import Tasks
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
@@ -74,7 +76,8 @@ async def running(settings: Settings) -> AsyncIterator[str]:
         fleet = Fleet(MavsdkLinkSource(settings.connections), journal)
         stack.push_async_callback(fleet.close)
         await fleet.start()
-        runs = Runs(fleet, storage.plans, storage.runs, journal, clock)
+        targets = Targets(clock)
+        runs = Runs(fleet, storage.plans, storage.runs, journal, clock, targets=targets)
         stack.push_async_callback(runs.close)
         await runs.begin()
         offboard = Offboard(fleet, runs, clock, _offboard_settings(settings))
@@ -84,6 +87,9 @@ async def running(settings: Settings) -> AsyncIterator[str]:
         await telemetry.start()
         webhooks = await stack.enter_async_context(_webhooks(storage, journal, clock, settings))
         plans = Plans(storage.plans, journal, clock)
+        following = TargetFollower(runs, plans, fleet, targets, journal, clock)
+        stack.push_async_callback(following.close)
+        await following.start()
         services = ApiServices(
             journal=journal,
             plans=plans,
@@ -95,6 +101,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
             telemetry=telemetry,
             runs=runs,
             rerouting=Rerouting(runs, plans),
+            targets=targets,
             commands=VehicleCommands(fleet, journal),
             offboard=offboard,
             tasks=Tasks(offboard, fleet, clock),

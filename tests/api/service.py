@@ -27,6 +27,7 @@ from app.services.proofs import Proofs
 from app.services.rerouting import Rerouting
 from app.services.runs import Runs
 from app.services.simulation import Simulation
+from app.services.targets import Targets
 from app.services.tasks import Tasks
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
@@ -98,7 +99,8 @@ async def run_service(
         telemetry = TelemetryFeed(fleet, period_s=0.02)
         for begun in (journal, fleet, telemetry):
             await begun.start()
-        runs = Runs(fleet, storage.plans, storage.runs, journal, clock)
+        targets = Targets(clock)
+        runs = Runs(fleet, storage.plans, storage.runs, journal, clock, targets=targets)
         offboard = Offboard(fleet, runs, clock, PATIENT)
         plans = Plans(storage.plans, journal, clock)
         services = change(
@@ -113,6 +115,7 @@ async def run_service(
                 proofs=Proofs(runs, storage.plans, storage.attachments, journal, clock, storage.gateway_id),
                 runs=runs,
                 rerouting=Rerouting(runs, plans),
+                targets=targets,
                 commands=VehicleCommands(fleet, journal),
                 offboard=offboard,
                 tasks=Tasks(offboard, fleet, clock),

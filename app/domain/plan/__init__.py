@@ -20,6 +20,7 @@ from app.domain.plan.items import (
     Waypoint,
     Winch,
 )
+from app.domain.plan.moving_target import Target
 from app.domain.plan.parse import PlanInvalid, parse_plan, plan_json_schema
 
 __all__ = [
@@ -45,6 +46,7 @@ __all__ = [
     "RallyPoint",
     "ReturnToLaunch",
     "Takeoff",
+    "Target",
     "Transition",
     "Waypoint",
     "Winch",

@@ -21,6 +21,7 @@ from app.domain.plan.fields import (
     SpeedMS,
     YawDeg,
 )
+from app.domain.plan.moving_target import Target
 
 DEFAULT_DROP_HOLD_S = 30.0
 
@@ -116,10 +117,11 @@ class Drop(PlanModel):
 
 
 class Gripper(Drop):
-    """Release or grab a parcel at the position item before (DO_GRIPPER)."""
+    """Release or grab a parcel at the position item before (DO_GRIPPER). With a `target` that place follows it."""
 
     type: Literal["gripper"]
     action: Literal["release", "grab"]
+    target: Target | None = None
 
 
 class Winch(Drop):

@@ -17,6 +17,7 @@ from app.domain.rules import (
     geofence,
     gripper,
     limits,
+    moving_target,
     takeoff_landing,
     vehicle,
     vtol,
@@ -28,6 +29,7 @@ from app.domain.vehicle import VehicleFacts
 RULES: tuple[Rule, ...] = (
     *gripper.RULES,
     *consent.RULES,
+    *moving_target.RULES,
     *braking.RULES,
     *takeoff_landing.RULES,
     *vtol.RULES,

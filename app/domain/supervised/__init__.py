@@ -12,6 +12,7 @@ from app.domain.supervised.inputs import (
     RunEnding,
     SendRelease,
     Silence,
+    TargetSight,
 )
 from app.domain.supervised.machine import step
 from app.domain.supervised.state import DropMachine
@@ -31,5 +32,6 @@ __all__ = [
     "RunEnding",
     "SendRelease",
     "Silence",
+    "TargetSight",
     "step",
 ]

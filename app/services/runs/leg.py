@@ -33,6 +33,11 @@ class Leg:
         """Its drops that Waydrop commands."""
         return tuple(release for release in self.releases if isinstance(release, SupervisedRelease))
 
+    @property
+    def feeds(self) -> tuple[str, ...]:
+        """The feeds of the moving targets of its drops."""
+        return tuple(release.feed for release in self.supervised if release.feed is not None)
+
 
 def leg_of(run: Run, plan: Plan, mission: Mission, settings: RunSettings, *, changed_at: float | None = None) -> Leg:
     """The leg for a run that has a record of each of the mission's drops.
@@ -40,6 +45,7 @@ def leg_of(run: Run, plan: Plan, mission: Mission, settings: RunSettings, *, cha
     `changed_at`: when the plan was changed in flight; no hold of this mission can have begun before.
     """
     offsets = {item.id: item.max_offset_m for item in plan.items if isinstance(item, Gripper | Winch)}
+    targets = {item.id: item.target for item in plan.items if isinstance(item, Gripper)}
     made: list[Release] = []
     waited_at_s = run.updated_at if run.state in IN_FLIGHT else None
     taken_up = run.state not in _NOT_STARTED
@@ -50,7 +56,8 @@ def leg_of(run: Run, plan: Plan, mission: Mission, settings: RunSettings, *, cha
         record = run.drop(drop.plan_item_id)
         if drop.supervised:
             offset_m = offsets.get(drop.plan_item_id) or settings.default_max_offset_m
-            made.append(SupervisedRelease(drop, record, offset_m, on_failure, waited_at_s))
+            target = targets.get(drop.plan_item_id)
+            made.append(SupervisedRelease(drop, record, offset_m, on_failure, waited_at_s, target))
         else:
             turns = GripperTurns.of(drop, mission)
             made.append(EmbeddedRelease(drop, record, on_failure, turns, taken_up=taken_up))

@@ -14,11 +14,13 @@ from tests.unit.domain.rules.flight_cases import (
     TAKEOFF_LANDING_CASES,
     VTOL_CASES,
 )
+from tests.unit.domain.rules.target_cases import TARGET_CASES
 
 CASES = [
     *POSITION_CASES,
     *BRAKING_CASES,
     *CONSENT_CASES,
+    *TARGET_CASES,
     *TAKEOFF_LANDING_CASES,
     *VTOL_CASES,
     *FIXED_WING_CASES,
