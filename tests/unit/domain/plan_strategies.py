@@ -60,7 +60,10 @@ WAYPOINT = _positioned(
 LOITER = st.tuples(_positioned("loiter", radius_m=st.sampled_from([None, 60, -80])), _LOITER_KIND).map(
     lambda part: part[0] | part[1]
 )
-GRIPPER = _item("gripper", action=st.sampled_from(["release", "grab"]), **_DROP)
+_TARGET = st.fixed_dictionaries(
+    {"feed": st.just("ship-1"), "max_move_m": st.floats(1, 500), "max_speed_m_s": st.floats(0.5, 30)}
+)
+GRIPPER = _item("gripper", action=st.sampled_from(["release", "grab"]), target=st.none() | st.none() | _TARGET, **_DROP)
 ITEM = st.one_of(
     WAYPOINT,
     WAYPOINT,

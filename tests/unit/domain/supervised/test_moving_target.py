@@ -55,7 +55,7 @@ def test_the_parcel_is_kept_when_the_hold_ends_without_the_target(target: Target
 
 def test_the_vehicle_waits_for_the_target_within_its_hold() -> None:
     flight = Ship(AT_TARGET, target=replace(HERE, distance_m=9.0))
-    flight.tick(30)
+    flight.tick(15)
     assert flight.sends_s == []
     flight.target = HERE
     flight.tick()
