@@ -26,6 +26,7 @@ from app.services.clock import Clock, SystemClock
 from app.services.comparisons import Comparisons
 from app.services.fleet import Fleet
 from app.services.hang_watch import hang_watch
+from app.services.jobs import Jobs
 from app.services.journal import Journal
 from app.services.offboard import Offboard, OffboardSettings
 from app.services.plans import Plans
@@ -68,11 +69,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
         clock = SystemClock()
         access = _access(storage.tokens, settings)
         require_access_control(settings, has_tokens=await access.has_tokens())
-        journal = Journal(storage.events, clock)
-        await journal.start()
-        stack.push_async_callback(journal.close)
-        await _tell(journal, EventKind.SERVICE_STARTED, version=__version__)
-        stack.push_async_callback(_tell, journal, EventKind.SERVICE_STOPPED)
+        journal = await stack.enter_async_context(_journal(storage, clock))
         fleet = Fleet(MavsdkLinkSource(settings.connections), journal)
         stack.push_async_callback(fleet.close)
         await fleet.start()
@@ -82,14 +79,13 @@ async def running(settings: Settings) -> AsyncIterator[str]:
         await runs.begin()
         offboard = Offboard(fleet, runs, clock, _offboard_settings(settings))
         stack.push_async_callback(offboard.close)
-        telemetry = TelemetryFeed(fleet, settings.telemetry_period_s)
-        stack.push_async_callback(telemetry.close)
-        await telemetry.start()
+        telemetry = await stack.enter_async_context(_telemetry(fleet, settings))
         webhooks = await stack.enter_async_context(_webhooks(storage, journal, clock, settings))
         plans = Plans(storage.plans, journal, clock)
-        following = TargetFollower(runs, plans, fleet, targets, journal, clock)
-        stack.push_async_callback(following.close)
-        await following.start()
+        jobs = Jobs(storage.jobs, plans, runs, fleet, journal, clock)
+        stack.push_async_callback(jobs.close)
+        await jobs.begin()
+        await stack.enter_async_context(_following(TargetFollower(runs, plans, fleet, targets, journal, clock)))
         services = ApiServices(
             journal=journal,
             plans=plans,
@@ -101,6 +97,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
             telemetry=telemetry,
             runs=runs,
             rerouting=Rerouting(runs, plans),
+            jobs=jobs,
             targets=targets,
             commands=VehicleCommands(fleet, journal),
             offboard=offboard,
@@ -132,6 +129,18 @@ def openapi_document() -> dict[str, Any]:
     return describe(ROUTES, version=__version__)
 
 
+@asynccontextmanager
+async def _journal(storage: Storage, clock: Clock) -> AsyncIterator[Journal]:
+    """The journal, which says when the service began and ended."""
+    async with AsyncExitStack() as stack:
+        journal = Journal(storage.events, clock)
+        await journal.start()
+        stack.push_async_callback(journal.close)
+        await _tell(journal, EventKind.SERVICE_STARTED, version=__version__)
+        stack.push_async_callback(_tell, journal, EventKind.SERVICE_STOPPED)
+        yield journal
+
+
 def _access(tokens: TokenStore, settings: Settings) -> Access:
     secret = settings.bootstrap_token
     return Access(tokens, SystemClock(), None if secret is None else secret.get_secret_value())
@@ -148,6 +157,26 @@ def _offboard_settings(settings: Settings) -> OffboardSettings:
     return OffboardSettings(
         rate_hz=settings.offboard_rate_hz, limits=settings.offboard_limits, gap_s=settings.offboard_gap_s
     )
+
+
+@asynccontextmanager
+async def _telemetry(fleet: Fleet, settings: Settings) -> AsyncIterator[TelemetryFeed]:
+    telemetry = TelemetryFeed(fleet, settings.telemetry_period_s)
+    await telemetry.start()
+    try:
+        yield telemetry
+    finally:
+        await telemetry.close()
+
+
+@asynccontextmanager
+async def _following(follower: TargetFollower) -> AsyncIterator[None]:
+    """Moving targets are followed meanwhile."""
+    await follower.start()
+    try:
+        yield
+    finally:
+        await follower.close()
 
 
 @asynccontextmanager

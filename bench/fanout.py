@@ -25,6 +25,7 @@ from aiohttp import web
 
 from app.api import ApiServices, ApiSettings, build_app
 from app.domain.events import Event, EventKind, NewEvent
+from app.domain.jobs.port import JobRecord
 from app.domain.ports import StoredPlan, Unsubscribe, VehicleLink
 from app.domain.run import Run
 from app.services.access import Access
@@ -32,6 +33,7 @@ from app.services.attachments import Attachments
 from app.services.clock import SystemClock
 from app.services.comparisons import Comparisons
 from app.services.fleet import Fleet
+from app.services.jobs import Jobs
 from app.services.journal import Journal
 from app.services.offboard import Offboard
 from app.services.plans import Plans
@@ -59,7 +61,11 @@ class ListStore:
         self.events: list[Event] = []
 
     async def append(
-        self, events: Sequence[NewEvent], runs: Sequence[Run] = (), plans: Sequence[StoredPlan] = ()
+        self,
+        events: Sequence[NewEvent],
+        runs: Sequence[Run] = (),
+        plans: Sequence[StoredPlan] = (),
+        jobs: Sequence[JobRecord] = (),
     ) -> Sequence[Event]:
         """See EventStore."""
         stored = numbered(events, len(self.events) + 1)
@@ -120,6 +126,7 @@ async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
         services = ApiServices(
             journal=journal,
             plans=plans,
+            jobs=Jobs(storage.jobs, plans, runs, fleet, journal, clock),
             comparisons=Comparisons(runs, journal),
             attachments=Attachments(runs, storage.attachments, journal, clock),
             proofs=Proofs(runs, storage.plans, storage.attachments, journal, clock, "gw-1"),

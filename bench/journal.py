@@ -22,6 +22,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from app.domain.events import Event, EventKind, NewEvent
+from app.domain.jobs.port import JobRecord
 from app.domain.ports import EventStore, StoredPlan
 from app.domain.run import Run
 from app.services.clock import SystemClock
@@ -42,11 +43,15 @@ class CountingStore:
         self.commits: list[int] = []
 
     async def append(
-        self, events: Sequence[NewEvent], runs: Sequence[Run] = (), plans: Sequence[StoredPlan] = ()
+        self,
+        events: Sequence[NewEvent],
+        runs: Sequence[Run] = (),
+        plans: Sequence[StoredPlan] = (),
+        jobs: Sequence[JobRecord] = (),
     ) -> Sequence[Event]:
         """See EventStore."""
         self.commits.append(len(events))
-        return await self._store.append(events, runs, plans)
+        return await self._store.append(events, runs, plans, jobs)
 
     async def read(self, *, after: int, limit: int, run_id: str | None = None) -> Sequence[Event]:
         """See EventStore."""

@@ -1,10 +1,11 @@
 """How well tasks are flown: metres beside the course, of the vehicle's true place, by task and wind.
 
-Usage: python -m bench.task_tracking [--winds 0,5] [--speed 5]
+Usage: python -m bench.task_tracking [--vehicle quad|plane] [--winds 0,5] [--speed 5]
 
-A simulated multicopter at real time flies a circle, a segment and a path from the task queue. The first metres of
-each, where it joins the course, and the corners of the path are left out. Exit status 1 if it was ever farther beside
-than 1 m without wind, or 2 m with it.
+A simulated multicopter, by setpoints, or a plane on PX4 v1.14, by commands, flies a circle, a segment and a path from
+the task queue at real time. The first metres of each, where it joins the course, and the corners of the path are left
+out. Exit status 1 if it was ever farther beside: the multicopter than 1 m without wind or 2 m with it, the plane than
+5 m.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import math
 import sys
 import tempfile
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -30,56 +32,91 @@ from tests.e2e.test_tasks import OFFBOARD, TASKS, renewed
 from tests.service import Dispatcher, ServiceProcess, until
 from tests.simulated import SimulatedFleet
 
-PLAN: Final = Path(__file__).parents[1] / "plans" / "clinic-run.json"
-MOST_M: Final = {False: 1.0, True: 2.0}
-"""Without wind, with wind."""
-JOINED_M: Final = 0.5
-CORNER_M: Final = 6.0
-WAY: Final = [{"east_m": 0.0, "north_m": 80.0}, {"east_m": 50.0, "north_m": 80.0}, {"east_m": 50.0, "north_m": 20.0}]
-PATTERNS: Final[dict[str, dict[str, Any]]] = {
-    "circle": {"center": {"east_m": 0.0, "north_m": 40.0}, "radius_m": 20.0, "duration_s": 40.0},
-    "segment": {"start": {"east_m": 0.0, "north_m": 0.0}, "end": {"east_m": 0.0, "north_m": 80.0}},
-    "path": {"points": WAY},
+PLANS: Final = Path(__file__).parents[1] / "plans"
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A vehicle, what it flies, and how far beside it may be without wind and with it."""
+
+    airframe: str
+    firmware: str
+    plan: str
+    most_m: tuple[float, float]
+    patterns: dict[str, dict[str, Any]]
+    altitude_m: float
+    joined_m: float
+    corner_m: float
+    """Near a point of a path there are two courses at once."""
+
+
+def local(*points: tuple[float, float]) -> list[dict[str, float]]:
+    """North, east."""
+    return [{"north_m": north, "east_m": east} for north, east in points]
+
+
+def patterns(long_m: float, radius_m: float, seconds: float) -> dict[str, dict[str, Any]]:
+    """The same three, as large as the vehicle needs."""
+    middle, origin, end = local((long_m / 2.0, 0.0), (0.0, 0.0), (long_m, 0.0))
+    return {
+        "circle": {"center": middle, "radius_m": radius_m, "duration_s": seconds},
+        "segment": {"start": origin, "end": end},
+        "path": {"points": local((long_m, 0.0), (long_m, long_m * 0.7), (long_m * 0.25, long_m * 0.7))},
+    }
+
+
+SUBJECTS: Final = {
+    "quad": Subject("quad", "px4-main", "clinic-run.json", (1.0, 2.0), patterns(80.0, 20.0, 40.0), 30.0, 0.5, 6.0),
+    "plane": Subject(
+        "plane", "px4-1.14", "fixed-wing-pass.json", (5.0, 5.0), patterns(600.0, 80.0, 70.0), 50.0, 2.0, 120.0
+    ),
 }
 
 
-async def flown(dispatcher: Dispatcher, fleet: SimulatedFleet, lease: str, kind: str, speed: float) -> list[float]:
+async def flown(
+    dispatcher: Dispatcher, fleet: SimulatedFleet, lease: str, subject: Subject, kind: str, speed: float
+) -> list[float]:
     """Metres beside the course, 20 looks a second, from where it was joined on."""
-    document = {"type": kind, "speed_m_s": speed, "relative_altitude_m": 30.0, **PATTERNS[kind]}
+    document = {"type": kind, "speed_m_s": speed, "relative_altitude_m": subject.altitude_m}
+    document |= subject.patterns[kind]
     queued = await dispatcher.post(TASKS, {"lease": lease, "task": document, "when_empty": "wait"}, expect=201)
     origin = EkfOrigin(**queued["queue"]["origin"], home_up_m=0.0)
-    course, leg = course_of(TaskDocument.model_validate(document).root, origin, 0.0), 0
+    course = course_of(TaskDocument.model_validate(document).root, origin, 0.0)
     if (await dispatcher.get(OFFBOARD))["offboard"]["state"] == "leased":
         await dispatcher.post(f"{OFFBOARD}/enter", {"lease": lease})
     beside: list[float] = []
-    while (await dispatcher.get(TASKS))["report"]["current_id"] == queued["task_id"]:
+    while (queue := await dispatcher.get(TASKS))["report"]["current_id"] == queued["task_id"]:
         vehicle = await truth(fleet)
         here = origin.place(vehicle["latitude_deg"], vehicle["longitude_deg"])
+        leg = queue["tasks"][0]["leg"]
         reference = course.reference(here, leg)
-        leg = reference.leg
-        if not is_at_corner(course, here) and (beside or abs(reference.cross_m) < JOINED_M):
+        if not is_at_corner(course, here, subject) and (beside or abs(reference.cross_m) < subject.joined_m):
             beside.append(abs(reference.cross_m))
         await asyncio.sleep(0.05)
     return beside
 
 
-def is_at_corner(course: Course, here: Ground) -> bool:
-    """Near a point of a path, where there are two courses at once."""
-    return isinstance(course, LegsCourse) and min(math.dist(here, point) for point in course.points) < CORNER_M
+def is_at_corner(course: Course, here: Ground, subject: Subject) -> bool:
+    """Near a point of a path."""
+    return isinstance(course, LegsCourse) and min(math.dist(here, point) for point in course.points) < subject.corner_m
 
 
-async def main(winds: Sequence[float], speed: float) -> int:
+async def main(subject: Subject, winds: Sequence[float], speed: float) -> int:
     """All winds; the exit status."""
     late = 0
     with (
         tempfile.TemporaryDirectory() as folder,
-        SimulatedFleet("quad", params="COM_OBL_RC_ACT=5") as fleet,
+        SimulatedFleet(subject.airframe, params="COM_OBL_RC_ACT=5", firmware=subject.firmware) as fleet,
         ServiceProcess(Path(folder), fleet.connections) as service,
     ):
         async with aiohttp.ClientSession(timeout=aiohttp.ClientTimeout(total=60)) as http:
             dispatcher = Dispatcher(http, service.url)
             await dispatcher.until_vehicles(1)
-            plan = {name: part for name, part in json.loads(PLAN.read_text()).items() if name != "geofence"}
+            plan = {
+                name: part
+                for name, part in json.loads((PLANS / subject.plan).read_text()).items()
+                if name != "geofence"
+            }
             run_id = await dispatcher.fly(plan, "v1")
             await until(lambda: truth(fleet), lambda v: v["height_m"] > 12.0, "it must climb", 60)
             await dispatcher.post(f"/runs/{run_id}/pause")
@@ -87,11 +124,11 @@ async def main(winds: Sequence[float], speed: float) -> int:
             async with renewed(dispatcher) as lease:
                 for wind in winds:
                     fleet.control("wind", [0.0, wind])
-                    for kind in PATTERNS:
-                        beside = sorted(await flown(dispatcher, fleet, lease, kind, speed))
-                        late += beside[-1] > MOST_M[wind > 0.0]
+                    for kind in subject.patterns:
+                        beside = sorted(await flown(dispatcher, fleet, lease, subject, kind, speed))
+                        late += beside[-1] > subject.most_m[wind > 0.0]
                         sys.stdout.write(
-                            f"wind {wind:3.0f} m/s  {kind:8} at {speed:g} m/s  n {len(beside):4}  "
+                            f"{subject.airframe}  wind {wind:3.0f} m/s  {kind:8} n {len(beside):4}  "
                             f"p50 {beside[len(beside) // 2]:.2f}  max {beside[-1]:.2f} m beside the course\n"
                         )
                         sys.stdout.flush()
@@ -100,7 +137,9 @@ async def main(winds: Sequence[float], speed: float) -> int:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--vehicle", choices=SUBJECTS, default="quad")
     parser.add_argument("--winds", default="0,5")
     parser.add_argument("--speed", type=float, default=5.0)
     given = parser.parse_args()
-    sys.exit(asyncio.run(main([float(wind) for wind in given.winds.split(",")], given.speed)))
+    winds = [float(wind) for wind in given.winds.split(",")]
+    sys.exit(asyncio.run(main(SUBJECTS[given.vehicle], winds, given.speed)))

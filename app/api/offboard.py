@@ -105,7 +105,7 @@ async def check_offboard_entry(call: Call[EntryCheckQuery, Empty]) -> web.Respon
 async def enter_offboard(call: Call[NoQuery, EntryRequest]) -> web.Response:
     """POST /vehicles/{vehicle_id}/offboard/enter."""
     vehicle = _by_hand(call)
-    entries = await vehicle.passage.enter(call.body.lease, sticks_held=call.body.sticks_held)
+    entries = await vehicle.passage.enter(call.body.lease, sticks_held=call.body.sticks_held, by=call.body.by)
     return json_answer(EntryView(audit=[AuditView.of(entry) for entry in entries], offboard=vehicle.control.view()))
 
 

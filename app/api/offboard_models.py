@@ -14,7 +14,7 @@ from app.domain.setpoint.limiter import Clamp
 from app.domain.setpoint.limits import OffboardLimits
 from app.services.offboard import FASTEST_HZ, SLOWEST_HZ
 from app.services.offboard.entry import Outlook
-from app.services.offboard_view import OffboardView
+from app.services.offboard_view import FlownBy, OffboardView
 
 RateHz = Annotated[float, Field(ge=SLOWEST_HZ, le=FASTEST_HZ, description="how often setpoints are sent")]
 LeaseId = Annotated[str, Field(min_length=1, max_length=100, description="the id that taking the lease gave")]
@@ -47,9 +47,14 @@ class HandOverRequest(LeaseUse):
 
 
 class EntryRequest(LeaseUse):
-    """Enter OFFBOARD mode. `sticks_held`: a pilot holds the sticks, so a loss action that needs them is right."""
+    """Enter OFFBOARD mode. `sticks_held`: a pilot holds the sticks, so a loss action that needs them is right.
+
+    `by` null: as the tasks of this vehicle are flown, so by `commands`, in Hold, where it follows none of their
+    setpoints.
+    """
 
     sticks_held: bool = False
+    by: FlownBy | None = None
 
 
 class LeaveRequest(LeaseUse):
@@ -114,22 +119,27 @@ class EntryCheckQuery(BaseModel):
 
 
 class EntryCheckView(BaseModel):
-    """What an entry would find now. `reason` is empty unless the vehicle's state forbids it; an `audit` may too."""
+    """What an entry would find now. `reason` is empty unless the vehicle's state forbids it; an `audit` may too.
+
+    `flown_by`: how its tasks would be flown; null: not at all.
+    """
 
     ready: bool
     reason: str
     hint: str
     audit: list[AuditView]
+    flown_by: FlownBy | None = None
 
     @classmethod
     def of(cls, outlook: Outlook) -> EntryCheckView:
         """The view of an outlook."""
         entries = [AuditView.of(entry) for entry in outlook.audit]
-        return cls(ready=outlook.ready, reason=outlook.reason, hint=outlook.hint, audit=entries)
+        means = None if outlook.flown_by is None else outlook.flown_by.value
+        return cls(ready=outlook.ready, reason=outlook.reason, hint=outlook.hint, audit=entries, flown_by=means)
 
 
 class EntryView(BaseModel):
-    """OFFBOARD mode is entered, with these parameters on board."""
+    """OFFBOARD mode is entered, or Hold if `offboard` says that it is flown by commands; the parameters on board."""
 
     audit: list[AuditView]
     offboard: OffboardView

@@ -49,6 +49,8 @@ _KINDS: Final = (
     ProblemKind("run.drop_in_progress", 409, "A drop is in progress"),
     ProblemKind("run.pause_first", 409, "The vehicle has to hold first"),
     ProblemKind("run.changing", 409, "The mission is being changed"),
+    ProblemKind("job.wrong_state", 409, "The job is in another state"),
+    ProblemKind("jobs.full", 409, "So many jobs wait that no other is taken"),
     ProblemKind("drop.consent_not_asked", 409, "The drop asks for no consent now"),
     ProblemKind("drop.consent_too_late", 409, "The time to consent is over"),
     ProblemKind("drop.consent_answered", 409, "The other answer came first"),

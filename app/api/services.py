@@ -14,6 +14,7 @@ from app.services.attachments import Attachments
 from app.services.clock import Clock
 from app.services.comparisons import Comparisons
 from app.services.fleet import Fleet
+from app.services.jobs import Jobs
 from app.services.journal import Journal
 from app.services.offboard import Offboard
 from app.services.plans import Plans
@@ -46,6 +47,7 @@ class ApiServices:
     runs: Runs
     rerouting: Rerouting
     targets: Targets
+    jobs: Jobs
     commands: VehicleCommands
     offboard: Offboard
     tasks: Tasks
@@ -62,6 +64,7 @@ CLOCK: Final = web.AppKey("clock", Clock)
 COMPARISONS: Final = web.AppKey("comparisons", Comparisons)
 COMMANDS: Final = web.AppKey("commands", VehicleCommands)
 FLEET: Final = web.AppKey("fleet", Fleet)
+JOBS: Final = web.AppKey("jobs", Jobs)
 JOURNAL: Final = web.AppKey("journal", Journal)
 OFFBOARD: Final = web.AppKey("offboard", Offboard)
 PLANS: Final = web.AppKey("plans", Plans)
@@ -82,6 +85,7 @@ def install(app: web.Application, services: ApiServices) -> None:
     app[COMPARISONS] = services.comparisons
     app[COMMANDS] = services.commands
     app[FLEET] = services.fleet
+    app[JOBS] = services.jobs
     app[JOURNAL] = services.journal
     app[OFFBOARD] = services.offboard
     app[PLANS] = services.plans

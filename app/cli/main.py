@@ -13,6 +13,7 @@ from app.cli.down import down
 from app.cli.exit_status import status_of
 from app.cli.fly import fly
 from app.cli.hold import hold
+from app.cli.jobs import jobs_app
 from app.cli.openapi import openapi
 from app.cli.plan_report import findings_of, show_findings
 from app.cli.run_list import list_filtered
@@ -65,6 +66,7 @@ app.command()(vehicles)
 app.command()(hold)
 runs_app.command("list")(list_filtered)
 app.add_typer(runs_app, name="runs")
+app.add_typer(jobs_app, name="jobs")
 app.add_typer(token_app, name="token")
 app.add_typer(webhook_app, name="webhook")
 app.command("verify-journal")(verify_journal)

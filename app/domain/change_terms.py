@@ -61,7 +61,7 @@ class ChangeTerms:
 
     def _refuse_state(self) -> None:
         run, state = self.run, self.state
-        paused = run.state is RunState.PAUSED and run.asked == "pause" and state.mode is FlightMode.HOLD
+        paused = run.state is RunState.PAUSED and run.asked in ("pause", "refused") and state.mode is FlightMode.HOLD
         flying = run.state in (RunState.FLYING, RunState.AT_DROP) and state.mode is FlightMode.MISSION
         if not state.connected:
             raise ConflictError("the link to the vehicle is lost", hint="wait until it is connected")

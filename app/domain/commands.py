@@ -27,6 +27,9 @@ class MavResult(IntEnum):
 class CommandRequest:
     """One COMMAND_LONG. `params` are param1..7; NaN means "not given".
 
+    `place`: latitude and longitude in 1e7 degrees in the stead of param5 and 6, so a COMMAND_INT in MAV_FRAME_GLOBAL:
+    as a float a longitude is off by up to a metre.
+
     `attempts` counts sends when no ack at all comes back, `timeout_s` is the wait after each.
     A release is sent once per request: the drop's own machine decides on another try. `send_before_s` is a monotonic
     time after which the command must not leave any more, however long it had to wait here.
@@ -38,6 +41,7 @@ class CommandRequest:
     attempts: int = 3
     in_progress_timeout_s: float = 10.0
     send_before_s: float | None = None
+    place: tuple[int, int] | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -65,6 +65,18 @@ class ChangeUnderWayError(ConflictError):
     code = "run.changing"
 
 
+class JobWrongStateError(ConflictError):
+    """The job is in a state in which this cannot be done."""
+
+    code = "job.wrong_state"
+
+
+class JobsFullError(ConflictError):
+    """So many jobs wait that no other is taken."""
+
+    code = "jobs.full"
+
+
 class ConsentNotAskedError(ConflictError):
     """The drop asks for no consent now: not yet, not any more, or never."""
 

@@ -78,6 +78,11 @@ class EventKind(StrEnum):
     SIMULATOR_FAULT = "simulator.fault"
     """data: fault, value, by, problem. Stored before the simulated vehicle gets the fault, with problem null; once more
     with the reason when it did not."""
+    JOB_CHANGED = "job.changed"
+    """data: change (queued, placed, assigned, requeued, prepared, start_asked, started, end_asked, noted, ended), by,
+    job (the whole job)."""
+    JOB_QUEUE_CHANGED = "job.queue_changed"
+    """data: change (stopped, resumed, cleared), queue (vehicle_id, stopped, reason, by, at, cleared_run_id)."""
     WEBHOOK_CHANGED = "webhook.changed"
     """data: webhook_id, change (created, changed, enabled, disabled, deleted), host, by, reason."""
 

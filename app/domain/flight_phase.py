@@ -47,6 +47,8 @@ def phase_of(view: FlightView) -> tuple[RunState, str]:
         return RunState.RETURNING, "landing, as asked" if view.asked == "land" else "the vehicle lands"
     if state.mode is FlightMode.HOLD and view.asked == "resume":
         return RunState.PAUSED, "resuming, as asked"
+    if state.mode is FlightMode.HOLD and view.asked == "refused":
+        return RunState.PAUSED, "the vehicle refused its changed mission, and holds; resume flies the one before"
     if state.mode is FlightMode.HOLD and view.asked == "pause":
         return RunState.PAUSED, "paused, as asked"
     is_ending = view.mission_done or view.asked in ("return", "land", "contingency")

@@ -44,6 +44,7 @@ class MavCmd(IntEnum):
     NAV_LAND = 21
     NAV_TAKEOFF = 22
     NAV_LOITER_TO_ALT = 31
+    DO_ORBIT = 34
     NAV_VTOL_TAKEOFF = 84
     NAV_VTOL_LAND = 85
     NAV_DELAY = 93
@@ -51,6 +52,7 @@ class MavCmd(IntEnum):
     DO_JUMP = 177
     DO_CHANGE_SPEED = 178
     DO_LAND_START = 189
+    DO_REPOSITION = 192
     DO_GRIPPER = 211
     DO_SET_MISSION_CURRENT = 224
     MISSION_START = 300

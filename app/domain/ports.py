@@ -8,6 +8,7 @@ from typing import Any, Protocol
 
 from app.domain.commands import CommandAck, CommandRequest
 from app.domain.events import Event, NewEvent
+from app.domain.jobs.port import JobRecord
 from app.domain.mission_port import MissionLink
 from app.domain.offboard_port import OffboardLink
 from app.domain.run import Run
@@ -91,18 +92,9 @@ class DuplicateSystem:
     detail: str
 
 
-LinkFact = (
-    LinkLost
-    | LinkRestored
-    | IdentityKnown
-    | StateChanged
-    | MissionCurrent
-    | ItemReached
-    | GripperOutput
-    | StatusText
-    | Rebooted
-    | DuplicateSystem
-)
+LinkChange = LinkLost | LinkRestored | IdentityKnown | DuplicateSystem
+MissionFact = MissionCurrent | ItemReached | GripperOutput
+LinkFact = LinkChange | MissionFact | StateChanged | StatusText | Rebooted
 
 
 class VehicleLink(MissionLink, OffboardLink, Protocol):
@@ -171,9 +163,13 @@ class EventStore(Protocol):
     """The journal on disk. One writer."""
 
     async def append(
-        self, events: Sequence[NewEvent], runs: Sequence[Run] = (), plans: Sequence[StoredPlan] = ()
+        self,
+        events: Sequence[NewEvent],
+        runs: Sequence[Run] = (),
+        plans: Sequence[StoredPlan] = (),
+        jobs: Sequence[JobRecord] = (),
     ) -> Sequence[Event]:
-        """Number and store events, the runs they changed and the plans they announce. Raises StorageError."""
+        """Number and store events, the runs and jobs they changed, the plans they announce. Raises StorageError."""
 
     async def read(self, *, after: int, limit: int, run_id: str | None = None) -> Sequence[Event]:
         """Events with seq > after, in order, at most `limit`."""

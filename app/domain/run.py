@@ -81,7 +81,8 @@ class Run(BaseModel):
     `mission_hash` is SHA-256 over mission, fence and rally points as they were compiled (mission.py).
     `asked` is what a user last asked for in flight: "pause", "return", "land", "resume" until the vehicle is in Mission
     mode again, or "" for the mission itself;
-    "contingency" when a drop failed and the plan says to return.
+    "contingency" when a drop failed and the plan says to return; "refused" when the vehicle holds because it found a
+    changed mission infeasible.
     A plan may be changed in flight: `plan_id` to `mission_hash` are of the newest that the vehicle carries, `change`
     says where it went on, `changes` counts. `changing` is a change whose arrival on board is not known yet.
     `reached_seq` is the highest mission item known to be done: after a reboot of the vehicle nothing before it is

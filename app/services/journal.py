@@ -9,6 +9,7 @@ from typing import Any, Final
 
 from app.domain.errors import StorageError, WaydropError
 from app.domain.events import Event, EventKind, NewEvent
+from app.domain.jobs.port import JobRecord
 from app.domain.ports import EventStore, StoredPlan
 from app.domain.run import Run
 from app.services.clock import Clock
@@ -28,6 +29,7 @@ class _Call:
     events: Sequence[NewEvent]
     runs: Sequence[Run]
     plans: Sequence[StoredPlan]
+    jobs: Sequence[JobRecord]
     stored: asyncio.Future[Sequence[Event]]
 
 
@@ -89,9 +91,13 @@ class Journal:
         return NewEvent(kind=kind, time=self._clock.now(), vehicle_id=vehicle_id, run_id=run_id, data=data)
 
     async def record(
-        self, *events: NewEvent, runs: Sequence[Run] = (), plans: Sequence[StoredPlan] = ()
+        self,
+        *events: NewEvent,
+        runs: Sequence[Run] = (),
+        plans: Sequence[StoredPlan] = (),
+        jobs: Sequence[JobRecord] = (),
     ) -> Sequence[Event]:
-        """Store events, with the runs they changed and the plans they announce, fan them out, and return them numbered.
+        """Store events with the runs, plans and jobs that they tell of, fan them out, and return them numbered.
 
         One call's events have consecutive numbers and are stored together or not at all. If the caller is cancelled
         meanwhile, they may still be stored.
@@ -100,7 +106,7 @@ class Journal:
             StorageError: they are not stored, and nobody was told of them.
             InvalidInputError: an event's data is not JSON; they are not stored.
         """
-        call = _Call(events, runs, plans, asyncio.get_running_loop().create_future())
+        call = _Call(events, runs, plans, jobs, asyncio.get_running_loop().create_future())
         async with self._entry:
             self._refuse_if_closed()
             await self._queue.put(call)
@@ -155,8 +161,9 @@ class Journal:
         events = [event for call in batch for event in call.events]
         runs = [run for call in batch for run in call.runs]
         plans = [plan for call in batch for plan in call.plans]
+        jobs = [job for call in batch for job in call.jobs]
         try:
-            stored = await self._store.append(events, runs, plans)
+            stored = await self._store.append(events, runs, plans, jobs)
         except WaydropError as error:
             self._healthy = not isinstance(error, StorageError)
             if len(batch) == 1:

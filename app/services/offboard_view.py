@@ -56,6 +56,25 @@ class CadenceView(BaseModel):
     max_ms: float | None
 
 
+class OrderView(BaseModel):
+    """The newest command of a vehicle that is flown by commands, and its answer.
+
+    `command`: DO_REPOSITION (without a place: circle here) or DO_ORBIT; `altitude_m` is AMSL, a positive `radius_m`
+    clockwise. `result`: `sent`, `no answer`, or the MAV_RESULT of its COMMAND_ACK.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    command: str
+    latitude_deg: float | None
+    longitude_deg: float | None
+    altitude_m: float | None
+    radius_m: float | None
+    result: str
+    age_s: float
+
+
+FlownBy = Literal["setpoints", "commands"]
 TaskState = Literal["idle", "waiting", "flying", "standing", "paused", "by_hand", "ending"]
 
 
@@ -78,7 +97,10 @@ class TaskReport(BaseModel):
 
 
 class OffboardView(BaseModel):
-    """Offboard control of one vehicle. `reason` says why it is so, or why the last lease ended."""
+    """Offboard control of one vehicle. `reason` says why it is so, or why the last lease ended.
+
+    `flown_by`: setpoints in OFFBOARD mode, or commands in Hold: then `order` is the newest of them. Null: no lease.
+    """
 
     model_config = ConfigDict(frozen=True)
 
@@ -88,3 +110,5 @@ class OffboardView(BaseModel):
     sent: SentView | None
     cadence: CadenceView | None
     tasks: TaskReport | None
+    flown_by: FlownBy | None = None
+    order: OrderView | None = None

@@ -6,7 +6,7 @@ from pydantic import BaseModel, ConfigDict
 
 from app.domain.tasks.forms import Task, WhenEmpty
 from app.domain.tasks.origin import EkfOrigin
-from app.services.offboard_view import TaskReport
+from app.services.offboard_view import FlownBy, TaskReport
 
 
 class OriginView(BaseModel):
@@ -43,12 +43,16 @@ class QueuedTaskView(BaseModel):
 
 
 class TasksView(BaseModel):
-    """The queue of one vehicle, current task first. `origin` null: the vehicle has not told it yet."""
+    """The queue of one vehicle, current task first. `origin` null: the vehicle has not told it yet.
+
+    `flown_by`: how its tasks are flown; null: not at all, or its type is not known.
+    """
 
     model_config = ConfigDict(frozen=True)
 
     report: TaskReport
     origin: OriginView | None
     when_empty: WhenEmpty
+    flown_by: FlownBy | None = None
     capacity: int
     tasks: list[QueuedTaskView]

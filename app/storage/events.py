@@ -10,11 +10,13 @@ import sqlalchemy as sa
 from sqlalchemy.ext.asyncio import AsyncConnection
 
 from app.domain.events import Event, NewEvent
+from app.domain.jobs.port import JobRecord
 from app.domain.journal_chain import JournalHead, event_hash
 from app.domain.ports import StoredPlan
 from app.domain.run import Run
 from app.storage.database import Database
 from app.storage.documents import to_json, unreadable
+from app.storage.jobs import upsert_jobs
 from app.storage.plans import plan_row
 from app.storage.runs import upsert_runs
 from app.storage.schema import EVENTS, PLANS
@@ -31,7 +33,11 @@ class SqliteEventStore:
         self._gateway_id = gateway_id
 
     async def append(
-        self, events: Sequence[NewEvent], runs: Sequence[Run] = (), plans: Sequence[StoredPlan] = ()
+        self,
+        events: Sequence[NewEvent],
+        runs: Sequence[Run] = (),
+        plans: Sequence[StoredPlan] = (),
+        jobs: Sequence[JobRecord] = (),
     ) -> Sequence[Event]:
         """See EventStore. If it raises, nothing of the call is stored.
 
@@ -39,7 +45,7 @@ class SqliteEventStore:
             StorageError: the file cannot be written, or a plan's id is taken.
             InvalidInputError: an event's data is not JSON.
         """
-        if not events and not runs and not plans:
+        if not events and not runs and not plans and not jobs:
             return ()
         rows = [_row(event) for event in events]
         plan_rows = [plan_row(plan) for plan in plans]
@@ -52,6 +58,7 @@ class SqliteEventStore:
             if plan_rows:
                 await connection.execute(sa.insert(PLANS), plan_rows)
             await upsert_runs(connection, runs)
+            await upsert_jobs(connection, jobs)
             return tuple([self._numbered(event, row) for event, row in zip(events, chained, strict=True)])
 
         return await self._database.write(insert)

@@ -89,6 +89,29 @@ ANSWERS = sa.Table(
     sa.Index("ix_answers_stored_at", "stored_at"),
 )
 
+JOBS = sa.Table(
+    "jobs",
+    METADATA,
+    sa.Column("position", sa.Integer, primary_key=True),
+    sa.Column("id", sa.Text, nullable=False, unique=True),
+    sa.Column("plan_id", sa.Text, sa.ForeignKey("plans.id"), nullable=False),
+    sa.Column("vehicle_id", sa.Text),
+    sa.Column("state", sa.Text, nullable=False),
+    sa.Column("is_over", sa.Boolean, nullable=False),
+    sa.Column("document", sa.Text, nullable=False),
+    sa.Index("ix_jobs_vehicle_id_position", "vehicle_id", "position"),
+    sa.Index("ix_jobs_state_position", "state", "position"),
+    sa.Index("ix_jobs_open", "position", sqlite_where=sa.text("is_over = 0")),
+)
+"""`vehicle_id` is the vehicle that has the job, else the one that it names; none while it is anybody's."""
+
+JOB_QUEUES = sa.Table(
+    "job_queues",
+    METADATA,
+    sa.Column("vehicle_id", sa.Text, primary_key=True),
+    sa.Column("document", sa.Text, nullable=False),
+)
+
 WEBHOOKS = sa.Table(
     "webhooks",
     METADATA,

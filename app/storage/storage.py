@@ -14,12 +14,14 @@ from sqlalchemy.dialects.sqlite import insert
 from sqlalchemy.ext.asyncio import AsyncConnection
 
 from app.domain.attachment_port import AttachmentStore
+from app.domain.jobs.port import JobStore
 from app.domain.ports import AnswerStore, EventStore, PlanStore, RunStore, TokenStore
 from app.domain.webhooks.port import WebhookStore
 from app.storage.answers import SqliteAnswerStore
 from app.storage.attachments import DiskAttachmentStore, attachments_folder, remove_unfinished
 from app.storage.database import Database
 from app.storage.events import SqliteEventStore
+from app.storage.jobs import SqliteJobStore
 from app.storage.lock import JournalInUseError, exclusive_lock
 from app.storage.migrate import migrate, require_current
 from app.storage.plans import SqlitePlanStore
@@ -40,6 +42,7 @@ class Storage:
     plans: PlanStore
     tokens: TokenStore
     answers: AnswerStore
+    jobs: JobStore
     webhooks: WebhookStore
     attachments: AttachmentStore
 
@@ -65,6 +68,7 @@ async def open_storage(path: Path) -> AsyncIterator[Storage]:
                 plans=SqlitePlanStore(database),
                 tokens=SqliteTokenStore(database),
                 answers=SqliteAnswerStore(database),
+                jobs=SqliteJobStore(database),
                 webhooks=SqliteWebhookStore(database),
                 attachments=DiskAttachmentStore(database, attachments_folder(path)),
             )

@@ -28,6 +28,7 @@ class Told:
         self._runs: defaultdict[str, RunFold] = defaultdict(RunFold)
         self._attachments: dict[str, list[str]] = {}
         self._flown: defaultdict[str, set[str]] = defaultdict(set)
+        self._jobs: dict[str, dict[str, Any]] = {}
 
     def take(self, kind: str, run_id: str | None, data: str) -> None:
         """One event. `data` is its JSON text."""
@@ -38,6 +39,10 @@ class Told:
             told = object_of(data)
             where = f"attachment {told.get('name')} of drop {told.get('plan_item_id')} of run {run_id}"
             self._attachments.setdefault(str(told.get("sha256")), []).append(where)
+        elif kind == EventKind.JOB_CHANGED:
+            job = object_of(data).get("job")
+            if isinstance(job, dict):
+                self._jobs[str(job.get("id"))] = job
         elif run_id is not None and kind in _RUN_KINDS:
             told = object_of(data)
             self._runs[run_id].take(kind, told)
@@ -74,6 +79,18 @@ class Told:
                 yield f"run {row['id']} is not as its events left it: {', '.join(differing)}"
         for run_id in missing:
             yield f"run {run_id} is told of by events, and is missing"
+
+    def altered_jobs(self, rows: Iterable[sqlite3.Row]) -> Iterator[str]:
+        """Jobs that are not as their newest event left them."""
+        missing = dict(self._jobs)
+        for row in rows:
+            told = missing.pop(row["id"], None)
+            if told is None:
+                yield f"job {row['id']} is told of by no event"
+            elif object_of(row["document"]) != told or row["state"] != told.get("state"):
+                yield f"job {row['id']} is not as its events left it"
+        for job_id in missing:
+            yield f"job {job_id} is told of by events, and is missing"
 
     @property
     def attachments(self) -> int:

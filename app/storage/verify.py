@@ -67,6 +67,8 @@ def _verify(path: Path, anchors: Sequence[JournalHead]) -> Verification:
         found += [f"event {seq} was there once, and is missing" for seq in sorted(kept)]
         found += told.altered_plans(connection.execute("SELECT * FROM plans ORDER BY position"))
         found += told.altered_runs(connection.execute("SELECT * FROM runs ORDER BY position"))
+        if connection.execute("SELECT 1 FROM sqlite_schema WHERE name = 'jobs'").fetchone():
+            found += told.altered_jobs(connection.execute("SELECT * FROM jobs ORDER BY position"))
         folder = attachments_folder(path)
         found += told.altered_attachments(lambda sha256: is_intact(folder, sha256))
         plans, runs = (connection.execute(f"SELECT count(*) FROM {name}").fetchone()[0] for name in ("plans", "runs"))

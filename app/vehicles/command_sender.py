@@ -1,4 +1,4 @@
-"""Commands and their acks: COMMAND_LONG out, COMMAND_ACK back, one command of one id at a time per vehicle.
+"""Commands and their acks: COMMAND_LONG or COMMAND_INT out, COMMAND_ACK back, one of one id at a time per vehicle.
 
 mavlink_direct's own send_command gives only the final ack and never counts the confirmation up, so it is not used.
 """
@@ -16,7 +16,7 @@ from app.domain.commands import CommandAck, CommandRequest, MavResult, PendingCo
 from app.domain.errors import CommandExpiredError, ConflictError, LinkError, LinkTimeoutError, VehicleRefusedError
 from app.domain.mission import NAN, MavCmd
 from app.vehicles.decoders import CommandAckReport
-from app.vehicles.encoders import CommandLong, Outgoing
+from app.vehicles.encoders import CommandInt, CommandLong, Outgoing
 from app.vehicles.inbox import Inbox
 from app.vehicles.mavsdk_system import OUR_COMPONENT_ID, OUR_SYSTEM_ID
 from app.vehicles.status_texts import StatusTexts
@@ -129,7 +129,9 @@ def command(command: MavCmd, *params: float, timeout_s: float = 1.0, attempts: i
     return CommandRequest(command, (p1, p2, p3, p4, p5, p6, p7), timeout_s=timeout_s, attempts=attempts)
 
 
-def _encoded(request: CommandRequest, *, confirmation: int) -> CommandLong:
+def _encoded(request: CommandRequest, *, confirmation: int) -> CommandLong | CommandInt:
+    if request.place is not None:
+        return CommandInt(int(request.command), request.params[:4], *request.place, z=request.params[6])
     return CommandLong(int(request.command), request.params, confirmation=min(confirmation, 255))
 
 

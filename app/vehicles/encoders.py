@@ -59,6 +59,26 @@ class CommandLong:
 
 
 @dataclass(frozen=True, slots=True)
+class CommandInt:
+    """COMMAND_INT in MAV_FRAME_GLOBAL: `z` is above sea level. `x`, `y` are 1e7 degrees. It has no confirmation."""
+
+    command: int
+    params: tuple[float, float, float, float]
+    x: int
+    y: int
+    z: float
+
+    name = "COMMAND_INT"
+
+    def fields_json(self, target_system: int, target_component: int) -> str:
+        """All fields. Raises ValueError for what MAVLink cannot carry."""
+        fields: dict[str, Field] = {f"param{n}": float_field(value) for n, value in enumerate(self.params, start=1)}
+        fields |= {"frame": 0, "current": 0, "autocontinue": 0, "command": unsigned_field(self.command, 16)}
+        fields |= {"x": signed_field(self.x, 32), "y": signed_field(self.y, 32), "z": float_field(self.z)}
+        return _targeted(fields, target_system, target_component)
+
+
+@dataclass(frozen=True, slots=True)
 class ParamRequestRead:
     """PARAM_REQUEST_READ by name."""
 
@@ -130,6 +150,13 @@ def unsigned_field(value: int, bits: int) -> int:
     """A number for an unsigned field of so many bits. Raises ValueError for any other."""
     if not isinstance(value, int) or not 0 <= value < 1 << bits:
         raise ValueError(f"{value!r} is no unsigned {bits} bit number")
+    return int(value)
+
+
+def signed_field(value: int, bits: int) -> int:
+    """A number for a signed field of so many bits. Raises ValueError for any other."""
+    if not isinstance(value, int) or not -(1 << bits - 1) <= value < 1 << bits - 1:
+        raise ValueError(f"{value!r} is no signed {bits} bit number")
     return int(value)
 
 

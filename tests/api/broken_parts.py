@@ -18,7 +18,11 @@ class BrokenDisk:
     """EventStore and AnswerStore on a disk that takes nothing."""
 
     async def append(
-        self, events: Sequence[NewEvent], runs: Sequence[object] = (), plans: Sequence[object] = ()
+        self,
+        events: Sequence[NewEvent],
+        runs: Sequence[object] = (),
+        plans: Sequence[object] = (),
+        jobs: Sequence[object] = (),
     ) -> Sequence[Event]:
         raise StorageError("no space left on the disk")
 

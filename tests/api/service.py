@@ -20,6 +20,7 @@ from app.services.attachments import Attachments
 from app.services.clock import SystemClock
 from app.services.comparisons import Comparisons
 from app.services.fleet import Fleet
+from app.services.jobs import Jobs, JobSettings
 from app.services.journal import Journal
 from app.services.offboard import Offboard, OffboardSettings
 from app.services.plans import Plans
@@ -44,6 +45,9 @@ PATIENT = OffboardSettings(stream_s=0.2, gap_s=60.0, dead_man=DeadMan(max_age_s=
 
 PROMPT = WebhookSettings(backoff=Backoff(first_s=0.01, longest_s=0.05))
 """Webhooks that try again soon."""
+
+LIVELY = JobSettings(look_every_s=0.05, look_again_s=0.05)
+"""A queue that is looked at often."""
 
 
 @dataclass(frozen=True)
@@ -89,50 +93,66 @@ async def run_service(
     hooks: WebhookSettings = PROMPT,
     webhook_timeout_s: float = 30.0,
     links: int = 2,
+    jobs_settings: JobSettings = LIVELY,
 ) -> AsyncIterator[Service]:
     """A service with some vehicles. `change` may put other services in before it starts."""
-    clock, stack = SystemClock(), AsyncExitStack()
-    vehicles = tuple(FakeLink(number) for number in range(1, links + 1))
+    clock, stack, vehicles = SystemClock(), AsyncExitStack(), tuple(FakeLink(n) for n in range(1, links + 1))
     async with open_storage(await _journal_file(folder)) as storage:
         journal = Journal(storage.events, clock)
         fleet = Fleet(FakeSource(vehicles), journal)
         telemetry = TelemetryFeed(fleet, period_s=0.02)
         for begun in (journal, fleet, telemetry):
             await begun.start()
-        targets = Targets(clock)
-        runs = Runs(fleet, storage.plans, storage.runs, journal, clock, targets=targets)
-        offboard = Offboard(fleet, runs, clock, PATIENT)
-        plans = Plans(storage.plans, journal, clock)
-        services = change(
-            ApiServices(
-                journal=journal,
-                plans=plans,
-                access=Access(storage.tokens, clock, bootstrap_token),
-                fleet=fleet,
-                telemetry=telemetry,
-                comparisons=Comparisons(runs, journal),
-                attachments=Attachments(runs, storage.attachments, journal, clock),
-                proofs=Proofs(runs, storage.plans, storage.attachments, journal, clock, storage.gateway_id),
-                runs=runs,
-                rerouting=Rerouting(runs, plans),
-                targets=targets,
-                commands=VehicleCommands(fleet, journal),
-                offboard=offboard,
-                tasks=Tasks(offboard, fleet, clock),
-                simulation=Simulation(None, fleet, journal),
-                webhooks=await stack.enter_async_context(_webhooks(storage, journal, clock, hooks, webhook_timeout_s)),
-                answers=storage.answers,
-                clock=clock,
-            )
-        )
+        webhooks = await stack.enter_async_context(_webhooks(storage, journal, clock, hooks, webhook_timeout_s))
+        access = Access(storage.tokens, clock, bootstrap_token)
+        plain = _services(storage, clock, journal, fleet, telemetry, webhooks, access, jobs_settings)
+        services = change(plain)
         try:
             await until(lambda: journal.last_seq >= links)  # each vehicle has been seen
+            await plain.jobs.begin()
             async with _served(services, settings, vehicles, storage) as service:
                 yield service
         finally:
             await stack.aclose()
-            for part in (services.offboard, services.runs, telemetry, fleet, journal):
+            for part in (plain.jobs, services.offboard, services.runs, telemetry, fleet, journal):
                 await part.close()
+
+
+def _services(
+    storage: Storage,
+    clock: SystemClock,
+    journal: Journal,
+    fleet: Fleet,
+    telemetry: TelemetryFeed,
+    webhooks: Webhooks,
+    access: Access,
+    jobs_settings: JobSettings,
+) -> ApiServices:
+    targets = Targets(clock)
+    runs = Runs(fleet, storage.plans, storage.runs, journal, clock, targets=targets)
+    offboard = Offboard(fleet, runs, clock, PATIENT)
+    plans = Plans(storage.plans, journal, clock)
+    return ApiServices(
+        journal=journal,
+        plans=plans,
+        access=access,
+        fleet=fleet,
+        telemetry=telemetry,
+        comparisons=Comparisons(runs, journal),
+        attachments=Attachments(runs, storage.attachments, journal, clock),
+        proofs=Proofs(runs, storage.plans, storage.attachments, journal, clock, storage.gateway_id),
+        runs=runs,
+        rerouting=Rerouting(runs, plans),
+        targets=targets,
+        jobs=Jobs(storage.jobs, plans, runs, fleet, journal, clock, jobs_settings),
+        commands=VehicleCommands(fleet, journal),
+        offboard=offboard,
+        tasks=Tasks(offboard, fleet, clock),
+        simulation=Simulation(None, fleet, journal),
+        webhooks=webhooks,
+        answers=storage.answers,
+        clock=clock,
+    )
 
 
 @asynccontextmanager

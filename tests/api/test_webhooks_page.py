@@ -55,7 +55,7 @@ def test_the_receiver_is_short_enough_to_be_read() -> None:
 
 
 def test_every_event_is_in_the_table_and_no_other() -> None:
-    listed = re.findall(r"^\| `((?:delivery|drop|webhook)\.[a-z_]+)` \|", PAGE, re.MULTILINE)
+    listed = re.findall(r"^\| `((?:delivery|drop|job|queue|webhook)\.[a-z_]+)` \|", PAGE, re.MULTILINE)
     assert sorted(listed) == sorted(DeliveryEvent)
 
 

@@ -93,6 +93,18 @@ class Cockpit:
             await expect(self.phase("off")).to_be_visible()
         raise AssertionError(f"lost each time: {await self.panel.inner_text()}")
 
+    async def unless_lost(self, steps: Callable[[], Awaitable[None]]) -> None:
+        """These steps, which take and enter by themselves. What fails once the lease is lost is done all again."""
+        for _ in range(ATTEMPTS):
+            try:
+                await steps()
+            except (PageTimeout, AssertionError):
+                if await self.panel.get_attribute("data-phase") != "off":
+                    raise
+            else:
+                return
+        raise AssertionError(f"lost each time: {await self.panel.inner_text()}")
+
     async def fly_until_lost(
         self, steps: Callable[[Cockpit], Awaitable[None]], lose: Callable[[], Awaitable[Any]], words: str
     ) -> None:

@@ -54,6 +54,24 @@ async def wide(browser: Browser, url: str, folder: Path) -> None:
         await board.page.screenshot(path=folder / "completed.png")
 
 
+async def tasks(board: Dashboard, path: Path) -> None:
+    """With the lease: one task in the queue, and another one that is put together."""
+    panel, area = board.page.locator(".hands-on"), board.page.locator(".map-canvas")
+    await board.button("Take the lease of v1").click()
+    for kind, places in (("Circle", ((60, 40),)), ("Path", ((-60, -30), (-20, 40), (20, -40)))):
+        await panel.get_by_role("button", name=kind, exact=True).click()
+        box = await area.bounding_box()
+        assert box is not None
+        for right, down in places:
+            await board.page.mouse.click(box["x"] + box["width"] / 2 + right, box["y"] + box["height"] / 2 + down)
+        if kind == "Circle":
+            await panel.get_by_role("button", name="Add to the queue").click()
+            await expect(panel.locator(".task")).to_have_count(1)
+    await panel.locator(".tasks").evaluate("tasks => tasks.scrollIntoView({block: 'start'})")
+    await board.page.screenshot(path=path)
+    await board.button("Give the lease back").click()
+
+
 async def every_view(browser: Browser, url: str, folder: Path, size: str, scheme: Scheme) -> None:
     """After the flight, each view that the size has."""
     width, height = SIZES[size]
@@ -68,6 +86,9 @@ async def every_view(browser: Browser, url: str, folder: Path, size: str, scheme
             for tab in ("Area", "Details", "JSON", "Hands on", "Simulator"):
                 await board.page.get_by_role("tab", name=tab).click()
                 await board.page.screenshot(path=folder / f"{size}-{scheme}-{file_name(tab)}.png")
+                if tab == "Hands on":
+                    await board.vehicle("v1").click()
+                    await tasks(board, folder / f"{size}-{scheme}-tasks.png")
             return
         views = board.page.get_by_role("navigation", name="Views")
         for view in VIEWS:
@@ -76,6 +97,11 @@ async def every_view(browser: Browser, url: str, folder: Path, size: str, scheme
                 await board.fill_plan(faulty_plan())
                 await expect(board.page.locator(".finding").first).to_be_visible()
             await board.page.screenshot(path=folder / f"{size}-{scheme}-{file_name(view)}.png")
+            if view == "Hands on":
+                await views.get_by_role("button", name="Fleet").click()
+                await board.vehicle("v1").click()
+                await views.get_by_role("button", name=view).click()
+                await tasks(board, folder / f"{size}-{scheme}-tasks.png")
 
 
 async def main(folder: Path) -> None:

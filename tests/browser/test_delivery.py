@@ -6,7 +6,7 @@ from pathlib import Path
 
 from playwright.async_api import expect
 
-from tests.browser.dashboard import CLINIC_RUN, FLIGHT_MS, Dashboard
+from tests.browser.dashboard import CLINIC_RUN, FLIGHT_MS, ROOT, Dashboard
 from tests.service import ServiceProcess
 
 
@@ -39,6 +39,27 @@ async def test_a_delivery_flies_from_the_page_until_the_drop_is_released_and_pro
     await saved.save_as(tmp_path / "proof.html")
     sheet = (tmp_path / "proof.html").read_text(encoding="utf-8")
     assert '<p class="outcome">released</p>' in sheet
+    await attach_a_photo_and_what_is_none(flying_page, tmp_path)
+
+
+async def attach_a_photo_and_what_is_none(board: Dashboard, folder: Path) -> None:
+    """A photo is shown in the drop's card, small and large; what is refused is said in words."""
+    board.tolerated = ("status of 4",)  # Chromium writes each refused request into its console
+    no_picture, no_file = folder / "door.png", folder / "door.txt"
+    no_picture.write_text("no picture")
+    no_file.write_text("no picture")
+    async with board.page.expect_file_chooser() as choosing:
+        await board.button("Attach a file to drop").click()
+    await (await choosing.value).set_files([ROOT / "docs" / "page.png", no_picture, no_file])
+    attached = board.page.get_by_role("group", name="Attachments of drop")
+    await expect(attached.get_by_role("alert")).to_have_count(2)
+    await expect(attached).to_contain_text("“door.png” was not attached. The file is no image/png.")
+    await expect(attached).to_contain_text("“door.txt” is no JPEG, PNG or PDF")
+    await expect(attached.locator("img")).to_have_count(1)
+    await attached.get_by_role("button", name="Show page.png").click()
+    await expect(board.page.get_by_role("dialog", name="page.png").get_by_role("img")).to_be_visible()
+    await board.page.keyboard.press("Escape")
+    await expect(board.page.get_by_role("dialog")).to_have_count(0)
 
 
 async def test_a_run_is_started_and_ended_by_keyboard_alone(flying_page: Dashboard) -> None:

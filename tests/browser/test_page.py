@@ -58,13 +58,22 @@ async def test_a_plan_file_can_be_picked(idle_page: Dashboard) -> None:
     await expect(idle_page.page.get_by_text("Can be flown")).to_be_visible(timeout=20_000)
 
 
-async def test_a_draft_and_what_is_selected_survive_a_reload(idle_page: Dashboard) -> None:
+async def test_a_draft_the_units_and_what_is_selected_survive_a_reload(idle_page: Dashboard) -> None:
     await idle_page.write_plan(CLINIC_RUN)
     await idle_page.vehicle("v2").click()
+    details = idle_page.page.locator(".vehicle-details")
+    await expect(details).to_contain_text("0.0 m/s")
+    await idle_page.page.get_by_label("Units").select_option("ft, kn")
     await idle_page.page.reload()
     await idle_page.until_live()
     await expect(idle_page.page.get_by_role("heading", name="Clinic run")).to_be_visible()
     await expect(idle_page.vehicle("v2")).to_have_attribute("aria-pressed", "true")
+    await expect(details).to_contain_text("0.0 kn")
+    await expect(idle_page.page.locator(".plan-items")).to_contain_text("66 ft above home")
+    await idle_page.page.locator(".plan-item-main").nth(1).click()
+    height = idle_page.page.locator(".field", has_text="Relative altitude")
+    await expect(height).to_contain_text("m = 66 ft")  # a plan's fields stay in its own units, and say so
+    await expect(height.get_by_role("textbox")).to_have_value("20")
 
 
 async def test_a_refusal_of_the_service_is_told_in_words(idle_page: Dashboard) -> None:

@@ -94,10 +94,10 @@ async def pilot(http: aiohttp.ClientSession, url: str) -> AsyncIterator[Pilot]:
             await found.leave()
 
 
-async def paused_in_the_air(dispatcher: Dispatcher) -> str:
+async def paused_in_the_air(dispatcher: Dispatcher, plan: Any = PLAN) -> str:
     """A run that a person has paused on its way."""
     await dispatcher.until_vehicles(1)
-    run_id = await dispatcher.fly(PLAN, "v1")
+    run_id = await dispatcher.fly(plan, "v1")
     await until(
         lambda: dispatcher.get("/vehicles/v1"),
         lambda v: (v["state"]["relative_altitude_m"] or 0.0) > 10.0,

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import json
+import math
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from pathlib import Path
@@ -17,6 +19,7 @@ from tests.simulated import SimulatedFleet
 
 TASKS = "/vehicles/v1/tasks"
 OFFBOARD = "/vehicles/v1/offboard"
+PLANS = Path(__file__).parents[2] / "plans"
 CORNERS = [{"east_m": 0.0, "north_m": 30.0}, {"east_m": 10.0, "north_m": 30.0}, {"east_m": 10.0, "north_m": 20.0}]
 QUEUE: list[dict[str, Any]] = [
     {"type": "goto", "point": {"east_m": 0.0, "north_m": 15.0}, "relative_altitude_m": 20.0, "gripper": "grab"},
@@ -77,3 +80,72 @@ async def test_a_queue_is_flown_and_control_goes_back_to_the_plan_and_a_client_t
         report = (await dispatcher.get(TASKS))["report"]
         assert (report["task_list"], report["state"]) == ([0], "idle")
         assert "not renewed" in report["reason"]
+
+
+WING_QUEUE: list[dict[str, Any]] = [
+    {"type": "goto", "point": {"east_m": 0.0, "north_m": 350.0}, "relative_altitude_m": 50.0},
+    {"type": "circle", "center": {"east_m": 0.0, "north_m": 350.0}, "radius_m": -60.0, "duration_s": 2.0},
+    {"type": "path", "points": [{"east_m": 0.0, "north_m": north} for north in (400.0, 200.0, -100.0)]},
+]
+
+
+def metres_from(place: dict[str, Any], vehicle: dict[str, Any]) -> float:
+    north, east = (vehicle[name] - place[name] for name in ("latitude_deg", "longitude_deg"))
+    return 111_195.0 * math.hypot(north, east * math.cos(math.radians(place["latitude_deg"])))
+
+
+async def fly_and_pause(dispatcher: Dispatcher, simulated: SimulatedFleet) -> None:
+    """All of the queue, the path with a pause; control goes back."""
+    async with renewed(dispatcher) as lease:
+        for task in WING_QUEUE:
+            await dispatcher.post(TASKS, {"lease": lease, "task": task}, expect=201)
+        entered = await dispatcher.post(f"{OFFBOARD}/enter", {"lease": lease})
+        assert (entered["offboard"]["flown_by"], (await truth(simulated))["mode"]) == ("commands", "LOITER")
+        queue = await until(
+            lambda: dispatcher.get(TASKS), lambda v: v["report"]["task_list"] == [4], "the path must come", 90
+        )
+        assert queue["flown_by"] == "commands"
+        await dispatcher.post(f"{TASKS}/pause", {"lease": lease})
+        offboard = (await dispatcher.get(OFFBOARD))["offboard"]
+        assert (offboard["tasks"]["state"], offboard["order"]["command"]) == ("paused", "DO_REPOSITION")
+        await dispatcher.post(f"{TASKS}/resume", {"lease": lease})
+        await until(lambda: dispatcher.get(TASKS), lambda v: v["report"]["task_list"] == [0], "the path must end", 90)
+
+
+async def entered_with_a_path(dispatcher: Dispatcher, lease: str) -> None:
+    await dispatcher.post(TASKS, {"lease": lease, "task": WING_QUEUE[2]}, expect=201)
+    await dispatcher.post(f"{OFFBOARD}/enter", {"lease": lease})
+
+
+async def test_a_plane_whose_firmware_follows_no_path_point_is_flown_by_commands_in_hold(
+    tmp_path: Path, http: aiohttp.ClientSession
+) -> None:
+    plan = {k: v for k, v in json.loads((PLANS / "fixed-wing-pass.json").read_text()).items() if k != "geofence"}
+    with (
+        SimulatedFleet("plane", speed=4.0, firmware="px4-1.14") as simulated,
+        ServiceProcess(tmp_path, simulated.connections, WAYDROP_OFFBOARD_GAP_S=str(GAP_S)) as service,
+    ):
+        dispatcher = Dispatcher(http, service.url)
+        run_id = await paused_in_the_air(dispatcher, plan)
+        await fly_and_pause(dispatcher, simulated)
+        await dispatcher.until_run(run_id, lambda run: run["state"] == "flying", "the run must go on", 20)
+        await dispatcher.post(f"/runs/{run_id}/pause")
+        await dispatcher.until_run(run_id, lambda run: run["state"] == "paused", "it must pause", 20)
+        async with renewed(dispatcher) as lease:
+            await entered_with_a_path(dispatcher, lease)
+            await dispatcher.post(f"{OFFBOARD}/leave", {"lease": lease, "to": "hold"})
+        order = (await dispatcher.get(OFFBOARD))["offboard"]["order"]
+        assert (order["latitude_deg"], order["result"]) == (None, "ACCEPTED"), "to hold is to circle here"
+        async with renewed(dispatcher) as lease:
+            await entered_with_a_path(dispatcher, lease)
+            ordered = await until(
+                lambda: dispatcher.get(OFFBOARD),
+                lambda v: (v["offboard"]["order"] or {}).get("latitude_deg") is not None,
+                "the path is flown",
+                30,
+            )
+            service.kill()
+        place = ordered["offboard"]["order"]
+        there = "it goes to where it was last sent, and onto the circle around it"
+        circles = await until(lambda: truth(simulated), lambda v: metres_from(place, v) < 100.0, there, 60)
+        assert circles["mode"] == "LOITER", "and circles there in Hold: no failsafe is needed"

@@ -16,11 +16,13 @@ import { startSync } from "./state/sync";
 import { watchTaskDraft } from "./state/task-draft";
 import { watchTaskQueue } from "./state/task-queue";
 import { applyTheme } from "./state/theme";
+import { keepUnits } from "./state/units";
 
 const root = document.getElementById("app");
 if (root === null) throw new Error("index.html has no #app");
 
 applyTheme();
+keepUnits();
 keepSelectionInAddress();
 startClock();
 keepDraftText();

@@ -12,7 +12,7 @@ from app.api.offboard_models import AuditView, ClampView, Destination, RateHz, S
 from app.api.task_models import QueueAction
 from app.domain.setpoint.forms import Setpoint
 from app.domain.tasks.forms import InsertMode, Motion, Task, TaskPoint, WhenEmpty
-from app.services.offboard_view import OffboardView
+from app.services.offboard_view import FlownBy, OffboardView
 from app.services.task_view import TasksView
 
 FrameId = Annotated[int, Field(ge=0, le=2**53, description="comes back with the answer")]
@@ -39,10 +39,11 @@ class RenewFrame(ClientFrame):
 
 
 class EnterFrame(ClientFrame):
-    """Enter OFFBOARD mode. Setpoints may and should be sent meanwhile."""
+    """Enter OFFBOARD mode. Setpoints may and should be sent meanwhile. `by` null: as the vehicle's tasks are flown."""
 
     type: Literal["enter"]
     sticks_held: bool = False
+    by: FlownBy | None = None
 
 
 class SetpointFrame(ClientFrame):

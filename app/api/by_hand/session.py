@@ -202,7 +202,7 @@ class ByHandSession:
         await self._send(answer)
 
     async def _enter(self, lease_id: str, frame: EnterFrame) -> BaseModel:
-        entries = await self._vehicle.passage.enter(lease_id, sticks_held=frame.sticks_held)
+        entries = await self._vehicle.passage.enter(lease_id, sticks_held=frame.sticks_held, by=frame.by)
         return DoneFrame(id=frame.id, what="enter", audit=[AuditView.of(entry) for entry in entries])
 
     async def _leave(self, lease_id: str, frame: LeaveFrame) -> BaseModel:

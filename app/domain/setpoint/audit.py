@@ -28,6 +28,9 @@ AUDITED: Final = (
     "COM_RCL_EXCEPT",
     "NAV_DLL_ACT",
 )
+LOITER_RADIUS: Final = "NAV_LOITER_RAD"
+AUDITED_COMMANDED: Final = (LOITER_RADIUS, "COM_RC_IN_MODE", "COM_RC_OVERRIDE", "NAV_DLL_ACT")
+"""Of a wing that is flown by commands: there is no stream that could be lost."""
 LONGEST_LOSS_S: Final = 2.0
 
 
@@ -44,6 +47,20 @@ class AuditEntry:
 def audit(parameters: Mapping[str, float | int], *, sticks_held: bool) -> tuple[AuditEntry, ...]:
     """All audited parameters. With somebody at the sticks a mode that needs them is right too."""
     return tuple(_entry(name, parameters.get(name), sticks_held=sticks_held) for name in AUDITED)
+
+
+def audit_commanded(parameters: Mapping[str, float | int]) -> tuple[AuditEntry, ...]:
+    """For a wing that is flown by commands, in Hold: nothing blocks, for what it falls back to is the mode it is in."""
+    return tuple(_commanded_entry(name, parameters.get(name)) for name in AUDITED_COMMANDED)
+
+
+def _commanded_entry(name: str, value: float | int | None) -> AuditEntry:
+    if name == LOITER_RADIUS and value is not None:
+        return AuditEntry(name, value, False, "metres: without us it circles so at the place it was last sent to")
+    if name == "COM_RC_OVERRIDE" and value is not None:
+        word = "sticks take over in Hold" if int(value) & 1 else "sticks take over by a mode switch alone"
+        return AuditEntry(name, value, False, f"bit 0: {word}")
+    return _entry(name, value, sticks_held=False)
 
 
 def _entry(name: str, value: float | int | None, *, sticks_held: bool) -> AuditEntry:

@@ -85,7 +85,7 @@ def steer(kind: FlightKind, wish: Wish, fix: Fix) -> Steering:
     speed = wish.speed_m_s or CRUISE_M_S[kind]
     turn = Turn(WING_SWITCH_S * speed, math.inf) if kind is FlightKind.WING else CORNERS
     seen = wish.course.reference(fix.ground, wish.leg, turn)
-    arrived = _has_arrived(kind, wish, fix, seen, turn)
+    arrived = has_arrived(kind, wish, fix, seen, turn)
     course = wish.course
     if kind is FlightKind.WING and isinstance(course, PointCourse) and wish.stays:
         course = CircleCourse(course.point, WING_LOITER_M)
@@ -104,7 +104,8 @@ def stand(kind: FlightKind, ground: Ground, up_m: float, fix: Fix) -> Setpoint:
     return steer(kind, Wish(PointCourse(ground), up_m, stays=True), fix).setpoint
 
 
-def _has_arrived(kind: FlightKind, wish: Wish, fix: Fix, seen: Reference, turn: Turn) -> bool:
+def has_arrived(kind: FlightKind, wish: Wish, fix: Fix, seen: Reference, turn: Turn) -> bool:
+    """Whether it has come to the course's end; a circle has none."""
     course = wish.course
     if isinstance(course, CircleCourse):
         return False

@@ -9,6 +9,8 @@ from pydantic import BaseModel, ConfigDict
 from app.domain.attachment import Attachment
 from app.domain.drop import Certainty, DropOutcome, DropRecord
 from app.domain.events import Event
+from app.domain.jobs.job import Job
+from app.domain.jobs.vehicle_queue import VehicleQueue
 from app.domain.run import Run, RunState
 from app.domain.webhooks.lifecycle import DeliveryEvent, News
 
@@ -57,7 +59,7 @@ class Message(_Part):
 
     `id` is the same in each repetition: a receiver that has it already answers 2xx and does nothing. `seq` and `hash`
     are the event's link in the journal's chain: keep them, and `waydrop verify-journal --anchor SEQ:HASH` shows later
-    whether the journal still says the same. `drop` or `attachment` is given where `type` is about one.
+    whether the journal still says the same. `drop`, `attachment`, `job` or `queue` is given where `type` is about one.
     """
 
     id: str
@@ -69,6 +71,8 @@ class Message(_Part):
     run: RunSummary | None = None
     drop: DropRecord | None = None
     attachment: Attachment | None = None
+    job: Job | None = None
+    queue: VehicleQueue | None = None
 
     def body(self) -> bytes:
         """The bytes that are signed and sent; the same each time."""

@@ -4,34 +4,33 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
-from typing import Final
 
 import structlog
 
-from app.domain.errors import LeaseLostError, OffboardNotReadyError, WaydropError
+from app.domain.errors import LeaseLostError, OffboardNotReadyError, SetpointRefusedError, WaydropError
 from app.domain.events import EventKind
 from app.domain.ports import LinkFact, Unsubscribe, VehicleLink
-from app.domain.setpoint.capability import firmware_profile
-from app.domain.setpoint.dead_man import Silence, can_stand
-from app.domain.setpoint.encode import encode
 from app.domain.setpoint.forms import Setpoint
-from app.domain.setpoint.limiter import Clamp, limit
+from app.domain.setpoint.limiter import Clamp
+from app.domain.setpoint.means import Means
 from app.domain.setpoint.message import SetpointMessage
 from app.domain.vehicle import FlightMode
 from app.services.clock import Clock
 from app.services.fleet import Fleet, FleetVehicle
 from app.services.offboard.guide import Guide
+from app.services.offboard.holding import Holding
 from app.services.offboard.lease import Lease, LeaseSlot
 from app.services.offboard.loss import ended_by
+from app.services.offboard.orders import Orders
 from app.services.offboard.pacer import Pacer
+from app.services.offboard.setpoint_flow import SENDING, SetpointFlow
 from app.services.offboard.settings import OffboardSettings
-from app.services.offboard.stream import Author, SetpointStream, Slotted
+from app.services.offboard.stream import Author
 from app.services.offboard.surroundings import Surroundings
 from app.services.offboard_view import LeaseView, OffboardState, OffboardView
 
 log = structlog.get_logger(__name__)
 _S = OffboardState
-SENDING: Final = frozenset({_S.STREAMING, _S.SWITCHING, _S.ACTIVE, _S.LEAVING})
 
 
 class OffboardControl:
@@ -46,11 +45,12 @@ class OffboardControl:
         self._fleet = fleet
         self._clock = clock
         self._leases = LeaseSlot(vehicle.id, settings.lease_s)
-        self._stream = SetpointStream(self._put_out, settings.dead_man.max_age_s, settings.rate_hz)
+        self.means = Means.SETPOINTS
+        self.orders = Orders(vehicle.link, clock, settings.dead_man.gone_s, self.changed)
+        self._flow = SetpointFlow(settings, self._put_out)
         self._pacer: Pacer | None = None
         self._ticking: asyncio.Task[None] | None = None
-        self._holding: asyncio.Task[None] | None = None
-        self._spoke_s = 0.0
+        self._holding = Holding(vehicle.id, self.hold, self._hold_unconfirmed)
         self._listeners: list[Callable[[], None]] = []
         self.guide: Guide | None = None
         self._unsubscribe = vehicle.link.subscribe(self._heard)
@@ -72,15 +72,17 @@ class OffboardControl:
         self._end_expired(now_s)
         before = self._leases.lease
         lease = self._leases.take(holder, now_s, override=override)
-        self._stream.clear()
-        self._spoke_s = now_s
+        self._flow.clear()
+        self._flow.count_from(now_s)
         if before is not None and self.state is not _S.IDLE:
+            if self._is_commanded:
+                self._holding.soon()
             self._tell_lease("handed_over" if before.offered_to == holder else "overridden", holder, before.holder)
             self.changed()
             return lease
-        profile = firmware_profile(who.firmware)
-        self.surroundings = Surroundings(who.vehicle_type, profile, self.settings.fresh_s)
-        self._stream = SetpointStream(self._put_out, self.settings.dead_man.max_age_s, rate_hz)
+        self.surroundings = Surroundings.of(who.vehicle_type, who.firmware, self.settings.fresh_s)
+        self.means = self.surroundings.means(self.link.state()) or Means.SETPOINTS
+        self._flow.start(rate_hz)
         period_s, gap_s = 1.0 / rate_hz, self.settings.gap_s
         self._pacer = Pacer(period_s, gap_s, self._tick, self._on_gap, monotonic=self._clock.monotonic)
         self._ticking = asyncio.create_task(self._pacer.run(), name=f"offboard {self.vehicle.id}")
@@ -145,21 +147,25 @@ class OffboardControl:
 
     async def streamed(self, seconds: float) -> None:
         """Return when so much of the stream has been sent."""
-        await self._stream.until_sent(round(seconds * self._stream.cadence.wanted_hz))
+        await self._flow.streamed(seconds)
 
     def move(self, state: OffboardState, reason: str) -> None:
         """The next state. Under control the dead-man counts from here."""
         if state is _S.ACTIVE:
-            self._spoke_s = max(self._spoke_s, self._clock.monotonic())
+            self._flow.count_from(self._clock.monotonic())
         if state is not self.state or reason != self.reason:
             self.state, self.reason = state, reason
             holder = None if self.lease is None else self.lease.holder
             self._fleet.tell(EventKind.OFFBOARD_CHANGED, self.vehicle, state=state.value, holder=holder, reason=reason)
         self.changed()
 
+    async def hold(self) -> None:
+        """Hold, seen; a commanded wing is in Hold and is told to circle where it is. Raises LinkError."""
+        await (self.orders.circle_here() if self._is_commanded else self.link.hold())
+
     def forget_setpoint(self) -> None:
         """What was put before does not count any more."""
-        self._stream.clear()
+        self._flow.clear()
 
     def enclose(self, surroundings: Surroundings) -> None:
         """What was read for the entry."""
@@ -167,11 +173,12 @@ class OffboardControl:
 
     def give_up(self, change: str, reason: str) -> None:
         """End the lease, stop sending, and command Hold if the vehicle follows our stream."""
-        follows = self.state in SENDING and self.link.state().mode in (FlightMode.OFFBOARD, None)
+        mode = FlightMode.HOLD if self._is_commanded else FlightMode.OFFBOARD
+        follows = self.state in SENDING and self.link.state().mode in (mode, None)
         follows = follows or self.state is _S.SWITCHING
         self.end(change, reason)
         if follows:
-            self._holding = asyncio.create_task(self._hold(), name=f"hold {self.vehicle.id}")
+            self._holding.soon()
 
     def end(self, change: str, reason: str) -> None:
         """End the lease and stop sending; command nothing. Idempotent."""
@@ -179,7 +186,8 @@ class OffboardControl:
             self._ticking.cancel()
             self._ticking = None
         lease, self._leases.lease = self._leases.lease, None
-        self._stream.clear()
+        self._flow.clear()
+        self.orders.forget()
         if lease is not None:
             self._tell_lease(change, lease.holder, reason)
             self.move(_S.IDLE, reason)
@@ -196,10 +204,12 @@ class OffboardControl:
         if lease is not None:
             left_s = round(max(0.0, lease.expires_s - now_s), 1)
             held = LeaseView(holder=lease.holder, expires_in_s=left_s, offered_to=lease.offered_to)
-        sent = self._stream.sent_view(now_s) if self.state in SENDING else None
-        cadence = self._stream.cadence.view() if self.state in SENDING else None
+        streams = self.state in SENDING and not self._is_commanded
+        sent, cadence = self._flow.views(now_s) if streams else (None, None)
+        order = self.orders.view(now_s) if self._is_commanded else None
         tasks = None if self.guide is None else self.guide.report()
-        return OffboardView(state=self.state, lease=held, reason=self.reason, sent=sent, cadence=cadence, tasks=tasks)
+        view = OffboardView(state=self.state, lease=held, reason=self.reason, sent=sent, cadence=cadence, tasks=tasks)
+        return view.model_copy(update={"flown_by": None if lease is None else self.means.value, "order": order})
 
     def view_if_used(self) -> OffboardView | None:
         """For telemetry: nothing while nobody has ever had a lease."""
@@ -208,9 +218,7 @@ class OffboardControl:
     async def close(self) -> None:
         """The service ends: Hold for what it flies, within a bound; the vehicle's own failsafe does the rest."""
         self.give_up("revoked", "the service stops")
-        if self._holding is not None:
-            await asyncio.wait({self._holding}, timeout=self.settings.goodbye_s)
-            self._holding.cancel()
+        await self._holding.end(self.settings.goodbye_s)
         self._unsubscribe()
 
     # ticks and facts ------------------------------------------------------------------------------------------
@@ -220,8 +228,8 @@ class OffboardControl:
         try:
             if self.guide is not None:
                 self.guide.tick(now_s)
-            if self.state in SENDING and self.surroundings is not None:
-                self._send(now_s, self.surroundings)
+            if self.surroundings is not None and (gone := self._act(now_s, self.surroundings)):
+                self.give_up("revoked", gone)
         except WaydropError as error:
             self.give_up("revoked", f"cannot send: {error.detail}")
 
@@ -236,32 +244,24 @@ class OffboardControl:
     def _slot(self, setpoint: Setpoint, by: Author) -> tuple[Clamp, ...]:
         if self.surroundings is None:
             raise LeaseLostError("the lease has ended")
-        state = self.link.state()
-        follower = self.surroundings.follower(state)
-        encode(setpoint, follower)  # refused by the table before any limit is looked at
-        limited = limit(setpoint, self.settings.limits, self.surroundings.whereabouts(state))
-        now_s = self._clock.monotonic()
-        self._stream.put(Slotted(limited.setpoint, encode(limited.setpoint, follower), limited.clamps, now_s, by))
-        self._spoke_s = now_s
-        return limited.clamps
+        if self._is_commanded and self.state is not _S.LEASED:
+            raise SetpointRefusedError(
+                "it is flown by commands, in Hold: a setpoint would not be followed",
+                refusal="setpoint.flown_by_commands",
+                hint='leave, and enter with "by": "setpoints"',
+            )
+        return self._flow.put(setpoint, self.surroundings, self.link.state(), self._clock.monotonic(), by)
 
     def _end_expired(self, now_s: float) -> None:
         if self._leases.has_expired(now_s):
             self.give_up("expired", f"not renewed for {self.settings.lease_s:g} s")
 
-    def _send(self, now_s: float, surroundings: Surroundings) -> None:
+    def _act(self, now_s: float, surroundings: Surroundings) -> str:
+        """Send, or give orders. Why the lease must end, in words. Raises LinkError, SetpointRefusedError."""
         state = self.link.state()
-        follower = surroundings.follower(state)
-        if self.state is _S.LEAVING:
-            if state.mode is FlightMode.OFFBOARD and not self._stream.send_fresh(now_s) and can_stand(follower.kind):
-                self._stream.send_zero(follower, now_s)
-            return
-        silent_s = now_s - self._spoke_s if self.state is _S.ACTIVE else 0.0
-        silence = self.settings.dead_man.judge(silent_s, follower.kind, has_estimate=follower.has_estimate)
-        if silence is Silence.GONE:
-            self.give_up("revoked", f"the client was silent for {silent_s:.1f} s")
-        elif not self._stream.send_fresh(now_s):
-            self._stream.send_zero(follower, now_s)  # a wing does not follow it: that is refused and ends the lease
+        if not self._is_commanded:
+            return self._flow.tick(self.state, surroundings, state, now_s)
+        return self.orders.tick(now_s, surroundings.kind(state)) if self.state is _S.ACTIVE else ""
 
     def _put_out(self, message: SetpointMessage) -> None:
         """A last look before a message leaves: the process may have stood still in the middle of a tick."""
@@ -271,7 +271,7 @@ class OffboardControl:
 
     def _heard(self, fact: LinkFact) -> None:
         """Somebody else's mode is never fought for: the stream ends at once, or it would pull the vehicle back."""
-        if self.state is not _S.IDLE and (reason := ended_by(fact, self.state, self.link)):
+        if self.state is not _S.IDLE and (reason := ended_by(fact, self.state, self.means, self.link)):
             self.end("revoked", reason)
 
     def _stood_still(self) -> None:
@@ -282,14 +282,14 @@ class OffboardControl:
         """What was meant before may not be meant now: nothing is sent, Hold neither. The vehicle's failsafe acts."""
         self.end("revoked", f"the service stood still for {gap_s:.1f} s")
 
-    async def _hold(self) -> None:
-        try:
-            await self.link.hold()
-        except WaydropError as error:
-            reason = f"{self.reason}; Hold is not confirmed ({error.detail}): the vehicle's own failsafe acts"
-            log.warning("hold after offboard control not confirmed", vehicle=self.vehicle.id, error=error.detail)
-            if self.state is _S.IDLE:
-                self.move(_S.IDLE, reason)
+    @property
+    def _is_commanded(self) -> bool:
+        return self.means is Means.COMMANDS
+
+    def _hold_unconfirmed(self, detail: str) -> None:
+        if self.state is _S.IDLE:
+            acts = "it circles at its last place" if self._is_commanded else "the vehicle's own failsafe acts"
+            self.move(_S.IDLE, f"{self.reason}; Hold is not confirmed ({detail}): {acts}")
 
     def _tell_lease(self, change: str, holder: str, reason: str) -> None:
         self._fleet.tell(EventKind.OFFBOARD_LEASE, self.vehicle, change=change, holder=holder, reason=reason)

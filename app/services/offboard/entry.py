@@ -13,21 +13,27 @@ from app.domain.live_control import MAX_LIVE_RATE, is_too_fast
 from app.domain.mission import MissionType
 from app.domain.ports import VehicleLink
 from app.domain.run import Run, RunState
-from app.domain.setpoint.audit import AUDITED, AuditEntry, audit
+from app.domain.setpoint.audit import AUDITED, AUDITED_COMMANDED, AuditEntry, audit, audit_commanded
 from app.domain.setpoint.capability import FlightKind
+from app.domain.setpoint.means import Means
 from app.domain.setpoint.onboard_fence import onboard_fence
 from app.domain.vehicle import VehicleState
+from app.services.offboard.surroundings import Surroundings
 
 IN_TRANSITION = "transition"
 
 
 @dataclass(frozen=True, slots=True)
 class Outlook:
-    """What would keep offboard control from beginning now. `reason` is empty unless the vehicle's state forbids it."""
+    """What would keep offboard control from beginning now. `reason` is empty unless the vehicle's state forbids it.
+
+    `flown_by`: how its tasks would be flown; None: not at all.
+    """
 
     reason: str
     hint: str
     audit: Sequence[AuditEntry]
+    flown_by: Means | None = None
 
     @property
     def ready(self) -> bool:
@@ -36,7 +42,7 @@ class Outlook:
 
 
 async def look_ahead(
-    vehicle_id: str, link: VehicleLink, kind: FlightKind, run: Run | None, *, sticks_held: bool
+    vehicle_id: str, link: VehicleLink, surroundings: Surroundings, run: Run | None, *, sticks_held: bool
 ) -> Outlook:
     """The same checks as an entry makes, and nothing commanded. No parameter is read over a lost link.
 
@@ -44,9 +50,10 @@ async def look_ahead(
         LinkError: the parameters cannot be read.
     """
     state = link.state()
-    reason, hint = _why_not(vehicle_id, state, kind, run)
-    entries = audit(await link.read_parameters(AUDITED), sticks_held=sticks_held) if state.connected else ()
-    return Outlook(reason, hint, entries)
+    reason, hint = _why_not(vehicle_id, state, surroundings.kind(state), run)
+    means = surroundings.means(state)
+    entries = await _audited(link, means or Means.SETPOINTS, sticks_held=sticks_held) if state.connected else ()
+    return Outlook(reason, hint, entries, means)
 
 
 def refuse_unready(vehicle_id: str, state: VehicleState, kind: FlightKind, run: Run | None) -> None:
@@ -56,9 +63,9 @@ def refuse_unready(vehicle_id: str, state: VehicleState, kind: FlightKind, run: 
         raise OffboardNotReadyError(reason, hint=hint)
 
 
-async def refuse_unsafe_parameters(link: VehicleLink, *, sticks_held: bool) -> tuple[AuditEntry, ...]:
+async def refuse_unsafe_parameters(link: VehicleLink, means: Means, *, sticks_held: bool) -> tuple[AuditEntry, ...]:
     """The audited parameters, read now. Raises AuditFailedError if one of them forbids it, LinkError."""
-    entries = audit(await link.read_parameters(AUDITED), sticks_held=sticks_held)
+    entries = await _audited(link, means, sticks_held=sticks_held)
     bad = [entry for entry in entries if entry.blocks]
     if bad:
         raise AuditFailedError(
@@ -100,6 +107,12 @@ async def read_fence(link: VehicleLink) -> FenceArea | None:
     if home is None:
         raise OffboardNotReadyError("the vehicle has a fence but no home to measure it from", hint="wait for its fix")
     return onboard_fence(items, LocalProjection(home.latitude_deg, home.longitude_deg))
+
+
+async def _audited(link: VehicleLink, means: Means, *, sticks_held: bool) -> tuple[AuditEntry, ...]:
+    if means is Means.COMMANDS:
+        return audit_commanded(await link.read_parameters(AUDITED_COMMANDED))
+    return audit(await link.read_parameters(AUDITED), sticks_held=sticks_held)
 
 
 def _why_not(vehicle_id: str, state: VehicleState, kind: FlightKind, run: Run | None) -> tuple[str, str]:

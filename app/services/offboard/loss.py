@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from app.domain.ports import DuplicateSystem, LinkFact, LinkLost, Rebooted, StateChanged, VehicleLink
+from app.domain.setpoint.means import Means
 from app.services.offboard.modes import taken_away
 from app.services.offboard_view import OffboardState
 
 
-def ended_by(fact: LinkFact, state: OffboardState, link: VehicleLink) -> str:
+def ended_by(fact: LinkFact, state: OffboardState, means: Means, link: VehicleLink) -> str:
     """Why the vehicle is not ours any more, in words; empty if it is."""
     match fact:
         case LinkLost():
@@ -17,6 +18,6 @@ def ended_by(fact: LinkFact, state: OffboardState, link: VehicleLink) -> str:
         case DuplicateSystem():
             return "the vehicle is quarantined"
         case StateChanged():
-            return taken_away(state, link.state())
+            return taken_away(state, means, link.state())
         case _:
             return ""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
+from app.domain.setpoint.means import Means
 from app.domain.vehicle import FlightMode, VehicleState
 from app.services.offboard_view import OffboardState
 
@@ -13,13 +14,17 @@ MAY_BE_IN: Final = {
     OffboardState.ACTIVE: frozenset({FlightMode.OFFBOARD}),
 }
 """The modes of each state; any other was commanded by somebody else or by a failsafe."""
+COMMANDED: Final = frozenset({FlightMode.HOLD})
+"""While it is flown by commands."""
 
 
-def taken_away(state: OffboardState, vehicle: VehicleState) -> str:
+def taken_away(state: OffboardState, means: Means, vehicle: VehicleState) -> str:
     """Why the vehicle is not ours any more, in words; empty if it is."""
     expected = MAY_BE_IN.get(state)
     if expected is None:
         return ""
+    if means is Means.COMMANDS:
+        expected = COMMANDED
     if vehicle.mode not in expected:
         mode = "an unknown" if vehicle.mode is None else vehicle.mode.value
         cause = "a failsafe acts" if vehicle.in_failsafe else "commanded by somebody else"

@@ -9,8 +9,9 @@ from typing import Literal, TypeVar
 
 from app.domain.errors import ConflictError, LeaseLostError, OffboardNotReadyError, WaydropError
 from app.domain.run import Run
-from app.domain.setpoint.audit import AuditEntry
-from app.domain.setpoint.capability import flight_kind
+from app.domain.setpoint.audit import LOITER_RADIUS, AuditEntry
+from app.domain.setpoint.means import Means
+from app.domain.tasks.commanded import Wing
 from app.domain.vehicle import FlightMode
 from app.services.offboard.control import OffboardControl
 from app.services.offboard.entry import (
@@ -21,7 +22,8 @@ from app.services.offboard.entry import (
     refuse_unsafe_parameters,
     until_calm,
 )
-from app.services.offboard_view import OffboardState
+from app.services.offboard.surroundings import Surroundings
+from app.services.offboard_view import FlownBy, OffboardState
 from app.services.runs import Runs
 
 Destination = Literal["hold", "mission", "return"]
@@ -46,11 +48,13 @@ class Passage:
         vehicle_type = link.identity.vehicle_type
         if vehicle_type is None:
             raise OffboardNotReadyError(f"the type of vehicle {vehicle.id} is not known yet", hint="wait a moment")
-        kind = flight_kind(vehicle_type, link.state().vtol_state)
-        return await look_ahead(vehicle.id, link, kind, await self._run(), sticks_held=sticks_held)
+        surroundings = Surroundings.of(vehicle_type, link.identity.firmware, self._control.settings.fresh_s)
+        return await look_ahead(vehicle.id, link, surroundings, await self._run(), sticks_held=sticks_held)
 
-    async def enter(self, lease_id: str, *, sticks_held: bool) -> Sequence[AuditEntry]:
+    async def enter(self, lease_id: str, *, sticks_held: bool, by: FlownBy | None = None) -> Sequence[AuditEntry]:
         """Hold, one second of stream, then the mode: a stream alone could pull a vehicle out of a failsafe.
+
+        `by` None: as its tasks are flown. By commands it stays in Hold, and nothing is streamed.
 
         Raises:
             LeaseLostError, OffboardNotReadyError, AuditFailedError, VehicleRefusedError (with the vehicle's reasons),
@@ -59,6 +63,7 @@ class Passage:
         self._control.require(lease_id)
         if self._control.state is not _S.LEASED:
             raise OffboardNotReadyError(f"offboard control is {self._control.state.value} already")
+        self._control.means = self._means(by)
         self._entering = asyncio.create_task(self._enter(sticks_held), name=f"enter {self._control.vehicle.id}")
         return await self._ended(self._entering)
 
@@ -124,6 +129,9 @@ class Passage:
             control.move(_S.HOLDING, "commanding Hold")
             await self._hold()
             await until_calm(control.link, control.settings.calm_s)
+            if control.means is Means.COMMANDS:
+                control.move(_S.ACTIVE, "")
+                return entries
             control.move(_S.STREAMING, "the stream flows before the mode is asked for")
             await control.streamed(control.settings.stream_s)
             control.move(_S.SWITCHING, "asking for the mode")
@@ -142,10 +150,20 @@ class Passage:
         state = control.link.state()
         refuse_unready(control.vehicle.id, state, surroundings.kind(state), await self._run())
         control.move(_S.CHECKING, "reading parameters and the fence")
-        entries = await refuse_unsafe_parameters(control.link, sticks_held=sticks_held)
-        control.enclose(replace(surroundings, fence=await read_fence(control.link)))
+        entries = await refuse_unsafe_parameters(control.link, control.means, sticks_held=sticks_held)
+        loiter_m = next((entry.value for entry in entries if entry.parameter == LOITER_RADIUS), None)
+        wing = Wing.of(loiter_m, control.link.identity.firmware)
+        control.enclose(replace(surroundings, fence=await read_fence(control.link), wing=wing))
         control.forget_setpoint()  # it was not measured against this fence
         return entries
+
+    def _means(self, by: FlownBy | None) -> Means:
+        control = self._control
+        surroundings = control.surroundings
+        usual = None if surroundings is None else surroundings.means(control.link.state())
+        if by == "commands" and usual is not Means.COMMANDS:
+            raise OffboardNotReadyError("this vehicle is flown by setpoints", hint="enter without `by`")
+        return Means(by) if by else usual or Means.SETPOINTS
 
     async def _hold(self) -> None:
         run = await self._run()
@@ -153,8 +171,11 @@ class Passage:
 
     async def _command(self, to: Destination, run: Run | None) -> None:
         link, by = self._control.link, self._holder()
+        if to == "hold" and (run is None or self._control.means is Means.COMMANDS):
+            await self._control.hold()
         if run is None:
-            await (link.return_to_launch() if to == "return" else link.hold())
+            if to == "return":
+                await link.return_to_launch()
         elif to == "mission":
             await self._runs.resume(run.id, by=by)
         elif to == "return":

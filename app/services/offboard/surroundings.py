@@ -2,25 +2,40 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from app.domain.fence_area import FenceArea
 from app.domain.geo import LocalProjection
-from app.domain.setpoint.capability import FirmwareProfile, FlightKind, flight_kind
+from app.domain.setpoint.capability import FirmwareProfile, FlightKind, firmware_profile, flight_kind
 from app.domain.setpoint.encode import Follower
 from app.domain.setpoint.limiter import Whereabouts
+from app.domain.setpoint.means import Means, means_if_any
 from app.domain.setpoint.message import Vector
-from app.domain.vehicle import VehicleState, VehicleType
+from app.domain.tasks.commanded import Wing
+from app.domain.vehicle import FirmwareVersion, VehicleState, VehicleType
 
 
 @dataclass(frozen=True, slots=True)
 class Surroundings:
-    """What stays as it is during one lease. `fence` is in metres around the home it was read with."""
+    """What stays as it is during one lease. `fence` is in metres around the home it was read with.
+
+    `wing`: how it flies to a place by command.
+    """
 
     vehicle_type: VehicleType
     profile: FirmwareProfile
     fresh_s: float
     fence: FenceArea | None = None
+    wing: Wing = field(default_factory=Wing)
+
+    @classmethod
+    def of(cls, vehicle_type: VehicleType, firmware: FirmwareVersion | None, fresh_s: float) -> Surroundings:
+        """Before anything was read."""
+        return cls(vehicle_type, firmware_profile(firmware), fresh_s, wing=Wing.of(None, firmware))
+
+    def means(self, state: VehicleState) -> Means | None:
+        """How its tasks are flown as it flies now; None: not at all."""
+        return means_if_any(self.kind(state), self.profile)
 
     def kind(self, state: VehicleState) -> FlightKind:
         """What it flies like now."""

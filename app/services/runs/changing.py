@@ -10,7 +10,14 @@ from dataclasses import replace
 from app.domain.change_terms import ChangeTerms
 from app.domain.compiler import compile_plan
 from app.domain.continuation import Flown, Rest, asked_speed_before, continued, in_whole_plan
-from app.domain.errors import ChangeUnderWayError, ConflictError, PlanRejectedError, StorageError
+from app.domain.errors import (
+    ChangeUnderWayError,
+    ConflictError,
+    PlanRejectedError,
+    StorageError,
+    VehicleRefusedError,
+    WaydropError,
+)
 from app.domain.events import EventKind
 from app.domain.finding import Finding, Severity
 from app.domain.in_flight import InFlight
@@ -20,8 +27,8 @@ from app.domain.plan.walk import carried_in_flight
 from app.domain.ports import StoredPlan, VehicleLink
 from app.domain.prediction import predict
 from app.domain.rules import check_plan
-from app.domain.run import PlanChange
-from app.domain.vehicle import VehicleFacts
+from app.domain.run import PlanChange, Run
+from app.domain.vehicle import FlightMode, VehicleFacts
 from app.services.clock import Clock
 from app.services.runs.leg import is_concluded
 from app.services.runs.pending_change import PendingChange
@@ -63,12 +70,24 @@ class MissionChanger:
         if self._turn.locked() or (self.is_open and self._recorder.run.mission_id is not None):
             raise ChangeUnderWayError("another change is under way", hint="wait until it is known what came of it")
         async with self._turn:
-            plan = parse_plan(stored.document)
             self._terms().refuse_unfit()
             facts = await self._link.read_facts()
-            pending = await self._prepare(stored, plan, facts, continue_at, by, needed)
+            pending = await self._prepare(stored, facts, continue_at, by, needed)
+            back = await self._way_back(facts, by)
             self._terms().refuse_unfit()  # that took its time
-            await self._send(pending)
+            try:
+                await self._send(pending)
+            except VehicleRefusedError:
+                if back is not None:
+                    await self._restore(pending, back)
+                raise
+
+    async def _way_back(self, facts: VehicleFacts, by: str) -> PendingChange | None:
+        """What is left of the plan that is flown now; None if that cannot be told, in the middle of a loop."""
+        try:
+            return await self._prepare(_stored(self._recorder.run, self._watch.leg.plan), facts, None, by, ())
+        except PlanRejectedError:
+            return None
 
     def break_off(self) -> None:
         """End a transfer that is under way: until its last item has come, the vehicle flies what it flew."""
@@ -91,13 +110,12 @@ class MissionChanger:
     async def _prepare(
         self,
         stored: StoredPlan,
-        plan: Plan,
         facts: VehicleFacts,
         continue_at: str | None,
         by: str,
         needed: Collection[str],
     ) -> PendingChange:
-        run, now = self._recorder.run, self._terms().in_flight()
+        plan, run, now = parse_plan(stored.document), self._recorder.run, self._terms().in_flight()
         concluded = frozenset(drop.plan_item_id for drop in run.drops if is_concluded(drop))
         flown = Flown(self._watch.leg.plan, run.flown_item_ids, run.item_id, concluded)
         rest = continued(flown, plan, continue_at, carried_in_flight(flown.plan.vehicle_type, now), needed)
@@ -125,7 +143,9 @@ class MissionChanger:
             by=by,
             at=self._clock.now(),
         )
-        return PendingChange(change, plan, mission, timeline.first(RECORDED_VISITS), self._settings)
+        return PendingChange(
+            change, plan, mission, timeline.first(RECORDED_VISITS), self._settings, continue_at is None
+        )
 
     async def _send(self, pending: PendingChange) -> None:
         """Stored before it is sent: after a restart it must be known what may be on board."""
@@ -141,6 +161,7 @@ class MissionChanger:
             self._withdraw(pending)
             raise
         finally:
+            pending.ended_s = self._clock.monotonic()
             if self._sending is not None:
                 self._sending.cancel()
             self._sending = None
@@ -158,7 +179,6 @@ class MissionChanger:
         if error is None and not sending.cancelled() and self._watch.change is pending:
             self._watch.take_change(pending)
         arrived = self._watch.change is not pending
-        pending.ended_s = self._clock.monotonic()
         self._note("accepted" if arrived else "not known to have arrived", pending)
         with suppress(StorageError):
             await self._recorder.flush()
@@ -166,6 +186,16 @@ class MissionChanger:
             raise ChangeUnderWayError("the change was broken off: something else was commanded meanwhile")
         if error is not None:
             raise error
+        if self._watch.skip_to > 0 and self._link.state().mode is FlightMode.MISSION:
+            await self._link.set_current(self._watch.skip_to)  # else it would fly back to an item that it has passed
+
+    async def _restore(self, refused: PendingChange, back: PendingChange) -> None:
+        """The vehicle took the upload and found it infeasible: it holds, and what it flew before is gone from it."""
+        if self._watch.change is refused:
+            return  # not known to be on board
+        self._recorder.change(asked="refused")
+        with suppress(WaydropError):
+            await self._send(back)
 
     def _withdraw(self, pending: PendingChange) -> None:
         self._watch.change = None
@@ -179,6 +209,12 @@ class MissionChanger:
             self._recorder.note(EventKind.RUN_COMMAND, command="change_mission", by=change.by, **told)
         else:
             self._recorder.note(EventKind.RUN_ACK, command="change_mission", result=result)
+
+
+def _stored(run: Run, plan: Plan) -> StoredPlan:
+    """The plan that a run flies now, as far as a change needs it."""
+    document = plan.model_dump(mode="json")
+    return StoredPlan(run.plan_id, run.plan_hash, plan.name, plan.vehicle_type, run.created_at, "", document)
 
 
 def _findings(plan: Plan, rest: Rest, facts: VehicleFacts, began: InFlight) -> tuple[Finding, ...]:

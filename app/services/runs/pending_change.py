@@ -31,6 +31,9 @@ class PendingChange:
     mission: Mission
     timeline: Timeline
     settings: RunSettings
+    follows: bool
+    """It goes on with whatever item is flown, and not with one that was named."""
+
     is_open: bool = True
     ended_s: float | None = None
     """When its transfer ended without a word whether it arrived; monotonic."""
@@ -44,6 +47,11 @@ class PendingChange:
     def has_arrived(self, state: VehicleState) -> bool:
         """Whether the vehicle names it as the mission that it carries (MISSION_CURRENT.mission_id)."""
         return state.mission_id == self.change.mission_id
+
+    def first_seq(self, current: str | None) -> int:
+        """Its item to go on with, if the vehicle has come to `current` while it was under way."""
+        seqs = self.mission.seqs_of(current) if self.follows and current is not None else ()
+        return seqs[0] if seqs else 0
 
     def begin(self, recorder: RunRecorder) -> Leg:
         """It is on board: the run is of this plan from now on. The leg that the flight follows."""

@@ -70,8 +70,8 @@ class Runs:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
 
-    async def create(self, plan_id: str, vehicle_id: str, *, start: bool, by: str) -> Run:
-        """A new run, on its way to the vehicle.
+    async def create(self, plan_id: str, vehicle_id: str, *, start: bool, by: str, run_id: str | None = None) -> Run:
+        """A new run, on its way to the vehicle. `run_id`: a new id that the caller has stored before.
 
         Raises:
             NotFoundError, VehicleBusyError, VehicleQuarantinedError, ConflictError, PlanRejectedError, LinkError,
@@ -81,7 +81,7 @@ class Runs:
         link = self._fleet.link(vehicle_id)
         vehicle = self._fleet.vehicle(vehicle_id)
         _refuse_unfit(vehicle, self._taken_by(vehicle))
-        run_id = f"run-{secrets.token_hex(6)}"
+        run_id = run_id or new_run_id()
         vehicle.run_id = run_id  # taken before the first await: a second request meets a busy vehicle
         try:
             return await self._create(run_id, stored, vehicle, link, start=start, by=by)
@@ -259,6 +259,11 @@ class Runs:
             reason = "its vehicle has not been seen since the service started" if run_id in self._waiting else "over"
             raise WrongStateError(f"run {run_id} is {run.state.value}: {reason}", state=run.state.value)
         return self._flights[run_id]
+
+
+def new_run_id() -> str:
+    """An id that no other run has."""
+    return f"run-{secrets.token_hex(6)}"
 
 
 def _refuse_unfit(vehicle: FleetVehicle, taken_by: str | None) -> None:

@@ -7,6 +7,7 @@ import asyncio
 import structlog
 
 from app.domain.errors import LinkError, NotFoundError, VehicleQuarantinedError
+from app.domain.jobs.verdict import NOTHING_STARTED
 from app.domain.mission import MissionItem, MissionType
 from app.domain.plan import Plan, parse_plan
 from app.domain.ports import PlanStore, VehicleLink
@@ -112,7 +113,7 @@ class TakeUp:
         """End a run that cannot be followed. What was commanded and not answered stays unknown."""
         state = RunState.FAILED
         if run.state in NOT_STARTED:
-            reason = "Waydrop restarted before the upload ended; nothing was started"
+            reason = NOTHING_STARTED
         elif not reason:
             state, reason = RunState.LOST, "the vehicle was not seen again after Waydrop restarted"
         await close_unseen(run, state, reason, self._journal, self._clock)

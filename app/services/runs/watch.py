@@ -24,7 +24,7 @@ from app.services.runs.recorder import RunRecorder
 from app.services.runs.settings import LAST_REPORTS_S, SLOWEST_HEARTBEAT_S, UNFINISHED_DROPS_S, RunSettings
 from app.services.targets import Targets
 
-UNASKED: Final = frozenset({"", "pause", "resume"})
+UNASKED: Final = frozenset({"", "pause", "resume", "refused"})
 """What a user may have asked for with the mission still being flown to its end."""
 
 
@@ -44,6 +44,8 @@ class FlightWatch:
         self.leg = leg
         self.change: PendingChange | None = None
         """A changed mission that is on its way to the vehicle, or may be on board."""
+        self.skip_to = 0
+        """The item of a changed mission to which the vehicle had come by itself when it arrived."""
         self._recorder = recorder
         self._settings = settings
         self._clock = clock
@@ -95,8 +97,10 @@ class FlightWatch:
             if not release.is_over and (release.is_busy or release.compiled.plan_item_id not in ahead):
                 release.end("the plan was changed in flight", self._clock.monotonic())
                 self.record(release)
+        self.skip_to = change.first_seq(self._progress.item_id)
         self.leg = change.begin(self._recorder)
-        self._progress = replace(Progress.of(change.mission), flown=self._progress.flown)
+        progress = Progress.of(change.mission)
+        self._progress = replace(progress, flown=self._progress.flown, passed_to=self.skip_to - 1)
         self._item_clock.fly_on(change.mission)
         self._complete, self._mission_done, self.change = CompleteSign(), False, None
 

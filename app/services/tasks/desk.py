@@ -6,13 +6,15 @@ from collections.abc import Callable
 
 from app.domain.errors import ConflictError, LeaseLostError, TaskRefusedError
 from app.domain.ports import Unsubscribe
-from app.domain.tasks.admission import course_of, refuse_beyond, refuse_kind
+from app.domain.setpoint.means import Means, task_means
+from app.domain.tasks.admission import course_of, refuse_beyond
 from app.domain.tasks.course import Course
 from app.domain.tasks.forms import Goto, InsertMode, Motion, Task, TaskPoint, WhenEmpty
 from app.domain.tasks.origin import EkfOrigin
 from app.domain.tasks.queue import QueuedTask
 from app.services.clock import Clock
-from app.services.offboard_view import TaskReport
+from app.services.offboard.surroundings import Surroundings
+from app.services.offboard_view import FlownBy, OffboardState, TaskReport
 from app.services.task_view import OriginView, QueuedTaskView, TasksView
 from app.services.tasks.flight import TaskFlight
 from app.services.tasks.phase import Phase
@@ -116,6 +118,7 @@ class TaskDesk:
             report=flight.report() or NEVER_USED,
             origin=shown,
             when_empty=flight.when_empty,
+            flown_by=self._flown_by(),
             capacity=flight.queue.capacity,
             tasks=[self._entry_view(entry) for entry in flight.queue.entries],
         )
@@ -128,6 +131,17 @@ class TaskDesk:
     def subscribe(self, listener: Callable[[], None]) -> Unsubscribe:
         """Call `listener` when state, lease or queue have changed."""
         return self._flight.control.subscribe(listener)
+
+    def _flown_by(self) -> FlownBy | None:
+        """By the lease's surroundings; without a lease as the vehicle flies now."""
+        control = self._flight.control
+        if control.lease is not None:
+            return control.means.value
+        who = control.link.identity
+        if who.vehicle_type is None:
+            return None
+        means = Surroundings.of(who.vehicle_type, who.firmware, control.settings.fresh_s).means(control.link.state())
+        return None if means is None else means.value
 
     def _own(self, lease_id: str) -> TaskFlight:
         """The queue of this lease; a new lease begins with an empty one."""
@@ -152,7 +166,14 @@ class TaskDesk:
         if surroundings is None:
             raise LeaseLostError("the lease has ended")
         state = control.link.state()
-        refuse_kind(surroundings.kind(state), surroundings.profile)
+        means = task_means(surroundings.kind(state), surroundings.profile)
+        is_entered = control.state is not OffboardState.LEASED
+        if is_entered and means is Means.COMMANDS and control.means is Means.SETPOINTS:
+            raise TaskRefusedError(
+                "offboard control was entered by setpoints, and this vehicle follows none that a task needs",
+                refusal="tasks.entered_by_setpoints",
+                hint="leave, and enter without `by`",
+            )
         origin = flight.origin or EkfOrigin.of(state)
         if origin is None:
             raise TaskRefusedError(
@@ -162,13 +183,14 @@ class TaskDesk:
             )
         flight.origin = origin
         course, up_m = course_of(task, origin, self._clock.monotonic()), origin.up_of(task)
-        refuse_beyond(task, course, up_m, control.settings.limits, surroundings.whereabouts(state))
+        wing = surroundings.wing if means is Means.COMMANDS else None
+        refuse_beyond(task, course, up_m, control.settings.limits, surroundings.whereabouts(state), wing)
         return course, up_m
 
     def _entry_view(self, entry: QueuedTask) -> QueuedTaskView:
         flight = self._flight
         is_current = flight.queue.current is entry
-        seen = flight.seen.reference if is_current and flight.seen is not None else None
+        seen = flight.seen if is_current else None
         limit_s = entry.task.duration_s if entry.task.duration_s > 0.0 else -1.0
         left_m = None if seen is None or seen.left_m == float("inf") else round(seen.left_m, 2)
         return QueuedTaskView(

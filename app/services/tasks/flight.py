@@ -3,31 +3,29 @@
 from __future__ import annotations
 
 import asyncio
-from dataclasses import replace
 from typing import Final
 
 from app.domain.errors import SetpointRefusedError, WaydropError
 from app.domain.events import EventKind
 from app.domain.setpoint.capability import FlightKind
-from app.domain.tasks.course import Ground, PointCourse
+from app.domain.setpoint.means import Means
+from app.domain.tasks.course import PointCourse, Reference
 from app.domain.tasks.forms import Goto, WhenEmpty
-from app.domain.tasks.guidance import CRUISE_M_S, Fix, Steering, Wish, stand, steer
+from app.domain.tasks.guidance import Fix, Wish
 from app.domain.tasks.origin import EkfOrigin
 from app.domain.tasks.queue import QueuedTask, TaskQueue
 from app.services.fleet import Fleet
 from app.services.offboard.control import OffboardControl
 from app.services.offboard.passage import Destination, Passage
 from app.services.offboard_view import OffboardState, TaskReport, TaskState
+from app.services.tasks.by_commands import ByCommands
+from app.services.tasks.by_setpoints import BySetpoints
 from app.services.tasks.fix import fix_of
 from app.services.tasks.gripper import STANDS_M_S, Action, work_gripper
+from app.services.tasks.helm import Helm
 from app.services.tasks.phase import WORDS, Phase
 
 STEERED: Final = (OffboardState.STREAMING, OffboardState.SWITCHING, OffboardState.ACTIVE)
-HARMLESS: Final = frozenset({"limit.speed", "limit.climb", "limit.descend"})
-"""What may be clamped of a task: it takes longer. Any other clamp leads somewhere else, so the task stops."""
-SLOWER: Final = (1.0, 0.5, 0.25, 0.125)
-STOPS_IN_S: Final = 1.0
-"""A vehicle that is to stand is told the place where it can."""
 TARGET_TOLD_S: Final = 5.0
 """A moving target that was not told anew for so long counts as standing."""
 
@@ -46,11 +44,11 @@ class TaskFlight:
         self.when_empty: WhenEmpty = "plan"
         self.lease_id: str | None = None
         self.origin: EkfOrigin | None = None
-        self.seen: Steering | None = None
+        self.seen: Reference | None = None
         self.changes = 0
         self._passage = passage
         self._fleet = fleet
-        self._stands: tuple[Ground, float] | None = None
+        self._helm: Helm | None = None
         self._ticked_s: float | None = None
         self._leaving: asyncio.Task[None] | None = None
         self._gripping: asyncio.Task[None] | None = None
@@ -76,12 +74,14 @@ class TaskFlight:
 
     def stop(self, change: str, reason: str) -> None:
         """Stand; a wing circles. The current task keeps its time."""
-        self.phase, self.reason, self._stands = Phase.PAUSED, reason, None
+        self.phase, self.reason = Phase.PAUSED, reason
+        self._steer_anew()
         self.tell(change, self.queue.current, reason)
 
     def go_on(self) -> None:
         """The guidance has the vehicle again."""
-        self.phase, self.reason, self._stands = Phase.FLYING, "", None
+        self.phase, self.reason = Phase.FLYING, ""
+        self._steer_anew()
         self.tell("resumed", self.queue.current)
         self._look_if_empty()
 
@@ -161,62 +161,34 @@ class TaskFlight:
     # flying ---------------------------------------------------------------------------------------------------
 
     def _guide(self, kind: FlightKind, fix: Fix, now_s: float) -> None:
-        entry = self.queue.current
+        entry, helm = self.queue.current, self._take_helm()
         try:
             if self.phase is Phase.PAUSED or entry is None:
-                self._stand(kind, fix)
+                helm.stand(kind, fix)
             else:
-                self._fly(entry, kind, fix, now_s)
+                self._fly(helm, entry, kind, fix, now_s)
         except SetpointRefusedError as error:
             if self.phase is Phase.FLYING and entry is not None:
                 self.stop("blocked", error.detail)
 
-    def _stand(self, kind: FlightKind, fix: Fix) -> None:
-        """At the place chosen before, else where it can stop; if that is refused, as at a fence, where it is now.
-
-        Raises:
-            SetpointRefusedError: even there; the next tick tries anew.
-        """
-        chosen, self._stands = self._stands, None
-        refused = None
-        for place in (chosen, (fix.ahead(STOPS_IN_S).ground, fix.up_m), (fix.ground, fix.up_m)):
-            if place is None:
-                continue
-            try:
-                self.control.steer(stand(kind, *place, fix))
-            except SetpointRefusedError as error:
-                refused = error
+    def _take_helm(self) -> Helm:
+        if self._helm is None or self._helm.means is not self.control.means:
+            if self.control.means is Means.COMMANDS and self.origin is not None:
+                self._helm = ByCommands(self.control, self.origin)
             else:
-                self._stands = place
-                return
-        if refused is not None:
-            raise refused
+                self._helm = BySetpoints(self.control)
+        return self._helm
 
-    def _fly(self, entry: QueuedTask, kind: FlightKind, fix: Fix, now_s: float) -> None:
+    def _steer_anew(self) -> None:
+        if self._helm is not None:
+            self._helm.begin()
+
+    def _fly(self, helm: Helm, entry: QueuedTask, kind: FlightKind, fix: Fix, now_s: float) -> None:
         up_m = fix.up_m if entry.up_m is None else entry.up_m
-        seen = self._steer(_wish(entry, up_m, now_s), kind, fix)
-        self.queue, self.seen = self.queue.begun(up_m, seen.reference.leg), seen
+        seen = helm.fly(_wish(entry, up_m, now_s), kind, fix)
+        self.queue, self.seen = self.queue.begun(up_m, seen.reference.leg), seen.reference
         if seen.arrived and self.control.state is OffboardState.ACTIVE:
             self._arrive(entry, fix)
-
-    def _steer(self, wish: Wish, kind: FlightKind, fix: Fix) -> Steering:
-        """As fast as asked, or slower where a velocity would soon lead out of the fence or a limit.
-
-        Raises:
-            SetpointRefusedError: it leads there however slow it is, or cannot be slower.
-        """
-        speed = wish.speed_m_s or CRUISE_M_S[kind]
-        for share in (1.0,) if kind is FlightKind.WING else SLOWER:
-            seen = steer(kind, replace(wish, speed_m_s=speed * share), fix)
-            try:
-                beyond = [clamp for clamp in self.control.steer(seen.setpoint) if clamp.code not in HARMLESS]
-            except SetpointRefusedError as refused:
-                error = refused
-                continue
-            if not beyond:
-                return seen
-            error = SetpointRefusedError(beyond[0].detail, refusal=beyond[0].code)
-        raise error
 
     def _arrive(self, entry: QueuedTask, fix: Fix) -> None:
         task = entry.task
@@ -268,7 +240,8 @@ class TaskFlight:
 
     def _begin(self) -> None:
         """Another task is current: nothing of the one before counts."""
-        self.seen, self._stands = None, None
+        self.seen = None
+        self._steer_anew()
         if self._gripping is not None:
             self._gripping.cancel()
             self._gripping = None
@@ -281,6 +254,7 @@ class TaskFlight:
         self.reason, self.when_empty = self.control.reason, "plan"
         dropped, self.queue = self.queue, self.queue.cleared()
         self._begin()
+        self._helm = None
         if dropped.entries:
             self.tell("dropped", dropped.current, self.reason)
 

@@ -8,6 +8,7 @@ from typing import Final
 
 from app.domain.events import Event, EventKind
 from app.domain.ports import PlanStore
+from app.domain.webhooks.job_news import job_messages
 from app.domain.webhooks.lifecycle import Lifecycle, may_be_news
 from app.domain.webhooks.message import Message, messages_of
 from app.services.journal import Journal
@@ -35,7 +36,7 @@ class Stories:
     async def messages(self, event: Event) -> tuple[Message, ...]:
         """What is to be told of an event; asked in the order of the journal. Raises StorageError."""
         if event.run_id is None or not may_be_news(event):
-            return ()
+            return job_messages(event)
         # out of the cache meanwhile: after an error halfway it is read anew, and nothing of it is left out
         story = self._stories.pop(event.run_id, None) or await self._read_before(event, event.run_id)
         news = story.lifecycle.take(event)

@@ -29,6 +29,8 @@ class HoldMode:
     def __init__(self, context: NavContext) -> None:
         self._context = context
         self._wanted: Reposition | None = None
+        self._came_from: tuple[float, float] | None = None
+        """A plane on its straight way to the circle of a reposition."""
 
     def reposition(self, wanted: Reposition) -> None:
         """DO_REPOSITION, or DO_ORBIT of a plane."""
@@ -40,6 +42,7 @@ class HoldMode:
 
     def activate(self) -> None:
         context = self._context
+        self._came_from = None
         body = context.state.body
         if context.state.status.landed:
             context.set_point(SetpointKind.IDLE, (body.north_m, body.east_m), body.up_m)
@@ -50,8 +53,9 @@ class HoldMode:
         context = self._context
         point = wanted.point
         if point is None:
-            holding = context.setpoint.kind is SetpointKind.LOITER
-            point = context.setpoint.point if holding else context.stop_point()
+            holding = self._came_from is not None or context.setpoint.kind is SetpointKind.LOITER
+            only_height = holding and math.isfinite(wanted.up_m)
+            point = context.setpoint.point if only_height else context.stop_point()
         up_m = wanted.up_m if math.isfinite(wanted.up_m) else context.state.body.up_m
         setpoint = context.set_point(SetpointKind.LOITER, point, up_m)
         if wanted.speed_m_s > 0.0:
@@ -61,6 +65,19 @@ class HoldMode:
                 abs(wanted.orbit_radius_m),
                 wanted.orbit_radius_m > 0.0,
             )
+        body = context.state.body
+        self._came_from = (body.north_m, body.east_m) if context.flies_like_plane else None
+
+    def _approach(self, came_from: tuple[float, float]) -> None:
+        """Straight at the point, and from twice the circle's radius on along the circle [22_reposition_plane]."""
+        context, body = self._context, self._context.state.body
+        setpoint = context.setpoint
+        switch_m = body.ground_speed_m_s * context.profile.switch_distance_s(context.params)
+        near_m = 2.0 * max(setpoint.loiter_radius_m, switch_m)
+        if math.dist((body.north_m, body.east_m), setpoint.point) > near_m:
+            setpoint.kind, setpoint.previous = SetpointKind.POSITION, came_from
+        else:
+            setpoint.kind, setpoint.previous, self._came_from = SetpointKind.LOITER, None, None
 
     def _height_m(self) -> float:
         """Where it is; after a finished takeoff, where that was to end."""
@@ -75,3 +92,5 @@ class HoldMode:
             self._go(wanted)
         elif context.setpoint.kind is SetpointKind.IDLE and not context.state.status.landed:
             self.activate()
+        if self._came_from is not None:
+            self._approach(self._came_from)

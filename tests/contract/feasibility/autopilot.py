@@ -44,7 +44,12 @@ def facts_of(
 
 
 def refusals(
-    mission: Mission, vehicle_type: VehicleType, params: Mapping[str, Value], profile: FirmwareProfile = PX4_MAIN
+    mission: Mission,
+    vehicle_type: VehicleType,
+    params: Mapping[str, Value],
+    profile: FirmwareProfile = PX4_MAIN,
+    *,
+    landed: bool = True,
 ) -> list[str]:
     """Why the autopilot would refuse the upload, or never start what it took. Empty: it flies."""
     airframe = AIRFRAMES[AIRFRAME_OF[vehicle_type]]
@@ -64,7 +69,7 @@ def refusals(
         frame=frame,
         home=Home(0.0, 0.0, 0.0),
         fence=Geofence(fence, frame),
-        landed=True,
+        landed=landed,
     )
     return found + [f"{problem.event} {problem.arguments}" for problem in problems(judged)]
 

@@ -9,6 +9,7 @@ from typing import Protocol
 
 import pytest
 
+from app.domain.jobs.port import JobStore
 from app.domain.ports import AnswerStore, EventStore, PlanStore, RunStore, TokenStore
 from app.domain.webhooks.port import WebhookStore
 from app.storage import open_storage
@@ -29,6 +30,8 @@ class Stores(Protocol):
     def tokens(self) -> TokenStore: ...
     @property
     def answers(self) -> AnswerStore: ...
+    @property
+    def jobs(self) -> JobStore: ...
     @property
     def webhooks(self) -> WebhookStore: ...
 

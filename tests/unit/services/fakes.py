@@ -7,6 +7,9 @@ from collections.abc import Callable, Sequence
 
 from app.domain.errors import WaydropError
 from app.domain.events import Event, NewEvent
+from app.domain.jobs.job import Job
+from app.domain.jobs.port import JobRecord
+from app.domain.jobs.vehicle_queue import VehicleQueue
 from app.domain.ports import StoredPlan
 from app.domain.run import Run
 
@@ -33,6 +36,8 @@ class MemoryEventStore:
         self.events: list[Event] = []
         self.runs: dict[str, Run] = {}
         self.plans: dict[str, StoredPlan] = {}
+        self.jobs: dict[str, Job] = {}
+        self.queues: dict[str, VehicleQueue] = {}
         self.batches: list[int] = []
         self.failures: list[WaydropError] = []
         self.refuse: Callable[[NewEvent], WaydropError | None] = lambda event: None
@@ -45,7 +50,11 @@ class MemoryEventStore:
         self.open.clear()
 
     async def append(
-        self, events: Sequence[NewEvent], runs: Sequence[Run] = (), plans: Sequence[StoredPlan] = ()
+        self,
+        events: Sequence[NewEvent],
+        runs: Sequence[Run] = (),
+        plans: Sequence[StoredPlan] = (),
+        jobs: Sequence[JobRecord] = (),
     ) -> Sequence[Event]:
         """See EventStore. Fails with the next of `failures`, or as `refuse` says of any event."""
         await self._pass_time()
@@ -62,6 +71,8 @@ class MemoryEventStore:
         self.events += stored
         self.runs |= {run.id: run for run in runs}
         self.plans |= {plan.id: plan for plan in plans}
+        self.jobs |= {job.id: job for job in jobs if isinstance(job, Job)}
+        self.queues |= {queue.vehicle_id: queue for queue in jobs if isinstance(queue, VehicleQueue)}
         self.batches.append(len(events))
         await self._pass_time()  # on disk, but the journal does not know yet
         return stored

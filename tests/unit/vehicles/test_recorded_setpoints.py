@@ -14,9 +14,9 @@ from app.domain.mission import MavCmd
 from app.domain.setpoint.capability import FirmwareProfile, FlightKind
 from app.domain.setpoint.encode import Follower, encode
 from app.domain.setpoint.forms import Setpoint, SetpointDocument
+from app.domain.setpoint.means import FORMS
 from app.domain.setpoint.message import Ignore, SetpointFrame
 from app.domain.setpoint.wire_form import WIRE_FORMS
-from app.domain.tasks.admission import FORMS
 from app.domain.vehicle import FlightMode
 from app.services.offboard import SLOWEST_HZ, OffboardSettings
 from app.vehicles.command_sender import command

@@ -2,7 +2,7 @@
 
 import { ProblemError, problemFrom, unreachable } from "./problem";
 import { readToken } from "./token";
-import type { Comparison, EntryCheck, OffboardDetail, PlanCheck, PlanDocument, PlanHead, Principal, Run, SimulatorView, StoredPlan, TaskQueue, Vehicle } from "./types";
+import type { Attachment, Comparison, EntryCheck, OffboardDetail, PlanCheck, PlanDocument, PlanHead, Principal, Run, SimulatorView, StoredPlan, TaskQueue, Vehicle } from "./types";
 import type { Schema } from "../schema/control";
 import type { RunAction } from "../state/runs";
 
@@ -23,11 +23,12 @@ export const api = {
   entryCheck: (vehicle: string, sticksHeld: boolean): Promise<EntryCheck> =>
     get(`/vehicles/${encodeURIComponent(vehicle)}/offboard/entry-check?sticks_held=${sticksHeld}`),
   /** The proof of delivery as a page (HTML) to file or print. */
-  proofSheet: async (run: string): Promise<string> => {
-    const answer = await answerTo(`/runs/${encodeURIComponent(run)}/proof-sheet`, { method: "GET" });
-    if (!answer.ok) throw problemFrom(answer.status, await answer.json().catch(() => null));
-    return answer.text();
-  },
+  proofSheet: async (run: string): Promise<string> => (await file(`/runs/${encodeURIComponent(run)}/proof-sheet`)).text(),
+  attachments: async (run: string, drop: string): Promise<Attachment[]> => (await get<{ attachments: Attachment[] }>(attachmentsOf(run, drop))).attachments,
+  attachmentFile: async (run: string, { plan_item_id: drop, sha256 }: Attachment): Promise<Blob> => (await file(`${attachmentsOf(run, drop)}/${sha256}`)).blob(),
+  /** The same file is attached once, however often it is sent. */
+  attach: (run: string, drop: string, name: string, content: File): Promise<Attachment> =>
+    call(`${attachmentsOf(run, drop)}?name=${encodeURIComponent(name)}`, { method: "POST", headers: { "Content-Type": content.type }, body: content }),
 
   checkPlan: (plan: PlanDocument, vehicle: string | null, signal: AbortSignal): Promise<PlanCheck> =>
     send("/plan-checks", vehicle === null ? { plan } : { plan, vehicle }, { signal }),
@@ -50,6 +51,17 @@ interface SendOptions {
   signal?: AbortSignal;
   /** Goes with an Idempotency-Key, so that a repeat by the network is not done twice. */
   once?: boolean;
+}
+
+function attachmentsOf(run: string, drop: string): string {
+  return `/runs/${encodeURIComponent(run)}/drops/${encodeURIComponent(drop)}/attachments`;
+}
+
+/** An answer that is no JSON. */
+async function file(path: string): Promise<Response> {
+  const answer = await answerTo(path, { method: "GET" });
+  if (!answer.ok) throw problemFrom(answer.status, await answer.json().catch(() => null));
+  return answer;
 }
 
 function get<T>(path: string): Promise<T> {

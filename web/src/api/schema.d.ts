@@ -860,6 +860,154 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/jobs": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Jobs, newest first
+         * @description Role: viewer or higher.
+         */
+        get: operations["list_jobs"];
+        put?: never;
+        /**
+         * Queue a plan for a vehicle, or for any that can
+         * @description Role: dispatcher or higher.
+         */
+        post: operations["create_job"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/job-checks": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Which vehicle would get a plan now, and what speaks against each; nothing is queued
+         * @description Role: dispatcher or higher.
+         */
+        post: operations["check_job"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/jobs/{job_id}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * One job; while it waits with what speaks against each vehicle now
+         * @description Role: viewer or higher.
+         */
+        get: operations["get_job"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        /**
+         * Give a waiting job another priority or place
+         * @description Role: dispatcher or higher.
+         */
+        patch: operations["move_job"];
+        trace?: never;
+    };
+    "/api/v1/jobs/{job_id}/cancel": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Cancel a job that does not fly
+         * @description Role: dispatcher or higher.
+         */
+        post: operations["cancel_job"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/job-queues": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * What waits, in order, and how each vehicle's queue stands
+         * @description Role: viewer or higher.
+         */
+        get: operations["get_job_queues"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/job-queues/{vehicle_id}/stop": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Begin and start no more jobs on this vehicle; a run that flies goes on
+         * @description Role: dispatcher or higher.
+         */
+        post: operations["stop_job_queue"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/job-queues/{vehicle_id}/resume": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Go on after somebody has looked at the vehicle
+         * @description Role: pilot or higher.
+         */
+        post: operations["resume_job_queue"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/runs/{run_id}/comparison": {
         parameters: {
             query?: never;
@@ -1418,6 +1566,16 @@ export interface components {
             radius_m: number;
         };
         /**
+         * AssignmentView
+         * @description Which vehicle would get a job now, null if none can, and what speaks for and against each.
+         */
+        AssignmentView: {
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Candidates */
+            candidates: components["schemas"]["Candidate"][];
+        };
+        /**
          * Attachment
          * @description One attachment, as its event tells it (run.attachment): the journal's chain covers the file by `sha256`.
          *
@@ -1579,6 +1737,47 @@ export interface components {
             p99_ms: number | null;
             /** Max Ms */
             max_ms: number | null;
+        };
+        /**
+         * Candidate
+         * @description One vehicle. It can have the job if `refusals` is empty. `reason` says why it was chosen, or why another was.
+         *
+         *     `distance_m`: from where it is to where the plan begins, null if either is not known. At most MOST_REFUSALS are
+         *     listed; `refusals_left_out` counts the others.
+         */
+        Candidate: {
+            /** Vehicle Id */
+            vehicle_id: string;
+            /**
+             * Chosen
+             * @default false
+             */
+            chosen: boolean;
+            /**
+             * Reason
+             * @default
+             */
+            reason: string;
+            /**
+             * Distance M
+             * @default null
+             */
+            distance_m: number | null;
+            /**
+             * Battery Percent
+             * @default null
+             */
+            battery_percent: number | null;
+            /**
+             * Refusals
+             * @default []
+             */
+            refusals: components["schemas"]["Refusal"][];
+            /**
+             * Refusals Left Out
+             * @default 0
+             */
+            refusals_left_out: number;
         };
         /**
          * CapabilityView
@@ -1895,7 +2094,7 @@ export interface components {
          * @description What a webhook may be told. docs/webhooks.md has the table.
          * @enum {string}
          */
-        DeliveryEvent: "delivery.created" | "delivery.ready" | "delivery.departed" | "delivery.arrived" | "delivery.paused" | "delivery.resumed" | "delivery.returning" | "delivery.landed" | "delivery.completed" | "delivery.aborted" | "delivery.failed" | "delivery.lost" | "drop.consent_asked" | "drop.released" | "drop.kept" | "drop.unknown" | "drop.attachment" | "webhook.test";
+        DeliveryEvent: "delivery.created" | "delivery.ready" | "delivery.departed" | "delivery.arrived" | "delivery.paused" | "delivery.resumed" | "delivery.returning" | "delivery.landed" | "delivery.completed" | "delivery.aborted" | "delivery.failed" | "delivery.lost" | "drop.consent_asked" | "drop.released" | "drop.kept" | "drop.unknown" | "drop.attachment" | "job.queued" | "job.assigned" | "job.requeued" | "job.completed" | "job.failed" | "job.cancelled" | "job.expired" | "queue.stopped" | "queue.resumed" | "webhook.test";
         /**
          * DropComparison
          * @description The release of one drop. `apart_m` is between the predicted and the flown place of the release.
@@ -2114,6 +2313,8 @@ export interface components {
         /**
          * EntryCheckView
          * @description What an entry would find now. `reason` is empty unless the vehicle's state forbids it; an `audit` may too.
+         *
+         *     `flown_by`: how its tasks would be flown; null: not at all.
          */
         EntryCheckView: {
             /** Ready */
@@ -2124,10 +2325,18 @@ export interface components {
             hint: string;
             /** Audit */
             audit: components["schemas"]["AuditView"][];
+            /**
+             * Flown By
+             * @default null
+             */
+            flown_by: ("setpoints" | "commands") | null;
         };
         /**
          * EntryRequest
          * @description Enter OFFBOARD mode. `sticks_held`: a pilot holds the sticks, so a loss action that needs them is right.
+         *
+         *     `by` null: as the tasks of this vehicle are flown, so by `commands`, in Hold, where it follows none of their
+         *     setpoints.
          */
         EntryRequest: {
             /**
@@ -2140,10 +2349,15 @@ export interface components {
              * @default false
              */
             sticks_held: boolean;
+            /**
+             * By
+             * @default null
+             */
+            by: ("setpoints" | "commands") | null;
         };
         /**
          * EntryView
-         * @description OFFBOARD mode is entered, with these parameters on board.
+         * @description OFFBOARD mode is entered, or Hold if `offboard` says that it is flown by commands; the parameters on board.
          */
         EntryView: {
             /** Audit */
@@ -2189,7 +2403,7 @@ export interface components {
          * @description What an event says. The data of each kind is documented here; it is what the stream carries.
          * @enum {string}
          */
-        EventKind: "service.started" | "service.stopped" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.command" | "offboard.lease" | "offboard.changed" | "tasks.changed" | "tasks.gripper" | "plan.created" | "run.created" | "run.changed" | "run.predicted" | "run.upload_progress" | "run.mission_changed" | "run.target_moved" | "run.target_not_followed" | "run.item" | "run.item_ended" | "run.command" | "run.ack" | "run.drop" | "run.attachment" | "drop.consent_asked" | "drop.consent_closed" | "simulator.fault" | "webhook.changed";
+        EventKind: "service.started" | "service.stopped" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.command" | "offboard.lease" | "offboard.changed" | "tasks.changed" | "tasks.gripper" | "plan.created" | "run.created" | "run.changed" | "run.predicted" | "run.upload_progress" | "run.mission_changed" | "run.target_moved" | "run.target_not_followed" | "run.item" | "run.item_ended" | "run.command" | "run.ack" | "run.drop" | "run.attachment" | "drop.consent_asked" | "drop.consent_closed" | "simulator.fault" | "job.changed" | "job.queue_changed" | "webhook.changed";
         /**
          * EventsView
          * @description A page of events in order. `last_seq` is the newest there is; ask again after the last one of the page.
@@ -2593,6 +2807,201 @@ export interface components {
             unsure_s: number;
             /** Reason */
             reason: string;
+        };
+        /**
+         * Job
+         * @description One job as stored and shown. Times are Unix seconds.
+         *
+         *     `priority`: the higher goes first; `rank` orders those of one priority, the lower first. `deadline` is the latest
+         *     start. `vehicle_id`, `run_id` and `candidates` are of the assignment; a queued job has none. `auto_start` false: the
+         *     run waits on the vehicle for a person's start. `start_asked_at`: Waydrop told the run to start; it does so once.
+         *     `end_asked`: the job is to end so as soon as its run has been taken off the vehicle.
+         */
+        Job: {
+            /** Id */
+            id: string;
+            /** Plan Id */
+            plan_id: string;
+            /** Plan Name */
+            plan_name: string;
+            vehicle_type: components["schemas"]["VehicleType"];
+            /**
+             * Order Id
+             * @default null
+             */
+            order_id: string | null;
+            wish: components["schemas"]["Wish"];
+            /**
+             * Not Before
+             * @default null
+             */
+            not_before: number | null;
+            /**
+             * Deadline
+             * @default null
+             */
+            deadline: number | null;
+            /**
+             * Auto Start
+             * @default false
+             */
+            auto_start: boolean;
+            /**
+             * Priority
+             * @default 0
+             */
+            priority: number;
+            /**
+             * Rank
+             * @default 0
+             */
+            rank: number;
+            /** @default queued */
+            state: components["schemas"]["JobState"];
+            /**
+             * Reason
+             * @default
+             */
+            reason: string;
+            /**
+             * Requested By
+             * @default
+             */
+            requested_by: string;
+            /**
+             * Vehicle Id
+             * @default null
+             */
+            vehicle_id: string | null;
+            /**
+             * Run Id
+             * @default null
+             */
+            run_id: string | null;
+            /**
+             * Candidates
+             * @default []
+             */
+            candidates: components["schemas"]["Candidate"][];
+            /**
+             * Start Asked At
+             * @default null
+             */
+            start_asked_at: number | null;
+            /**
+             * End Asked
+             * @default
+             * @enum {string}
+             */
+            end_asked: "" | "cancelled" | "expired";
+            /** Created At */
+            created_at: number;
+            /** Updated At */
+            updated_at: number;
+            /**
+             * Ended At
+             * @default null
+             */
+            ended_at: number | null;
+        };
+        /**
+         * JobMove
+         * @description Another priority, or the first or last place among the waiting jobs of its priority.
+         */
+        JobMove: {
+            /**
+             * Priority
+             * @default null
+             */
+            priority: number | null;
+            /**
+             * Place
+             * @default null
+             */
+            place: ("first" | "last") | null;
+        };
+        /**
+         * JobOrder
+         * @description A plan, by its id or the document itself, and the vehicles that may fly it: an id, or "any".
+         *
+         *     `allowed_vehicles` narrows "any". A vehicle with less than `min_battery_percent` is refused, and one that does not
+         *     tell; 0 takes them too. The job is not begun before `not_before`, and ends `expired` if it has not taken off by
+         *     `deadline`. `auto_start` false: the mission is put on the vehicle, and a person starts the run. True: Waydrop starts
+         *     it, once, as soon as it is prepared and nothing speaks against its vehicle. The higher `priority` goes first.
+         */
+        JobOrder: {
+            /** Plan */
+            plan: string | {
+                [key: string]: unknown;
+            };
+            /**
+             * Vehicle
+             * @default any
+             */
+            vehicle: string;
+            /**
+             * Allowed Vehicles
+             * @default []
+             */
+            allowed_vehicles: string[];
+            /**
+             * Min Battery Percent
+             * @default 30
+             */
+            min_battery_percent: number;
+            /**
+             * Not Before
+             * @default null
+             */
+            not_before: string | null;
+            /**
+             * Deadline
+             * @default null
+             */
+            deadline: string | null;
+            /**
+             * Auto Start
+             * @default false
+             */
+            auto_start: boolean;
+            /**
+             * Priority
+             * @default 0
+             */
+            priority: number;
+        };
+        /**
+         * JobQueuesView
+         * @description All jobs that wait, the next one first, and each vehicle. `dispatching` false: a defect of ours, see the log.
+         */
+        JobQueuesView: {
+            /** Dispatching */
+            dispatching: boolean;
+            /** Capacity */
+            capacity: number;
+            /** Waiting */
+            waiting: components["schemas"]["Job"][];
+            /** Vehicles */
+            vehicles: components["schemas"]["VehicleQueueView"][];
+        };
+        /**
+         * JobState
+         * @description The states of a job. `preparing`: a vehicle was chosen, and the mission goes to it; `prepared`: it is there.
+         * @enum {string}
+         */
+        JobState: "queued" | "preparing" | "prepared" | "flying" | "completed" | "failed" | "cancelled" | "expired";
+        /**
+         * JobsView
+         * @description Jobs, newest first. `next` goes into `older_than` for the next page; null behind the last one.
+         */
+        JobsView: {
+            /** Jobs */
+            jobs: components["schemas"]["Job"][];
+            /**
+             * Next
+             * @default null
+             */
+            next: string | null;
         };
         /**
          * Jump
@@ -3009,6 +3418,8 @@ export interface components {
         /**
          * OffboardView
          * @description Offboard control of one vehicle. `reason` says why it is so, or why the last lease ended.
+         *
+         *     `flown_by`: setpoints in OFFBOARD mode, or commands in Hold: then `order` is the newest of them. Null: no lease.
          */
         OffboardView: {
             state: components["schemas"]["OffboardState"];
@@ -3018,6 +3429,13 @@ export interface components {
             sent: components["schemas"]["SentView"] | null;
             cadence: components["schemas"]["CadenceView"] | null;
             tasks: components["schemas"]["TaskReport"] | null;
+            /**
+             * Flown By
+             * @default null
+             */
+            flown_by: ("setpoints" | "commands") | null;
+            /** @default null */
+            order: components["schemas"]["OrderView"] | null;
         };
         /**
          * Order
@@ -3036,6 +3454,29 @@ export interface components {
              * @default null
              */
             notes: string | null;
+        };
+        /**
+         * OrderView
+         * @description The newest command of a vehicle that is flown by commands, and its answer.
+         *
+         *     `command`: DO_REPOSITION (without a place: circle here) or DO_ORBIT; `altitude_m` is AMSL, a positive `radius_m`
+         *     clockwise. `result`: `sent`, `no answer`, or the MAV_RESULT of its COMMAND_ACK.
+         */
+        OrderView: {
+            /** Command */
+            command: string;
+            /** Latitude Deg */
+            latitude_deg: number | null;
+            /** Longitude Deg */
+            longitude_deg: number | null;
+            /** Altitude M */
+            altitude_m: number | null;
+            /** Radius M */
+            radius_m: number | null;
+            /** Result */
+            result: string;
+            /** Age S */
+            age_s: number;
         };
         /**
          * OriginView
@@ -3820,6 +4261,26 @@ export interface components {
             value: true;
         };
         /**
+         * Refusal
+         * @description One reason. `code` is a VehicleRefusal or a rule's; `pointer` leads into the plan, null if it is not about it.
+         */
+        Refusal: {
+            /** Code */
+            code: string;
+            /** Message */
+            message: string;
+            /**
+             * Hint
+             * @default
+             */
+            hint: string;
+            /**
+             * Pointer
+             * @default null
+             */
+            pointer: string | null;
+        };
+        /**
          * RefuseUploadFault
          * @description Refuses missions.
          */
@@ -3869,7 +4330,8 @@ export interface components {
          *     `mission_hash` is SHA-256 over mission, fence and rally points as they were compiled (mission.py).
          *     `asked` is what a user last asked for in flight: "pause", "return", "land", "resume" until the vehicle is in Mission
          *     mode again, or "" for the mission itself;
-         *     "contingency" when a drop failed and the plan says to return.
+         *     "contingency" when a drop failed and the plan says to return; "refused" when the vehicle holds because it found a
+         *     changed mission infeasible.
          *     A plan may be changed in flight: `plan_id` to `mission_hash` are of the newest that the vehicle carries, `change`
          *     says where it went on, `changes` counts. `changing` is a change whose arrival on board is not known yet.
          *     `reached_seq` is the highest mission item known to be done: after a reboot of the vehicle nothing before it is
@@ -4502,6 +4964,8 @@ export interface components {
         /**
          * TasksView
          * @description The queue of one vehicle, current task first. `origin` null: the vehicle has not told it yet.
+         *
+         *     `flown_by`: how its tasks are flown; null: not at all, or its type is not known.
          */
         TasksView: {
             report: components["schemas"]["TaskReport"];
@@ -4511,6 +4975,11 @@ export interface components {
              * @enum {string}
              */
             when_empty: "plan" | "wait";
+            /**
+             * Flown By
+             * @default null
+             */
+            flown_by: ("setpoints" | "commands") | null;
             /** Capacity */
             capacity: number;
             /** Tasks */
@@ -4700,6 +5169,56 @@ export interface components {
             vehicle_type: components["schemas"]["VehicleType"] | null;
             /** Firmware */
             firmware: string | null;
+        };
+        /**
+         * VehicleQueue
+         * @description While `stopped`, no job is begun and no start asked. `cleared_run_id`: a run whose end stops it no more.
+         */
+        VehicleQueue: {
+            /** Vehicle Id */
+            vehicle_id: string;
+            /**
+             * Stopped
+             * @default false
+             */
+            stopped: boolean;
+            /**
+             * Reason
+             * @default
+             */
+            reason: string;
+            /**
+             * By
+             * @default
+             */
+            by: string;
+            /**
+             * At
+             * @default null
+             */
+            at: number | null;
+            /**
+             * Cleared Run Id
+             * @default null
+             */
+            cleared_run_id: string | null;
+        };
+        /**
+         * VehicleQueueView
+         * @description One vehicle's queue. `ready`: a job could begin now, else `refusals` says why not.
+         *
+         *     `job_id` is the job that it has, `waiting` are those that it may get, the next one first.
+         */
+        VehicleQueueView: {
+            queue: components["schemas"]["VehicleQueue"];
+            /** Ready */
+            ready: boolean;
+            /** Refusals */
+            refusals: components["schemas"]["Refusal"][];
+            /** Job Id */
+            job_id: string | null;
+            /** Waiting */
+            waiting: string[];
         };
         /**
          * VehicleType
@@ -5101,6 +5620,26 @@ export interface components {
                 number,
                 number
             ];
+        };
+        /**
+         * Wish
+         * @description Which vehicles a job may have. `vehicle` is an id or "any"; then `allowed_vehicles` may narrow it.
+         *
+         *     `min_battery_percent`: a vehicle with less is refused, and so is one that does not tell, unless it is 0.
+         */
+        Wish: {
+            /** Vehicle */
+            vehicle: string;
+            /**
+             * Allowed Vehicles
+             * @default []
+             */
+            allowed_vehicles: string[];
+            /**
+             * Min Battery Percent
+             * @default 0
+             */
+            min_battery_percent: number;
         };
     };
     responses: never;
@@ -10976,6 +11515,1078 @@ export interface operations {
             };
             /** @description `internal`: A defect of the service */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_jobs: {
+        parameters: {
+            query?: {
+                /** @description at most so many */
+                limit?: number;
+                vehicle?: string | null;
+                plan?: string | null;
+                state?: string | null;
+                open?: boolean;
+                older_than?: string | null;
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The jobs */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["JobsView"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    create_job: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Repeat the request with the same key and body: it is done once */
+                "Idempotency-Key"?: string;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["JobOrder"];
+            };
+        };
+        responses: {
+            /** @description The job as it is now; follow it at Location or by the stream */
+            202: {
+                headers: {
+                    /** @description Where the new or changed resource is */
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Job"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON; `idempotency.key_invalid`: The Idempotency-Key cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `jobs.full`: So many jobs wait that no other is taken */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `plan.invalid`: The document is not a plan; `plan.rejected`: The plan cannot be flown; `input.invalid`: The document cannot be used; `request.invalid`: The body does not fit this request; `idempotency.key_reused`: The Idempotency-Key was used for another request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    check_job: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["JobOrder"];
+            };
+        };
+        responses: {
+            /** @description The choice; with no vehicle that can it is answered with 200 too */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["AssignmentView"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `plan.invalid`: The document is not a plan; `request.invalid`: The body does not fit this request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_job: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                job_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The job */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Job"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `plan.invalid`: The document is not a plan */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    move_job: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                job_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["JobMove"];
+            };
+        };
+        responses: {
+            /** @description The job as it is now */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Job"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `job.wrong_state`: The job is in another state */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.invalid`: The body does not fit this request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    cancel_job: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                job_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The job as it is now; follow it at Location or by the stream */
+            202: {
+                headers: {
+                    /** @description Where the new or changed resource is */
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Job"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `job.wrong_state`: The job is in another state */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.invalid`: The body does not fit this request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_job_queues: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The queues */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["JobQueuesView"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    stop_job_queue: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The queue as it is now */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["VehicleQueueView"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.invalid`: The body does not fit this request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    resume_job_queue: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The queue as it is now */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["VehicleQueueView"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.invalid`: The body does not fit this request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };

@@ -10,6 +10,7 @@ export type Vehicle = Schemas["VehicleView"];
 export type RunState = Schemas["RunState"];
 export type Run = Schemas["Run"];
 export type DropRecord = Schemas["DropRecord"];
+export type Attachment = Schemas["Attachment"];
 export type ConsentRecord = Schemas["ConsentRecord"];
 export type Finding = Schemas["Finding"];
 export type Timeline = Schemas["Timeline"];

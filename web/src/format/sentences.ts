@@ -2,6 +2,7 @@
 
 import type { ConsentRecord, DropRecord, EventKind, Run } from "../api/types";
 import type { StreamEvent } from "../api/types";
+import { sayJob, sayJobQueue } from "./job-sentences";
 import { metres, percent, seconds } from "./units";
 import { asSentence, certaintyName, consentWords, plain, runStateName, runStateTone, type Tone } from "./words";
 
@@ -44,6 +45,8 @@ const SAY: Readonly<Record<EventKind, Say>> = {
   "drop.consent_closed": sayConsent,
   "run.attachment": (e) => ({ text: `“${str(e.data["name"])}” was attached to “${str(e.data["plan_item_id"])}”${after(" by ", e.data["by"])}.`, tone: "info" }),
   "webhook.changed": (e) => ({ text: `A webhook to ${str(e.data["host"])} was ${lower(e.data["change"])}${after(" by ", e.data["by"])}.`, tone: e.data["change"] === "disabled" ? "warn" : "neutral" }),
+  "job.changed": sayJob,
+  "job.queue_changed": sayJobQueue,
   "simulator.fault": sayFault,
   "page.missing": (e) => ({ text: `Events ${str(e.data["first"])} to ${str(e.data["last"])} are no longer kept by the service.`, tone: "warn" }),
 };

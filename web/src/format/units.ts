@@ -1,16 +1,101 @@
-/** Measurements in words. One place, so that a unit switch has one place to live. Pure. */
+/** Measurements in words, in the units that the operator has chosen: whoever calls these in a component or an effect follows a switch. */
+
+import { signal } from "@preact/signals";
 
 /** The mark for "not known": never a zero. */
 export const UNKNOWN = "–";
 
-export function metres(value: number | null): string {
-  if (value === null) return UNKNOWN;
-  if (Math.abs(value) >= 10_000) return `${(value / 1000).toFixed(1)} km`;
-  return `${trimmed(value, Math.abs(value) < 10 ? 1 : 0)} m`;
+interface Unit {
+  readonly name: string;
+  /** How many of the SI unit it is. */
+  readonly is: number;
 }
 
-export function speed(value: number | null): string {
-  return value === null ? UNKNOWN : `${value.toFixed(1)} m/s`;
+interface System {
+  readonly label: string;
+  readonly short: Unit;
+  readonly long: Unit;
+  /** From here on (in metres) distances are said in the long unit. */
+  readonly long_from_m: number;
+  readonly speed: Unit;
+  readonly climb: Unit;
+  /** As MapLibre calls its scale. */
+  readonly scale: "metric" | "imperial" | "nautical";
+}
+
+const M: Unit = { name: "m", is: 1 };
+const FT: Unit = { name: "ft", is: 0.3048 };
+const KM: Unit = { name: "km", is: 1000 };
+const NM: Unit = { name: "NM", is: 1852 };
+const MI: Unit = { name: "mi", is: 1609.344 };
+const M_S: Unit = { name: "m/s", is: 1 };
+const KN: Unit = { name: "kn", is: 1852 / 3600 };
+const MPH: Unit = { name: "mph", is: 0.44704 };
+const FT_MIN: Unit = { name: "ft/min", is: 0.3048 / 60 };
+
+/** What operators use: SI; feet and knots as in aviation; feet and miles per hour. */
+export const SYSTEMS = {
+  metric: { label: "m, m/s", short: M, long: KM, long_from_m: 10_000, speed: M_S, climb: M_S, scale: "metric" },
+  aviation: { label: "ft, kn", short: FT, long: NM, long_from_m: NM.is, speed: KN, climb: FT_MIN, scale: "nautical" },
+  miles: { label: "ft, mph", short: FT, long: MI, long_from_m: MI.is, speed: MPH, climb: FT_MIN, scale: "imperial" },
+} as const satisfies Record<string, System>;
+export type SystemName = keyof typeof SYSTEMS;
+
+/** Chosen in the header; state/units.ts remembers it. */
+export const systemName = signal<SystemName>("metric");
+
+function system(): System {
+  return SYSTEMS[systemName.value];
+}
+
+/** A height: never in miles, however high. */
+export function altitude(value_m: number | null): string {
+  return value_m === null ? UNKNOWN : inUnit(value_m, system().short);
+}
+
+/** A height on the map, where decimals would only flicker. */
+export function wholeAltitude(value_m: number): string {
+  const { name, is } = system().short;
+  return `${grouped(value_m / is, 0)} ${name}`;
+}
+
+/** A way over ground, short or long. */
+export function distance(value_m: number | null): string {
+  if (value_m === null) return UNKNOWN;
+  const { short, long, long_from_m } = system();
+  return Math.abs(value_m) >= long_from_m ? `${grouped(value_m / long.is, 1)} ${long.name}` : inUnit(value_m, short);
+}
+
+export function speed(value_m_s: number | null): string {
+  if (value_m_s === null) return UNKNOWN;
+  const { name, is } = system().speed;
+  return `${steady(value_m_s / is, 1)} ${name}`;
+}
+
+export function climbRate(value_m_s: number | null): string {
+  if (value_m_s === null) return UNKNOWN;
+  const { name, is } = system().climb;
+  return is === 1 ? `${steady(value_m_s, 1)} ${name}` : `${grouped(Math.round(value_m_s / is / 10) * 10, 0)} ${name}`;
+}
+
+/** Metres for the nearest round distance (1, 2 or 5 of the unit, times ten to some power) that is not below the wish. */
+export function roundDistance(wish_m: number): number {
+  const { short, long, long_from_m } = system();
+  const unit = wish_m >= long_from_m / 2 ? long.is : short.is;
+  const wish = wish_m / unit;
+  const power = 10 ** Math.floor(Math.log10(Math.max(wish, 0.1)));
+  return ([1, 2, 5, 10].find((n) => n * power >= wish * 0.999) ?? 10) * power * unit;
+}
+
+export function scaleUnit(): System["scale"] {
+  return system().scale;
+}
+
+/** A field of a plan, which is in metres or m/s, as it is in the chosen units; empty if these are the plan's own. */
+export function besides(unit: string, value: unknown): string {
+  if (systemName.value === "metric" || typeof value !== "number" || !Number.isFinite(value)) return "";
+  if (unit === "m") return altitude(value);
+  return unit === "m/s" ? speed(value) : "";
 }
 
 /** Under a minute with a decimal if it has one, then minutes and seconds. */
@@ -53,6 +138,24 @@ export function fullTime(unix_s: number): string {
   return new Date(unix_s * 1000).toISOString().replace("T", " ").replace("Z", " UTC");
 }
 
+function inUnit(value_m: number, { name, is }: Unit): string {
+  const value = value_m / is;
+  return `${grouped(value, Math.abs(value) < 10 ? 1 : 0)} ${name}`;
+}
+
+/** With as many decimals always, so that it does not jump while it changes; and no "-0.0". */
+function steady(value: number, decimals: number): string {
+  const text = value.toFixed(decimals);
+  return Number(text) === 0 ? (0).toFixed(decimals) : text;
+}
+
+/** Thousands apart by a thin space, as in 12 300 ft. */
+function grouped(value: number, decimals: number): string {
+  const text = trimmed(value, decimals);
+  return text.replace(/\d{5,}/, (digits) => digits.replace(/\B(?=(\d{3})+$)/g, "\u202f"));
+}
+
 function trimmed(value: number, decimals: number): string {
-  return value.toFixed(decimals).replace(/\.0+$/, "");
+  const text = value.toFixed(decimals).replace(/\.0+$/, "");
+  return text === "-0" ? "0" : text;
 }

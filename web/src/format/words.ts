@@ -97,6 +97,12 @@ export function asSentence(text: string): string {
   return /^[a-z]+(?![\w./])/.test(text) ? text.charAt(0).toUpperCase() + text.slice(1) : text;
 }
 
+/** The same, closed as a sentence is. */
+export function fullSentence(text: string): string {
+  const words = asSentence(text);
+  return /[.!?]$/.test(words) ? words : `${words}.`;
+}
+
 /** "in_failsafe" -> "In failsafe". */
 export function plain(word: string): string {
   const spaced = word.replaceAll("_", " ");

@@ -14,7 +14,8 @@ export type QueueAsk =
 
 export type ClientFrame =
   | QueueAsk
-  | { type: "take"; rate_hz: number }
+  | { type: "take"; rate_hz: number; override: boolean }
+  | { type: "hand_over"; to: string | null }
   | { type: "renew" }
   | { type: "enter"; sticks_held: boolean }
   | { type: "setpoint"; setpoint: Setpoint }

@@ -1,5 +1,5 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import type { Offboard } from "../api/types";
+import type { Offboard, TaskQueue, TaskState } from "../api/types";
 import type { Answer, ClientFrame } from "./frames";
 import { Presence } from "./presence";
 import type { StopReason } from "./sender";
@@ -89,6 +89,43 @@ beforeEach(() => {
 afterEach(() => {
   session.giveBack();
   vi.useRealTimers();
+});
+
+describe("a lease that changes hands", () => {
+  const ACTIVE = { state: "active", lease: { holder: "ben", expires_in_s: 9, offered_to: "ann" }, reason: "", sent: null, cadence: null } as unknown as Offboard;
+
+  it("is offered and the offer taken back, and flying goes on meanwhile", async () => {
+    await flying();
+    void session.handOver("ben");
+    expect(wire().frames.at(-1)).toEqual({ type: "hand_over", to: "ben" });
+    await wire().answer({ ...DONE, what: "hand_over" });
+    void session.handOver(null);
+    await wire().answer({ ...REFUSED, code: "offboard.lease_lost" });
+    expect([now.phase, now.refusal?.doing]).toEqual(["flying", "Take the offer of v1 back"]);
+  });
+
+  it("is flown on at once when it is taken over in flight, with hands that start fresh", async () => {
+    session.take("v1");
+    wire().events.onOpen();
+    wire().events.onState(ACTIVE);
+    await wire().answer(GRANTED);
+    await vi.advanceTimersByTimeAsync(200);
+    expect([now.phase, fresh, wire().count("setpoint")]).toEqual(["flying", 1, 5]);
+    expect(wire().frames[0]).toEqual({ type: "take", rate_hz: 20, override: false });
+  });
+
+  it("is taken by override only when that was asked for", async () => {
+    session.take("v1", true);
+    wire().events.onOpen();
+    expect(wire().frames[0]).toEqual({ type: "take", rate_hz: 20, override: true });
+  });
+
+  it("ends for the one who had it, with the name of the one who has it now", async () => {
+    await flying();
+    wire().events.onState({ ...ACTIVE, lease: { holder: "cat", expires_in_s: 10, offered_to: null } } as Offboard);
+    wire().events.onClosed(4410, "the lease has ended");
+    expect([now.phase, now.ended]).toEqual(["off", "Taken over by cat."]);
+  });
 });
 
 describe("a session", () => {
@@ -237,5 +274,77 @@ describe("a session", () => {
     old.events.onClosed(4410, "");
     old.events.onAnswer(REFUSED);
     expect([now.phase, now.refusal]).toEqual(["opening", null]);
+  });
+});
+
+describe("a session with tasks", () => {
+  const TASK = { type: "task", task: { type: "goto" }, insert: "append", when_empty: "wait" } as Extract<ClientFrame, { type: "task" }>;
+  const RESUME = { type: "queue", do: "resume" } as const;
+  const QUEUED: Answer = { type: "queued", id: 1, task_id: "t1" };
+  const tell = (state: TaskState) => wire().events.onTasks({ report: { state }, tasks: [] } as unknown as TaskQueue);
+  const sentIn = async (ms: number) => {
+    const before = [wire().count("setpoint"), wire().count("renew")];
+    await vi.advanceTimersByTimeAsync(ms);
+    return [wire().count("setpoint") - (before[0] ?? 0), wire().count("renew") - (before[1] ?? 0)];
+  };
+
+  async function flown(): Promise<void> {
+    await flying();
+    void session.queue("Add", TASK);
+    await wire().answer(QUEUED);
+    tell("flying");
+  }
+
+  it("says no setpoint of its own while they are flown, and keeps the lease", async () => {
+    await flying();
+    const before = fresh;
+    void session.queue("Add", TASK);
+    expect([now.leads, wire().frames.at(-1)?.type, fresh - before]).toEqual(["tasks", "task", 1]);
+    expect(await sentIn(7000)).toEqual([0, 2]);
+  });
+
+  it("enters with a queue that waits, and says nothing over it", async () => {
+    await leased();
+    void session.queue("Add", TASK);
+    await wire().answer(QUEUED);
+    tell("waiting");
+    void session.enter(false);
+    await wire().answer(DONE);
+    expect([now.phase, now.leads, wire().count("setpoint")]).toEqual(["flying", "tasks", 0]);
+  });
+
+  it("has the hands lead again as soon as they move, until the queue is asked to go on", async () => {
+    await flown();
+    session.takeOver();
+    expect((await sentIn(1000))[0]).toBe(20);
+    tell("by_hand");
+    void session.queue("Add", TASK); // behind the others: it waits with them
+    expect(now.leads).toBe("hands");
+    await wire().answer(QUEUED);
+    void session.queue("Go on", RESUME);
+    tell("by_hand"); // from before
+    expect(now.leads).toBe("tasks");
+    await wire().answer({ ...DONE, what: "queue" });
+    tell("flying");
+    expect(await sentIn(1000)).toEqual([0, 0]);
+  });
+
+  it("speaks again when the first task is refused, and tells why", async () => {
+    await flying();
+    const answer = session.queue("Add", TASK);
+    await wire().answer({ ...REFUSED, code: "limit.fence" });
+    expect([await answer, now.leads]).toMatchObject([{ doing: "Add", code: "limit.fence" }, "hands"]);
+    expect((await sentIn(1000))[0]).toBe(20);
+  });
+
+  it("goes on while somebody looks elsewhere on the page, and lets the lease end when nobody looks at it", async () => {
+    await flown();
+    session.unattended("focus_left");
+    expect(now.phase).toBe("flying");
+    present = false;
+    session.unattended("hidden");
+    expect([now.phase, await sentIn(12_000)]).toEqual(["flying", [0, 0]]);
+    session.unattended("page_closed");
+    expect([now.phase, wire().closed]).toEqual(["off", true]);
   });
 });

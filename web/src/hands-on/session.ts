@@ -86,12 +86,13 @@ export class Session {
     );
   }
 
-  take(vehicle: string): void {
+  /** `override` takes it from whoever has it, and needs an admin. */
+  take(vehicle: string, override = false): void {
     if (this.#wire !== null) return;
     this.#asking = 0;
     this.#set({ ...HANDS_OFF, phase: "opening", vehicle });
     const wire: Wire = this.host.connect(vehicle, {
-      onOpen: () => void this.#askForLease(wire),
+      onOpen: () => void this.#askForLease(wire, override),
       onState: (offboard) => wire === this.#wire && this.#set({ offboard, answer_ms: this.#sender.answer_ms }),
       onTasks: (tasks) => wire === this.#wire && this.#onTasks(tasks),
       onAnswer: (answer) => wire === this.#wire && this.#onSetpointAnswer(answer),
@@ -123,6 +124,16 @@ export class Session {
     if (wire !== this.#wire) return;
     if (answer.type === "done") return this.#end(LEFT[to], true);
     if (this.#is("leaving")) this.#set({ phase: "flying", refusal: refusalOf(`Leave to ${to}`, answer) });
+  }
+
+  /** Let somebody else take the lease over, in flight too; null takes the offer back. Nothing changes until it is taken. */
+  async handOver(to: string | null): Promise<void> {
+    const wire = this.#wire;
+    if (wire === null || !(this.#is("leased") || this.#is("flying"))) return;
+    const answer = await wire.ask({ type: "hand_over", to });
+    if (wire !== this.#wire) return;
+    const doing = to === null ? `Take the offer of ${this.#now.vehicle} back` : `Offer ${this.#now.vehicle} to ${to}`;
+    this.#set({ refusal: answer.type === "done" ? null : refusalOf(doing, answer) });
   }
 
   /** Ask something of the task queue. Null: it is done; else why it is not. */
@@ -173,9 +184,10 @@ export class Session {
     if (reason === "page_closed" && this.#wire !== null) this.#end(words, true);
   }
 
-  async #askForLease(wire: Wire): Promise<void> {
-    const answer = await wire.ask({ type: "take", rate_hz: RATE_HZ });
+  async #askForLease(wire: Wire, override: boolean): Promise<void> {
+    const answer = await wire.ask({ type: "take", rate_hz: RATE_HZ, override });
     if (wire !== this.#wire) return;
+    if (answer.type === "granted" && this.#now.offboard?.state === "active") return this.#flyOn();
     if (answer.type === "granted") {
       this.#keepLease(true);
       return this.#set({ phase: "leased" });
@@ -183,6 +195,13 @@ export class Session {
     const refusal = refusalOf(`Take the lease of ${this.#now.vehicle}`, answer);
     this.#end("", true);
     this.#set({ refusal });
+  }
+
+  /** Taken over in flight: somebody must speak before the dead-man acts. */
+  #flyOn(): void {
+    this.host.onFreshHands();
+    this.#set({ phase: "flying" });
+    this.#speak();
   }
 
   /** Only this page gives the queue the vehicle; the service takes it away again. */

@@ -1,8 +1,8 @@
 /** What happens at the controls, in words. Pure. */
 
 import type { Offboard, OffboardState } from "../api/types";
-import { metres, speed } from "../format/units";
-import { asSentence } from "../format/words";
+import { altitude, climbRate, speed } from "../format/units";
+import { fullSentence } from "../format/words";
 import type { StopReason } from "./sender";
 
 const STOPS: Readonly<Record<StopReason, string>> = {
@@ -19,6 +19,8 @@ export function stopWords(reason: StopReason): string {
   return STOPS[reason];
 }
 
+const LEASE_ENDED = 4410;
+
 const CLOSES: Readonly<Record<number, string>> = {
   1001: "The service stops.",
   1006: "The connection was lost.",
@@ -29,14 +31,10 @@ const CLOSES: Readonly<Record<number, string>> = {
 
 /** Why the service ended it: its own reason if it gave one, after what the page knows. */
 export function closeWords(code: number, reason: string, last: { readonly ended: string; readonly offboard: Offboard | null }): string {
-  const given = last.offboard?.lease === null ? last.offboard.reason : "";
-  const why = CLOSES[code] ?? sentenceOf(given || reason || `closed with ${code}`);
+  const lease = code === LEASE_ENDED ? last.offboard?.lease : null;
+  const given = lease ? `taken over by ${lease.holder}` : (last.offboard?.reason ?? "");
+  const why = CLOSES[code] ?? fullSentence(given || reason || `closed with ${code}`);
   return `${last.ended} ${why}`.trim();
-}
-
-function sentenceOf(text: string): string {
-  const words = asSentence(text);
-  return /[.!?]$/.test(words) ? words : `${words}.`;
 }
 
 /** The steps of an entry, in order. */
@@ -60,16 +58,17 @@ const PARTS: readonly (readonly [key: string, plus: string, minus: string])[] = 
 export function setpointWords(setpoint: Readonly<Record<string, unknown>>): string {
   const parts = PARTS.flatMap(([key, plus, minus]) => {
     const value = setpoint[key];
-    return typeof value === "number" && Math.abs(value) >= 0.05 ? [`${speed(Math.abs(value))} ${value > 0 ? plus : minus}`] : [];
+    const say = key === "down_m_s" ? climbRate : speed;
+    return typeof value === "number" && Math.abs(value) >= 0.05 ? [`${say(Math.abs(value))} ${value > 0 ? plus : minus}`] : [];
   });
   const turn = setpoint["yawspeed_deg_s"];
   if (typeof turn === "number" && Math.abs(turn) >= 0.5) parts.push(`turn ${Math.abs(turn).toFixed(0)}°/s ${turn > 0 ? "right" : "left"}`);
   if (parts.length > 0) return parts.join(", ");
   const type = String(setpoint["type"]);
   if (type.startsWith("velocity")) return "stand still";
-  const altitude = setpoint["altitude_m"];
-  if (type === "position_global" && typeof altitude === "number") return `go to a place, ${metres(altitude)} AMSL`;
-  return type.replaceAll("_", " ");
+  const height = setpoint["altitude_m"];
+  if (type === "position_global" && typeof height === "number") return `go to a place, ${altitude(height)} AMSL`;
+  return type === "position_ned" ? "be at a place" : type.replaceAll("_", " ");
 }
 
 export type Stage = "speaks" | "silent" | "gone";

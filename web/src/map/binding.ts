@@ -1,6 +1,7 @@
 /** Ties the scene to the signals: each source is drawn anew when, and only when, what it shows has changed. */
 
 import { computed, effect, signal, untracked } from "@preact/signals";
+import { roundDistance, scaleUnit } from "../format/units";
 import { viewPlan, type PlanView } from "../plan/document";
 import type { Run, Timeline } from "../api/types";
 import { draftTimeline } from "../state/draft";
@@ -17,7 +18,7 @@ import { live, tracks, vehicles } from "../state/store";
 import { draftTask, placeTask, taskPlaces } from "../state/task-draft";
 import { taskQueue } from "../state/task-queue";
 import { theme } from "../state/theme";
-import { boundsAround, following, homeOf, planPoints, ringStep, vehiclePoint, viewed } from "./camera";
+import { boundsAround, following, homeOf, planPoints, vehiclePoint, viewed } from "./camera";
 import { destinationFeatures, dropFeatures, fenceFeatures, handleFeatures, itemProgress, pathFeatures, placeFeatures, ringFeatures, sketchFeatures, trackFeatures, vehicleFeatures, collection } from "./features";
 import { metresBetween } from "./geometry";
 import { graticule, type View } from "./graticule";
@@ -87,6 +88,7 @@ export function bindScene(container: HTMLElement, onLabels: (labels: readonly La
       void homeKey.value;
       grid.home(scene);
     }),
+    effect(() => scene.setScale(scaleUnit())),
     effect(() => follow(scene)),
     effect(() => lookAtItem(scene)),
     lookAtNews(scene),
@@ -145,6 +147,9 @@ function lookAtNews(scene: Scene): () => void {
   });
 }
 
+/** So many steps make the height of the view: three rings fill about its shorter half. */
+const RINGS = 8;
+
 /** Graticule and range rings: they depend on the view and on home alone. */
 class Grid {
   #view: View | null = null;
@@ -167,7 +172,7 @@ class Grid {
     const view = this.#view;
     if (view === null) return;
     const height_m = metresBetween([view.west, view.south], [view.west, view.north]);
-    scene.setData("rings", ringFeatures(home.peek(), ringStep(height_m)));
+    scene.setData("rings", ringFeatures(home.peek(), roundDistance(height_m / RINGS)));
   }
 }
 

@@ -41,10 +41,3 @@ export function planPoints(plan: PlanView): Point[] {
 export function boundsAround(points: readonly Point[]): [number, number, number, number] | null {
   return boundsOf(points.flatMap((point) => circleRing(point, 60, 4)));
 }
-
-/** The round distance for range rings: three of them fill about the shorter half of the view. */
-export function ringStep(viewHeight_m: number): number {
-  const wished = viewHeight_m / 8;
-  const power = 10 ** Math.floor(Math.log10(Math.max(wished, 1)));
-  return [1, 2, 5, 10].map((m) => m * power).find((step) => step >= wished) ?? 10 * power;
-}

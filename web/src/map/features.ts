@@ -2,7 +2,7 @@
 
 import type { Feature, FeatureCollection, Geometry } from "geojson";
 import type { Run, RunState, Vehicle } from "../api/types";
-import { metres } from "../format/units";
+import { distance, wholeAltitude } from "../format/units";
 import { dropPlaces, isDrop, type PlanItemView, type PlanView } from "../plan/document";
 import type { Handle } from "../plan/handles";
 import { trackLines, type Tracks } from "../state/tracks";
@@ -28,7 +28,7 @@ export function vehicleFeatures(vehicles: Readonly<Record<string, Vehicle>>, sel
         tone: vehicleTone(vehicle, live),
         heading_deg: Math.round(heading_deg ?? 0),
         selected: vehicle.id === selected,
-        label: altitude === null || altitude < 1 ? vehicle.id : `${vehicle.id} · ${metres(Math.round(altitude))}`,
+        label: altitude === null || altitude < 1 ? vehicle.id : `${vehicle.id} · ${wholeAltitude(altitude)}`,
       });
     }),
   );
@@ -134,7 +134,7 @@ export function ringFeatures(home: Point | null, step_m: number): FeatureCollect
   const features = [feature({ type: "Point", coordinates: home }, { kind: "home" })];
   for (const n of [1, 2, 3]) {
     features.push(feature({ type: "LineString", coordinates: circleRing(home, n * step_m) }, { kind: "ring" }));
-    features.push(feature({ type: "Point", coordinates: offset(home, n * step_m, 45) }, { kind: "label", label: metres(n * step_m) }));
+    features.push(feature({ type: "Point", coordinates: offset(home, n * step_m, 45) }, { kind: "label", label: distance(n * step_m) }));
   }
   return collection(features);
 }

@@ -1,7 +1,7 @@
 import { describe, expect, it } from "vitest";
 import { viewPlan } from "../plan/document";
 import { sampleDrop, sampleRun, sampleState, sampleVehicle } from "../testing/samples";
-import { boundsAround, ringStep } from "./camera";
+import { boundsAround } from "./camera";
 import { dropFeatures, fenceFeatures, itemProgress, pathFeatures, vehicleFeatures } from "./features";
 import { circleRing, metresBetween, offset } from "./geometry";
 import { degreeLabel, graticule, type View } from "./graticule";
@@ -52,12 +52,6 @@ describe("the graticule", () => {
       expect(at_px).toBeGreaterThan(30);
       expect(at_px).toBeLessThan((edge === "top" ? 800 : 600) - 30);
     }
-  });
-});
-
-describe("range rings", () => {
-  it("have round distances that fit the view", () => {
-    expect([ringStep(900), ringStep(4000), ringStep(80)]).toEqual([200, 500, 10]);
   });
 });
 

@@ -2,7 +2,7 @@
 
 import type { Feature, FeatureCollection } from "geojson";
 import type { Timeline } from "../api/types";
-import { metres } from "../format/units";
+import { distance } from "../format/units";
 import { dropPlaces, type PlanView } from "../plan/document";
 import { circleRing, metresBetween, offset, type Point } from "./geometry";
 
@@ -31,7 +31,7 @@ function footprint(plan: PlanView, drop: PredictedDrop, target: Point): Feature[
   if (lat === null || lon === null) return drop.offset_m >= VISIBLE_M ? [ring(target, drop.offset_m, "circle")] : [];
   const from: Point = [lon, lat];
   const features: Feature[] = [];
-  if (metresBetween(from, target) >= VISIBLE_M) features.push(point(from, "release", `release ${metres(drop.lead_m)} before`));
+  if (metresBetween(from, target) >= VISIBLE_M) features.push(point(from, "release", `release ${distance(drop.lead_m)} before`));
   if (drop.throw_m >= VISIBLE_M) {
     const lands = offset(from, drop.throw_m, track(plan, drop, from, target));
     features.push({ type: "Feature", properties: { kind: "fall" }, geometry: { type: "LineString", coordinates: [from, lands] } }, point(lands, "landing", "comes down"));

@@ -36,6 +36,7 @@ export class Scene {
   readonly #data: MapData = { ...NO_DATA };
   readonly #texts = new Map<SourceId, string>();
   readonly #dirty = new Set<SourceId>();
+  readonly #scale = new ScaleControl({ maxWidth: 120 });
   #look: Look;
   #frame = 0;
   readonly #pacing = new Pacing(() => this.#dirty.size > 0 && this.#flushSoon());
@@ -57,7 +58,7 @@ export class Scene {
     });
     this.#map.touchZoomRotate.disableRotation();
     this.#map.keyboard.disableRotation();
-    this.#map.addControl(new ScaleControl({ maxWidth: 120 }), "bottom-left");
+    this.#map.addControl(this.#scale, "bottom-left");
     this.#map.setMissingStyleImageResolver((name) => this.#addIcon(name));
     this.#listen();
   }
@@ -76,6 +77,10 @@ export class Scene {
     if (look.palette === this.#look.palette && look.scale === this.#look.scale) return;
     this.#look = look;
     this.#map.setStyle(buildStyle(look, this.#data), { diff: false }); // icons are coloured: all are drawn anew
+  }
+
+  setScale(unit: "metric" | "imperial" | "nautical"): void {
+    this.#scale.setUnit(unit);
   }
 
   fit(bounds: [number, number, number, number]): void {

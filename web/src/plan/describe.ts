@@ -1,6 +1,6 @@
 /** A plan item in a few words, as the lists show it. Pure. */
 
-import { metres, seconds, speed } from "../format/units";
+import { altitude, distance, seconds, speed } from "../format/units";
 import type { PlanItemView } from "./document";
 
 const TITLES: Readonly<Record<string, string>> = {
@@ -30,16 +30,16 @@ export function itemSummary(item: PlanItemView): string {
   const f = item.fields;
   const dropsMoving = f["release_motion"] === "moving"; // then there is no hold, whatever the field's default says
   const parts: (string | null)[] = [
-    num(f["relative_altitude_m"], (m) => `${metres(m)} above home`),
-    num(f["absolute_altitude_m"], (m) => `${metres(m)} above sea level`),
+    num(f["relative_altitude_m"], (m) => `${altitude(m)} above home`),
+    num(f["absolute_altitude_m"], (m) => `${altitude(m)} above sea level`),
     item.type === "loiter" ? words(f["kind"]) : null,
     num(f["turns"], (n) => `${n} turns`),
-    num(f["radius_m"], (m) => `radius ${metres(Math.abs(m))}${m < 0 ? " counter-clockwise" : ""}`),
+    num(f["radius_m"], (m) => `radius ${distance(Math.abs(m))}${m < 0 ? " counter-clockwise" : ""}`),
     num(f["hold_s"], (s) => (s > 0 && !dropsMoving ? `hold ${item.type === "waypoint" ? "" : "up to "}${seconds(s)}` : null)),
     num(f["duration_s"], seconds),
     num(f["speed_m_s"], speed),
-    num(f["acceptance_radius_m"], (m) => `within ${metres(m)}`),
-    num(f["length_m"], metres),
+    num(f["acceptance_radius_m"], (m) => `within ${distance(m)}`),
+    num(f["length_m"], distance),
     f["release_motion"] === "stopped" ? "while stopped" : f["release_motion"] === "moving" ? "while moving" : null,
     words(f["mode"]) || null,
     f["consent"] === "operator" ? "with an operator's consent" : null,

@@ -1,7 +1,7 @@
 /** The service's prediction for a plan, as the lists show it. Pure. */
 
 import type { Timeline } from "../api/types";
-import { metres, seconds, speed } from "../format/units";
+import { altitude, distance, seconds, speed } from "../format/units";
 
 /** When an item begins, counted from the start: "+1 min 05 s". An item that is visited again says how often. */
 export function arrivalText(timeline: Timeline | null, itemId: string): string {
@@ -15,7 +15,7 @@ export function arrivalText(timeline: Timeline | null, itemId: string): string {
 export function totalText(timeline: Timeline | null): string {
   if (timeline === null) return "";
   const end = timeline.open_ended ? " until told otherwise" : "";
-  return `${seconds(Math.round(timeline.duration_s))}${end} · ${metres(timeline.distance_m)}`;
+  return `${seconds(Math.round(timeline.duration_s))}${end} · ${distance(timeline.distance_m)}`;
 }
 
 /** How a drop is predicted to act: where before the point, how fast, how far the parcel flies on. */
@@ -23,9 +23,9 @@ export function dropText(timeline: Timeline | null, itemId: string): string {
   const drop = timeline?.drops.find((predicted) => predicted.item_id === itemId);
   if (!drop) return "";
   const parts = [
-    `${drop.supervised ? "supervised" : "embedded"}, predicted at ${speed(drop.ground_speed_m_s)} and ${metres(drop.relative_altitude_m)} up`,
-    drop.lead_m >= 1 ? `${metres(drop.lead_m)} before the point` : "",
-    drop.throw_m >= 1 ? `falls ${seconds(drop.fall_s)}, flies on ${metres(drop.throw_m)}` : "",
+    `${drop.supervised ? "supervised" : "embedded"}, predicted at ${speed(drop.ground_speed_m_s)} and ${altitude(drop.relative_altitude_m)} up`,
+    drop.lead_m >= 1 ? `${distance(drop.lead_m)} before the point` : "",
+    drop.throw_m >= 1 ? `falls ${seconds(drop.fall_s)}, flies on ${distance(drop.throw_m)}` : "",
   ];
   return parts.filter((part) => part !== "").join(" · ");
 }

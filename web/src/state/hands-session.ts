@@ -31,7 +31,8 @@ const session = new Session({
   onChange: (next) => (handsOn.value = next),
 });
 
-export const takeLease = (vehicle: string): void => session.take(vehicle);
+export const takeLease = (vehicle: string, override = false): void => session.take(vehicle, override);
+export const handOver = (to: string | null): Promise<void> => session.handOver(to);
 export function enter(): Promise<void> {
   touched();
   return session.enter(sticksHeld.value);

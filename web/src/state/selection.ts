@@ -1,6 +1,7 @@
 /** What the operator looks at. It lives in the address (#vehicle=v1&run=r7&panel=run), so a reload or a link keeps it. */
 
 import { computed, effect, signal } from "@preact/signals";
+import { fleetGroup, fleetQuery } from "./fleet-filter";
 import { currentRun, newestRuns } from "./runs";
 import { runs, vehicles } from "./store";
 
@@ -60,6 +61,8 @@ export function keepSelectionInAddress(): void {
     const hash = new URLSearchParams();
     if (vehicleId.value !== null) hash.set("vehicle", vehicleId.value);
     if (runId.value !== null) hash.set("run", runId.value);
+    if (fleetQuery.value.trim() !== "") hash.set("find", fleetQuery.value.trim());
+    if (fleetGroup.value !== "all") hash.set("group", fleetGroup.value);
     hash.set("panel", panel.value);
     hash.set("view", view.value);
     history.replaceState(null, "", `#${hash}`);

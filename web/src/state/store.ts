@@ -3,6 +3,7 @@
 import { computed, signal } from "@preact/signals";
 import type { Frame } from "../stream/frames";
 import type { Status } from "../stream/connection";
+import { extendStrips } from "./strips";
 import { extendTracks, type Tracks } from "./tracks";
 import { EMPTY_WORLD, reduce, type Action, type World } from "./world";
 
@@ -27,6 +28,9 @@ export function dispatch(action: Action): World {
 /** One frame of the stream at the page's own time. True if the stream must be opened again. */
 export function takeFrame(frame: Frame): boolean {
   const after = dispatch({ type: "frame", frame, at: performance.now() });
-  if (frame.type === "telemetry") tracks.value = extendTracks(tracks.value, frame.vehicles, frame.time);
+  if (frame.type === "telemetry") {
+    tracks.value = extendTracks(tracks.value, frame.vehicles, frame.time);
+    extendStrips(frame.vehicles, frame.time);
+  }
   return after.resync;
 }

@@ -53,7 +53,7 @@ export async function addTask(): Promise<void> {
   if (await ask("Add the task", { type: "task", task, insert, when_empty: whenEmpty })) {
     batch(() => {
       if (draftTask.value !== null) chooseTask(null);
-      changeForm({ gripper: null }); // the next one drops nothing unless that is said again
+      changeForm({ gripper: null, stay: false, duration_s: null, insert: "append" }); // said anew for each task
     });
   }
 }

@@ -1,7 +1,7 @@
 /** Tasks and their queue in plain English. Pure. */
 
 import type { QueuedTask, Task, TaskReport, TaskState } from "../api/types";
-import { metres, seconds, speed } from "../format/units";
+import { altitude, distance, seconds, speed } from "../format/units";
 import type { Tone } from "../format/words";
 import { PLACES, type TaskKind } from "./draft";
 
@@ -16,7 +16,7 @@ export function taskTitle(task: Task): string {
     case "goto":
       return task.gripper === "release" ? "Go to, and release" : task.gripper === "grab" ? "Go to, and grab" : task.stay ? "Go to, and stay" : "Go to";
     case "circle":
-      return `Circle of ${metres(Math.abs(task.radius_m))}, ${task.radius_m > 0 ? "clockwise" : "counter-clockwise"}`;
+      return `Circle of ${distance(Math.abs(task.radius_m))}, ${task.radius_m > 0 ? "clockwise" : "counter-clockwise"}`;
     case "segment":
       return "Line";
     case "path":
@@ -27,12 +27,17 @@ export function taskTitle(task: Task): string {
 /** How it is flown: what was not given is not said. */
 export function taskSummary(task: Task): string {
   const parts = [
-    task.relative_altitude_m !== null ? `${metres(task.relative_altitude_m)} above home` : task.absolute_altitude_m !== null ? `${metres(task.absolute_altitude_m)} AMSL` : "at its altitude",
+    task.relative_altitude_m !== null ? `${altitude(task.relative_altitude_m)} above home` : task.absolute_altitude_m !== null ? `${altitude(task.absolute_altitude_m)} AMSL` : "at its altitude",
     task.speed_m_s === null ? "" : speed(task.speed_m_s),
     task.duration_s > 0 ? `for ${seconds(task.duration_s)}` : "",
     task.type === "goto" && task.motion !== null ? "follows a moving target" : "",
   ];
-  return parts.filter((part) => part !== "").join(", ");
+  return joined(parts, ", ");
+}
+
+/** Numbers keep their units on the same line. */
+function joined(parts: readonly string[], by: string): string {
+  return parts.filter((part) => part !== "").map((part) => part.replace(/(\d) (?=\w)/g, "$1\u00a0")).join(by);
 }
 
 const ON_COURSE_M = 0.5;
@@ -41,10 +46,10 @@ const ON_COURSE_M = 0.5;
 export function progressWords({ cross_m, left_m }: QueuedTask, remaining_s: number): string {
   const parts = [
     remaining_s >= 0 ? `${seconds(Math.ceil(remaining_s))} left` : "",
-    left_m === null ? "" : `${metres(Math.round(left_m))} to go`,
-    cross_m === null ? "" : Math.abs(cross_m) < ON_COURSE_M ? "on course" : `${metres(Math.abs(cross_m))} ${cross_m > 0 ? "right" : "left"} of course`,
+    left_m === null ? "" : `${distance(Math.round(left_m))} to go`,
+    cross_m === null ? "" : Math.abs(cross_m) < ON_COURSE_M ? "on course" : `${distance(Math.abs(cross_m))} ${cross_m > 0 ? "right" : "left"} of course`,
   ];
-  return parts.filter((part) => part !== "").join(" · ");
+  return joined(parts, " · ");
 }
 
 const STATES: Readonly<Record<TaskState, readonly [string, Tone]>> = {
@@ -68,9 +73,9 @@ export function stateTone({ state }: TaskReport): Tone {
 /** What the next click on the map does. */
 export function placeWords(kind: TaskKind, places: number, vehicle: string): string {
   const [least, most] = PLACES[kind];
-  if (kind === "path") return places === 0 ? "Click the places of the path, up to five." : places < most ? `${places} of up to ${most} places. Click the next, or add the task.` : "Five places are the most. Add the task.";
-  if (places >= least) return "Add the task, or click another place.";
+  if (kind === "path") return places === 0 ? "Click the places of the path, up to five." : places < most ? `${places} of up to ${most} places. Click the next, or add it.` : "Five places are the most. Add it.";
+  if (places >= least) return "Add it, or click elsewhere.";
   if (kind === "goto") return `Click where ${vehicle} shall go.`;
-  if (kind === "circle") return `Click the middle of the circle.`;
+  if (kind === "circle") return "Click the middle of the circle.";
   return places === 0 ? "Click where the line begins." : "Click where it ends.";
 }

@@ -1,5 +1,5 @@
 import type { Timeline } from "../api/types";
-import { metres, seconds } from "../format/units";
+import { altitude, seconds } from "../format/units";
 import { profileOf, profilePath, profileXY, type Profile, type ProfilePoint } from "../plan/profile";
 import { itemId } from "../state/selection";
 
@@ -10,7 +10,7 @@ const HEIGHT = 100;
 export function AltitudeProfile({ timeline, numberOf }: { timeline: Timeline | null; numberOf: (itemId: string) => number | null }) {
   const profile = profileOf(timeline);
   if (profile === null) return null;
-  const words = `Altitude over time: up to ${metres(profile.high_m)} above home, ${seconds(Math.round(profile.end_s))}`;
+  const words = `Altitude over time: up to ${altitude(profile.high_m)} above home, ${seconds(Math.round(profile.end_s))}`;
   return (
     <figure class="profile" role="img" aria-label={words}>
       <svg viewBox={`0 0 ${WIDTH} ${HEIGHT}`} preserveAspectRatio="none" aria-hidden="true">
@@ -23,7 +23,7 @@ export function AltitudeProfile({ timeline, numberOf }: { timeline: Timeline | n
       {profile.drops.map((drop) => (
         <Mark key={`${drop.itemId} ${drop.at_s}`} profile={profile} point={drop} kind="drop" text={null} />
       ))}
-      <span class="profile-top">{metres(profile.high_m)}</span>
+      <span class="profile-top">{altitude(profile.high_m)}</span>
       <span class="profile-start">0 s</span>
       <span class="profile-end">{seconds(Math.round(profile.end_s))}</span>
     </figure>
@@ -40,7 +40,7 @@ interface MarkProps {
 function Mark({ profile, point, kind, text }: MarkProps) {
   const [x, y] = profileXY(profile, point.at_s, point.relative_altitude_m);
   return (
-    <i class={`profile-mark ${kind}`} style={{ left: `${x * 100}%`, top: `${y * 100}%` }} title={`${point.itemId}: ${metres(point.relative_altitude_m)} after ${seconds(Math.round(point.at_s))}`}>
+    <i class={`profile-mark ${kind}`} style={{ left: `${x * 100}%`, top: `${y * 100}%` }} title={`${point.itemId}: ${altitude(point.relative_altitude_m)} after ${seconds(Math.round(point.at_s))}`}>
       {text}
     </i>
   );

@@ -1,6 +1,6 @@
 import { useState } from "preact/hooks";
 import { api } from "../api/client";
-import { metres, percent, speed } from "../format/units";
+import { altitude, distance, percent, speed } from "../format/units";
 import { secondsLeft, type Question } from "../state/consents";
 import { serviceNow } from "../state/clock";
 import { report } from "../state/notices";
@@ -51,8 +51,8 @@ export function ConsentCard({ question: { run, drop, consent } }: { question: Qu
 function checksOf({ checked, question }: Question["consent"]): string {
   const parts = [
     question > 1 ? `asked for the ${question}. time` : "",
-    checked == null ? "" : `${metres(checked.offset_m)} from the point`,
-    checked == null ? "" : `${metres(checked.relative_altitude_m)} high`,
+    checked == null ? "" : `${distance(checked.offset_m)} from the point`,
+    checked == null ? "" : `${altitude(checked.relative_altitude_m)} high`,
     checked == null ? "" : `at ${speed(checked.ground_speed_m_s)}`,
     checked == null ? "" : `battery ${percent(checked.battery_percent)}`,
   ];

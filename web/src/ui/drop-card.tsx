@@ -1,10 +1,12 @@
 import type { DropRecord } from "../api/types";
-import { clockTime, fullTime, metres, speed } from "../format/units";
+import { clockTime, distance, fullTime, speed } from "../format/units";
 import { asSentence, certaintyName, consentWords, outcomeName, outcomeTone, plain } from "../format/words";
 import { Badge } from "./badge";
+import { DropAttachments } from "./drop-attachments";
+import { OffsetPicture } from "./offset-picture";
 
 /** One drop with its evidence. What was sent, answered, put out and sensed are four facts, and stay four. */
-export function DropCard({ drop }: { drop: DropRecord }) {
+export function DropCard({ run, drop, allowed_m }: { run: string; drop: DropRecord; allowed_m: number | null }) {
   const certainty = certaintyName(drop.certainty);
   return (
     <article class={`drop-card tone-${outcomeTone(drop.outcome)}`} aria-label={`Drop ${drop.plan_item_id}`}>
@@ -19,15 +21,21 @@ export function DropCard({ drop }: { drop: DropRecord }) {
         <Evidence name="Output" at={drop.output_at} note={drop.output_us === null ? "" : `${drop.output_us} µs`} missing="not seen" />
         <Evidence name="Sensed" at={drop.sensed_at} note="" missing="no sensor report" />
       </ol>
-      {drop.consent && drop.consent.state !== "asked" && <p class="drop-result">{consentWords(drop.consent)}</p>}
-      {(certainty !== "" || drop.offset_m !== null) && (
-        <p class="drop-result">
-          {[certainty === "" ? "" : plain(certainty), drop.offset_m === null ? "" : `${metres(drop.offset_m)} from the point`, drop.ground_speed_m_s === null ? "" : `at ${speed(drop.ground_speed_m_s)}`]
-            .filter((part) => part !== "")
-            .join(" · ")}
-        </p>
-      )}
-      {drop.reason !== "" && <p class="drop-reason">{asSentence(drop.reason)}</p>}
+      <div class="drop-where">
+        <div>
+          {drop.consent && drop.consent.state !== "asked" && <p class="drop-result">{consentWords(drop.consent)}</p>}
+          {(certainty !== "" || drop.offset_m !== null) && (
+            <p class="drop-result">
+              {[certainty === "" ? "" : plain(certainty), drop.offset_m === null ? "" : `${distance(drop.offset_m)} from the point`, drop.ground_speed_m_s === null ? "" : `at ${speed(drop.ground_speed_m_s)}`]
+                .filter((part) => part !== "")
+                .join(" · ")}
+            </p>
+          )}
+          {drop.reason !== "" && <p class="drop-reason">{asSentence(drop.reason)}</p>}
+        </div>
+        <OffsetPicture drop={drop} allowed_m={allowed_m} />
+      </div>
+      <DropAttachments run={run} drop={drop.plan_item_id} />
     </article>
   );
 }

@@ -3,7 +3,8 @@ import { sentence } from "../format/sentences";
 import { clockTime, fullTime } from "../format/units";
 import { quietSeqs } from "../state/quiet";
 import { feed } from "../state/store";
-import { selectRun } from "../state/selection";
+import { selectRun, vehicleId } from "../state/selection";
+import { FEEDS, isWanted, type FeedChoice } from "../state/feed-filter";
 import type { StreamEvent } from "../api/types";
 
 /** Rows drawn at first; more on request, up to all that is kept. */
@@ -13,23 +14,34 @@ export function Feed() {
   const [rows, setRows] = useState(PAGE);
   const all = feed.value;
   const [every, setEvery] = useState(false);
-  const shown = useMemo(() => all.slice(0, rows), [all, rows]);
+  const [choice, setChoice] = useState<FeedChoice>("all");
+  const vehicle = vehicleId.value;
+  const wanted = useMemo(() => (choice === "all" ? all : all.filter((event) => isWanted(event, choice, vehicle))), [all, choice, vehicle]);
+  const shown = useMemo(() => wanted.slice(0, rows), [wanted, rows]);
   const quiet = useMemo(() => quietSeqs(all), [all]);
   return (
     <section class="card feed" aria-labelledby="feed-title">
       <h2 id="feed-title">
         Events <small>{all.length}</small>
+        <select class="small" aria-label="Which events" value={choice} onChange={(event) => setChoice(FEEDS.find((one) => one === event.currentTarget.value) ?? "all")}>
+          <option value="all">All</option>
+          <option value="vehicle" disabled={vehicle === null}>
+            {vehicle === null ? "Of the chosen vehicle" : `Of ${vehicle}`}
+          </option>
+          <option value="delivery">Commands and drops</option>
+          <option value="problems">Problems</option>
+        </select>
         <button type="button" class="toggle" aria-pressed={every} onClick={() => setEvery(!every)}>
           Show every event
         </button>
       </h2>
-      {all.length === 0 && <p class="empty">Nothing has happened yet.</p>}
+      {wanted.length === 0 && <p class="empty">{all.length === 0 ? "Nothing has happened yet." : "Nothing like that has happened."}</p>}
       <ol class="rows" tabIndex={0} aria-labelledby="feed-title">
         {shown.map((event) => (
           <FeedRow key={event.seq} event={event} hidden={!every && quiet.has(event.seq)} />
         ))}
       </ol>
-      {all.length > rows && (
+      {wanted.length > rows && (
         <button type="button" class="more" onClick={() => setRows(rows + PAGE)}>
           Show older events
         </button>

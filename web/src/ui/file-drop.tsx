@@ -9,14 +9,16 @@ export function FileDrop() {
     const hasFile = (event: DragEvent) => event.dataTransfer?.types.includes("Files") === true;
     const onOver = (event: DragEvent) => {
       if (!hasFile(event)) return;
+      const taken = event.defaultPrevented; // by what it is held over, which takes files of its own
       event.preventDefault(); // else the browser leaves the page and opens the file
-      setOver(true);
+      setOver(!taken);
     };
     const onLeave = (event: DragEvent) => event.relatedTarget === null && setOver(false);
     const onDrop = (event: DragEvent) => {
       if (!hasFile(event)) return;
-      event.preventDefault();
       setOver(false);
+      if (event.defaultPrevented) return;
+      event.preventDefault();
       showPanel("plan");
       void openFile(event.dataTransfer?.files[0]);
     };

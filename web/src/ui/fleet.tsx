@@ -1,31 +1,42 @@
 import { useComputed, type ReadonlySignal } from "@preact/signals";
 import type { Run, Vehicle, VehicleType } from "../api/types";
-import { api } from "../api/client";
-import { age, heading, metres, percent, speed } from "../format/units";
+import { age, altitude, climbRate, heading, percent, speed } from "../format/units";
 import { landedName, plain, runStateName, runStateTone, vehicleTypeName } from "../format/words";
 import { STALE_S } from "../map/features";
 import { now, secondsSince } from "../state/clock";
-import { report } from "../state/notices";
+import { isFiltered, showAllVehicles, shownIds } from "../state/fleet-filter";
 import { currentRun } from "../state/runs";
 import { selectRun, selectVehicle, selectedVehicle } from "../state/selection";
 import { live, runs, vehicleIds, vehicles, world } from "../state/store";
 import { Badge } from "./badge";
-import { HoldButton } from "./hold-button";
+import { FleetSearch } from "./fleet-search";
 import { Icon, VehicleIcon } from "./icons";
+import { VehicleActions } from "./vehicle-actions";
 
 export function Fleet() {
-  const ids = vehicleIds.value;
+  const ids = shownIds.value;
   return (
     <section class="card fleet" aria-labelledby="fleet-title">
       <h2 id="fleet-title">
-        Fleet <small>{ids.length}</small>
+        Fleet <small>{isFiltered.value ? `${ids.length} of ${vehicleIds.value.length}` : ids.length}</small>
       </h2>
+      <FleetSearch />
       {ids.length === 0 ? <NoVehicles /> : <ul class="rows">{ids.map((id) => <VehicleRow key={id} id={id} />)}</ul>}
     </section>
   );
 }
 
 function NoVehicles() {
+  if (isFiltered.value && vehicleIds.value.length > 0) {
+    return (
+      <div class="empty">
+        <p>No vehicle is like that.</p>
+        <button type="button" class="small" onClick={showAllVehicles}>
+          Show all {vehicleIds.value.length}
+        </button>
+      </div>
+    );
+  }
   return <p class="empty">{live.value ? "No vehicle has been seen yet. They appear here as soon as they send a heartbeat." : "The fleet appears here when the service answers."}</p>;
 }
 
@@ -163,31 +174,19 @@ function VehicleDetails({ id }: { id: string }) {
   const north = state.velocity_north_m_s;
   const east = state.velocity_east_m_s;
   const ground = north === null || east === null ? null : Math.hypot(north, east);
-  const commandable = !inRun && state.armed === true && vehicle.quarantined === null && live.value;
   return (
     <div class="vehicle-details">
       <dl class="facts">
-        <Fact name="Altitude" value={metres(state.relative_altitude_m)} />
+        <Fact name="Altitude" value={altitude(state.relative_altitude_m)} />
         <Fact name="Ground speed" value={speed(ground)} />
-        <Fact name="Climb" value={speed(state.velocity_down_m_s === null ? null : -state.velocity_down_m_s)} />
+        <Fact name="Climb" value={climbRate(state.velocity_down_m_s === null ? null : -state.velocity_down_m_s)} />
         <Fact name="Heading" value={heading(state.heading_deg)} />
         <Fact name="Firmware" value={vehicle.firmware ?? "–"} />
         <Fact name="System id" value={String(vehicle.system_id)} />
       </dl>
-      {commandable && (
-        <div class="actions">
-          <VehicleAction vehicle={vehicle} action="hold" verb="Hold" />
-          <VehicleAction vehicle={vehicle} action="return" verb="Return" />
-          <VehicleAction vehicle={vehicle} action="land" verb="Land" />
-        </div>
-      )}
+      {!inRun && <VehicleActions vehicle={vehicle} />}
     </div>
   );
-}
-
-function VehicleAction({ vehicle, action, verb }: { vehicle: Vehicle; action: "hold" | "return" | "land"; verb: string }) {
-  const send = () => void api.vehicleAction(vehicle.id, action).catch((error: unknown) => report(`${verb} ${vehicle.id}`, error));
-  return <HoldButton verb={verb} vehicle={vehicle.id} tone={action === "hold" ? "info" : "warn"} onConfirm={send} />;
 }
 
 function Fact({ name, value }: { name: string; value: string }) {

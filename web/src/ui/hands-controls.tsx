@@ -1,5 +1,5 @@
 import type { VehicleType } from "../api/types";
-import { metres, speed } from "../format/units";
+import { climbRate, distance, speed } from "../format/units";
 import { plain } from "../format/words";
 import { PACES } from "../hands-on/setpoint";
 import type { PadState } from "../hands-on/gamepad";
@@ -35,7 +35,7 @@ export function HandsControls({ vehicle }: { vehicle: string }) {
           </button>
         ))}
         <small>
-          up to {speed(speeds.value.speed_m_s)}, climb {speed(speeds.value.climb_m_s)}
+          up to {speed(speeds.value.speed_m_s)}, climb {climbRate(speeds.value.climb_m_s)}
         </small>
       </div>
       <GoTo vehicle={vehicle} />
@@ -76,7 +76,7 @@ function GoTo({ vehicle }: { vehicle: string }) {
       ) : (
         <>
           <span role="status">
-            {vehicle} goes there{here === null ? "" : `, ${metres(metresBetween(here, place.at))} left`}
+            {vehicle} goes there{here === null ? "" : `, ${distance(metresBetween(here, place.at))} left`}
           </span>
           <PassingButton name="Stop" onClick={() => (goTo.value = null)} />
         </>

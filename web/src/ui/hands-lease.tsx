@@ -1,13 +1,16 @@
+import type { Offboard } from "../api/types";
 import { handsOn, offboardNow } from "../state/hands-on";
 import { takeLease } from "../state/hands-session";
 import { follows } from "../state/offboard-facts";
 import { may, principal } from "../state/principal";
 import { live } from "../state/store";
+import { HoldButton } from "./hold-button";
 
-/** Without a lease: who has it, why the last one ended, and the way to take it. */
+/** Without a lease: who has it, why the last one ended, and the ways to take it. */
 export function HandsLease({ vehicle }: { vehicle: string }) {
   const { ended, fellSilent } = handsOn.value;
-  const holder = offboardNow.value?.lease?.holder ?? null;
+  const offboard = offboardNow.value;
+  const holder = offboard?.lease?.holder ?? null;
   return (
     <>
       {ended !== "" && (
@@ -19,18 +22,65 @@ export function HandsLease({ vehicle }: { vehicle: string }) {
         </div>
       )}
       <p class="hands-holder" data-holder={holder ?? ""}>
-        {holder === null ? `Nobody has the lease of ${vehicle}.` : `${holder} has the lease of ${vehicle}${expiry(offboardNow.value?.lease?.expires_in_s)}.`}
+        {holder === null ? `Nobody has the lease of ${vehicle}.` : `${holder} has the lease of ${vehicle}${expiry(offboard?.lease?.expires_in_s)}.`}
       </p>
       {!may("pilot") && (
         <p class="role-note" role="note">
           You may look. Vehicles are flown by a pilot; {principal.value?.name} is a {principal.value?.role}.
         </p>
       )}
-      <button type="button" class="primary" disabled={!live.value || !may("pilot") || !follows("velocity_body")} onClick={() => takeLease(vehicle)}>
-        Take the lease of {vehicle}
-      </button>
-      <p class="hint">One client flies a vehicle at a time. To take the lease moves nothing.</p>
+      {isOfferedToMe(offboard) ? (
+        <TakeOver vehicle={vehicle} offboard={offboard} />
+      ) : (
+        <button type="button" class="primary" disabled={!mayTake()} onClick={() => takeLease(vehicle)}>
+          Take the lease of {vehicle}
+        </button>
+      )}
+      <p class="hint">One client flies a vehicle at a time.{!isFlown(offboard) && " To take the lease moves nothing."}</p>
+      {holder !== null && !isOfferedToMe(offboard) && may("admin") && <Override vehicle={vehicle} holder={holder} offboard={offboard} />}
     </>
+  );
+}
+
+function mayTake(): boolean {
+  return live.value && may("pilot") && follows("velocity_body");
+}
+
+function isOfferedToMe(offboard: Offboard | null): boolean {
+  const me = principal.value?.name ?? null;
+  return me !== null && offboard?.lease?.offered_to === me;
+}
+
+function isFlown(offboard: Offboard | null): boolean {
+  return offboard?.state === "active";
+}
+
+/** It was offered; in flight the hands are on from the first moment. */
+function TakeOver({ vehicle, offboard }: { vehicle: string; offboard: Offboard | null }) {
+  return (
+    <div class="hands-note tone-warn">
+      <b>Offered to you</b>
+      <p>{isFlown(offboard) ? `${vehicle} is in the air and stands still from the moment you take it: be ready to fly.` : `Nothing moves when you take it.`}</p>
+      <div class="actions">
+        <HoldButton verb="Take over" vehicle={vehicle} tone="warn" disabled={!mayTake()} onConfirm={() => takeLease(vehicle)} />
+      </div>
+    </div>
+  );
+}
+
+/** From somebody who did not offer it: for admins, held to confirm. */
+function Override({ vehicle, holder, offboard }: { vehicle: string; holder: string; offboard: Offboard | null }) {
+  return (
+    <div class="hands-note tone-danger">
+      <b>Take it from {holder}</b>
+      <p>
+        As an admin you can take the lease without being asked. {holder} loses it at once
+        {isFlown(offboard) ? `, and ${vehicle} stands still until you fly it.` : "."}
+      </p>
+      <div class="actions">
+        <HoldButton verb={`Override ${holder}'s lease of`} vehicle={vehicle} tone="danger" disabled={!mayTake()} onConfirm={() => takeLease(vehicle, true)} />
+      </div>
+    </div>
   );
 }
 

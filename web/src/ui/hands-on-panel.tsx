@@ -4,11 +4,12 @@ import { WARN_AFTER_MS } from "../hands-on/presence";
 import { plain } from "../format/words";
 import { held } from "../state/controls";
 import { engaged, handsOn, handsPage, handsVehicle, offboardNow, steering } from "../state/hands-on";
-import { detail } from "../state/offboard-facts";
 import { attendance } from "../state/presence";
+import { HandsAbilities } from "./hands-abilities";
 import { HandsControls, WaysOut } from "./hands-controls";
 import { HandsEntry } from "./hands-entry";
 import { HandsLease } from "./hands-lease";
+import { HandsOffer } from "./hands-offer";
 import { HandsPages } from "./hands-pages";
 import { HandsReadout } from "./hands-readout";
 import { HandsSteps } from "./hands-steps";
@@ -18,12 +19,13 @@ import { RefusalNote } from "./refusal-note";
 
 const FIELDS = "input, select, textarea";
 
-/** Flying by hand. Its keys count only while the focus is in here and the controls are engaged. */
+/** Flying by hand. Its keys count only while the focus is in here, and the controls are engaged and shown. */
 export function HandsOnPanel() {
   const root = useRef<HTMLDivElement>(null);
   const { phase } = handsOn.value;
   useLayoutEffect(() => {
-    if (phase !== "entering") return;
+    if (phase !== "entering" && phase !== "flying") return;
+    if (phase === "flying" && root.current?.contains(document.activeElement)) return; // an entry, and the hands are there
     root.current?.focus(); // the button that began it is gone
     root.current?.scrollIntoView({ block: "start" });
   }, [phase]);
@@ -32,6 +34,7 @@ export function HandsOnPanel() {
   });
   const vehicle = handsVehicle.value;
   if (vehicle === null) return <NoVehicle />;
+  const byControls = engaged.value && handsPage.value === "controls";
   return (
     <div class={`panel-body hands-on ${engaged.value ? `engaged on-${handsPage.value}` : ""}`} data-phase={phase} role="group" aria-label={`Fly ${vehicle.id} by hand`} tabIndex={-1} ref={root} onKeyDown={onKeyDown} onFocusOut={onFocusOut}>
       <Head />
@@ -44,14 +47,17 @@ export function HandsOnPanel() {
       {engaged.value && <WaysOut vehicle={vehicle.id} />}
       {phase === "silent" && <HandsOffNote vehicle={vehicle.id} />}
       {engaged.value && <HandsPages />}
+      {!byControls && <HandsTasks vehicle={vehicle.id} />}
       <HandsReadout />
-      {engaged.value && handsPage.value === "controls" ? <HandsControls vehicle={vehicle.id} /> : <HandsTasks vehicle={vehicle.id} />}
+      {byControls && <HandsControls vehicle={vehicle.id} />}
+      {(phase === "leased" || phase === "flying") && <HandsOffer vehicle={vehicle.id} />}
+      {phase === "off" && <HandsAbilities vehicle={vehicle} />}
     </div>
   );
 }
 
 function onKeyDown(event: KeyboardEvent): void {
-  if (!engaged.value || (event.target instanceof Element && event.target.closest(FIELDS) !== null)) return;
+  if (!engaged.value || handsPage.value !== "controls" || (event.target instanceof Element && event.target.closest(FIELDS) !== null)) return;
   held.value = pressed(held.value, event);
   if (flies(event.code) && !event.ctrlKey && !event.altKey && !event.metaKey) event.preventDefault(); // else the panel scrolls
 }
@@ -82,18 +88,10 @@ function Head() {
     <header class="hands-head">
       <h3>{vehicle.id} by hand</h3>
       <span class={`hands-state ${on ? "on" : ""}`} role="status">
-        {on ? "Hands on" : off ? "Hands off" : plain(state)}
+        {on ? (handsOn.value.leads === "tasks" ? "Flies tasks" : "Hands on") : off ? "Hands off" : plain(state)}
       </span>
-      <Followed vehicle={vehicle.id} />
     </header>
   );
-}
-
-/** What of this page the vehicle does not follow, with the reason. */
-function Followed({ vehicle }: { vehicle: string }) {
-  const row = detail.value?.capabilities.find(({ form }) => form === "velocity_body");
-  if (row === undefined || row.taken) return null;
-  return <p class="hands-note tone-warn">No sticks or keys for {vehicle}: {row.reason}. Programs can fly it with other setpoints (docs/offboard.md).</p>;
 }
 
 /** Before hands count as gone that have not moved for long. */

@@ -1,7 +1,15 @@
+import { NONE_HELD } from "../hands-on/keys";
+import { held } from "../state/controls";
 import { handsOn, handsPage } from "../state/hands-on";
 import { Icon } from "./icons";
 
-/** While it is flown: the controls for hands, or the tasks. Keys and a gamepad count on both. */
+/** Keys type and scroll from here on: none that is down goes on flying. */
+function showTasks(): void {
+  held.value = NONE_HELD;
+  handsPage.value = "tasks";
+}
+
+/** While it is flown: the controls for hands, or the tasks. A gamepad counts with both, keys with the controls alone. */
 export function HandsPages() {
   const page = handsPage.value;
   const queued = handsOn.value.tasks?.tasks.length ?? 0;
@@ -11,7 +19,7 @@ export function HandsPages() {
         <Icon name="hands" size={17} />
         Controls
       </button>
-      <button type="button" aria-pressed={page === "tasks"} onClick={() => (handsPage.value = "tasks")}>
+      <button type="button" aria-pressed={page === "tasks"} onClick={showTasks}>
         <Icon name="plan" size={17} />
         Tasks{queued > 0 && ` (${queued})`}
       </button>

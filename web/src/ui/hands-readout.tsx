@@ -10,7 +10,7 @@ export function HandsReadout() {
   if (offboard === null || stage === null) return null;
   return (
     <section class="readout" aria-label="What is really sent">
-      <DeadMan stage={stage} />
+      {offboard.sent?.by !== "task" && <DeadMan stage={stage} />}
       {offboard.sent !== null && <Sent sent={offboard.sent} cadence={offboard.cadence} />}
       <Clamps />
     </section>

@@ -28,12 +28,12 @@ export function HandsTasks({ vehicle }: { vehicle: string }) {
           </span>
         )}
       </h4>
-      {queue !== null && queue.report.reason !== "" && <p class="tasks-reason">{asSentence(queue.report.reason)}.</p>}
+      {queue?.report.state === "paused" && queue.report.reason !== "" && <p class="tasks-reason">{asSentence(queue.report.reason)}.</p>}
       {queue !== null && queue.tasks.length > 0 && <TaskList queue={queue} own={own} />}
       {own && queue !== null && <QueueActions queue={queue} vehicle={vehicle} />}
       {own && taskRefusal.value !== null && <RefusalNote refusal={taskRefusal.value} />}
       {own && <TaskForm vehicle={vehicle} />}
-      {own && handsOn.value.leads === "tasks" && <p class="hint">Flown while this page is in front of you. Look away for 10 s, and {vehicle} holds and drops the rest. A stick or key takes over at once.</p>}
+      {own && handsOn.value.leads === "tasks" && <p class="hint">Flown while this page is in front of you. Look away for 10 s, and {vehicle} holds and drops the rest. A gamepad takes over at once, and so do the controls.</p>}
     </section>
   );
 }
@@ -52,7 +52,7 @@ function QueueActions({ queue, vehicle }: { queue: TaskQueue; vehicle: string })
         <PassingButton name="Pause" onClick={() => void queueAction("pause", "Pause")} />
       )}
       {!empty && <PassingButton name="Next task" onClick={() => void queueAction("next", "Next task")} />}
-      {!empty && <HoldButton verb="Clear the tasks of" vehicle={vehicle} tone="warn" onConfirm={() => void queueAction("clear", "Clear the tasks")} />}
+      {!empty && <HoldButton verb="Clear tasks of" vehicle={vehicle} tone="warn" onConfirm={() => void queueAction("clear", "Clear the tasks")} />}
     </div>
   );
 }

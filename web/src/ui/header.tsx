@@ -1,8 +1,9 @@
-import { age } from "../format/units";
+import { age, SYSTEMS, systemName } from "../format/units";
 import { now, secondsSince } from "../state/clock";
 import { status, world } from "../state/store";
 import { retryNow } from "../state/sync";
 import { theme, toggleTheme } from "../state/theme";
+import { chooseUnits } from "../state/units";
 import { Icon, Mark } from "./icons";
 
 export function Header() {
@@ -15,6 +16,7 @@ export function Header() {
         </a>
       </h1>
       <ConnectionState />
+      <UnitSwitch />
       <a class="top-link" href="/api/v1/docs">
         API
       </a>
@@ -22,6 +24,19 @@ export function Header() {
         <Icon name={theme.value === "dark" ? "sun" : "moon"} />
       </button>
     </header>
+  );
+}
+
+/** For all that the page says; a plan's own fields stay in the plan's units. */
+function UnitSwitch() {
+  return (
+    <select class="small units" aria-label="Units" title="Units on this page" value={systemName.value} onChange={(event) => chooseUnits(event.currentTarget.value)}>
+      {Object.entries(SYSTEMS).map(([name, { label }]) => (
+        <option key={name} value={name}>
+          {label}
+        </option>
+      ))}
+    </select>
   );
 }
 

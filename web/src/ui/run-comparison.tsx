@@ -1,7 +1,7 @@
 import { useEffect, useState } from "preact/hooks";
 import { api } from "../api/client";
 import type { Comparison, DropComparison, ItemComparison, Run } from "../api/types";
-import { metres, seconds, speed, UNKNOWN } from "../format/units";
+import { distance, seconds, speed, UNKNOWN } from "../format/units";
 import { asSentence } from "../format/words";
 import { differenceTone, differenceWords, visitName } from "../plan/comparison";
 
@@ -64,8 +64,8 @@ function Row({ item }: { item: ItemComparison }) {
 
 function Release({ drop }: { drop: DropComparison }) {
   const parts = [
-    drop.apart_m === null ? asSentence(drop.reason) : `${metres(drop.apart_m)} from the predicted place`,
-    drop.flown_offset_m === null ? "" : `${metres(drop.flown_offset_m)} from the point (predicted ${metres(drop.predicted_offset_m)})`,
+    drop.apart_m === null ? asSentence(drop.reason) : `${distance(drop.apart_m)} from the predicted place`,
+    drop.flown_offset_m === null ? "" : `${distance(drop.flown_offset_m)} from the point (predicted ${distance(drop.predicted_offset_m)})`,
     drop.flown_ground_speed_m_s === null ? "" : `at ${speed(drop.flown_ground_speed_m_s)} (predicted ${speed(drop.predicted_ground_speed_m_s)})`,
   ];
   return (

@@ -18,6 +18,7 @@ import { ProofButton } from "./proof-button";
 import { RunActions } from "./run-actions";
 import { RunComparison } from "./run-comparison";
 import { RunSteps } from "./run-steps";
+import { TelemetryStrips } from "./telemetry-strips";
 
 export function RunPanel() {
   const run = selectedRun.value;
@@ -32,10 +33,11 @@ export function RunPanel() {
         <ConsentCard key={`${run.id} ${question.drop.plan_item_id} ${question.consent.question}`} question={question} />
       ))}
       <RunActions key={run.id} run={run} />
+      {run.started_at !== null && run.ended_at === null && <TelemetryStrips vehicle={run.vehicle_id} />}
       {run.drops.length > 0 && (
         <section aria-label="Drops" class="drops">
           {run.drops.map((drop) => (
-            <DropCard key={drop.plan_item_id} drop={drop} />
+            <DropCard key={`${run.id} ${drop.plan_item_id}`} run={run.id} drop={drop} allowed_m={allowedOffset(run, drop.plan_item_id)} />
           ))}
           <ProofButton key={run.id} run={run} />
         </section>
@@ -44,6 +46,13 @@ export function RunPanel() {
       <RunItems run={run} />
     </div>
   );
+}
+
+/** How far from its point the plan lets a parcel be released. */
+function allowedOffset(run: Run, itemId: string): number | null {
+  const stored = plansById.value[run.plan_id];
+  const limit = stored === undefined ? null : viewPlan(stored.plan).items.find(({ id }) => id === itemId)?.fields["max_offset_m"];
+  return typeof limit === "number" ? limit : null;
 }
 
 function NoRun() {

@@ -1,4 +1,5 @@
 import { useState } from "preact/hooks";
+import { besides } from "../format/units";
 import { plain } from "../format/words";
 import { isRecord, withValue } from "../plan/pointer";
 import type { Field } from "../schema/control";
@@ -61,6 +62,7 @@ function SchemaField({ field, pointer, value }: FieldProps) {
       <span>
         {field.label}
         {field.unit !== "" && <small> {field.unit}</small>}
+        <Besides field={field} value={value} />
       </span>
       {control.kind === "choice" ? (
         <select value={typeof value === "string" ? value : ""} aria-invalid={wrong} onChange={(event) => write(event.currentTarget.value || undefined)}>
@@ -78,6 +80,12 @@ function SchemaField({ field, pointer, value }: FieldProps) {
       )}
     </label>
   );
+}
+
+/** The plan's number in the units of the page, if these are others. */
+function Besides({ field, value }: { field: Field; value: unknown }) {
+  const words = besides(field.unit, value ?? field.fallback);
+  return words === "" ? null : <small class="besides"> = {words}</small>;
 }
 
 interface NumberProps {

@@ -1,6 +1,6 @@
 import { useState } from "preact/hooks";
 import type { SimulatedVehicle, SimulatorView } from "../api/types";
-import { metres, speed } from "../format/units";
+import { altitude, speed } from "../format/units";
 import { asSentence, plain } from "../format/words";
 import { clearingValue, faultName, lastingFaults, valueText } from "../simulator/faults";
 import { may, principal } from "../state/principal";
@@ -80,7 +80,7 @@ interface VehicleProps {
 /** Where it truly is, whatever its link says, and the faults it has now. */
 function SimVehicle({ view, vehicle, chosen, onChoose }: VehicleProps) {
   const name = vehicle.vehicle_id ?? `System ${vehicle.system_id}`;
-  const facts = [plain(vehicle.landed_state.toLowerCase()), metres(vehicle.height_m), speed(vehicle.ground_speed_m_s), vehicle.armed ? "armed" : ""];
+  const facts = [plain(vehicle.landed_state.toLowerCase()), altitude(vehicle.height_m), speed(vehicle.ground_speed_m_s), vehicle.armed ? "armed" : ""];
   return (
     <li class={`sim-vehicle${chosen ? " chosen" : ""}`}>
       <button type="button" aria-pressed={chosen} disabled={vehicle.vehicle_id === null} onClick={onChoose}>

@@ -22,7 +22,7 @@ export function TaskForm({ vehicle }: { vehicle: string }) {
           </button>
         ))}
       </div>
-      {kind === null ? <p class="hint">Choose what {vehicle} shall fly, then click on the map. From the map’s keyboard focus, Space takes its middle.</p> : <Fields kind={kind} vehicle={vehicle} />}
+      {kind === null ? <p class="hint">Choose what {vehicle} shall fly, then click on the map. Without a mouse: focus the map, and Space takes its middle.</p> : <Fields kind={kind} vehicle={vehicle} />}
     </div>
   );
 }

@@ -18,7 +18,9 @@ from app.domain.geo import LocalProjection
 from app.domain.setpoint.capability import FirmwareProfile, FlightKind
 from app.domain.setpoint.limiter import Whereabouts
 from app.domain.setpoint.limits import OffboardLimits
-from app.domain.tasks.admission import course_of, refuse_beyond, refuse_kind
+from app.domain.setpoint.means import Means, task_means
+from app.domain.tasks.admission import course_of, refuse_beyond
+from app.domain.tasks.commanded import Wing
 from app.domain.tasks.course import CircleCourse, LegsCourse, PointCourse
 from app.domain.tasks.forms import TaskDocument
 from app.domain.tasks.origin import EkfOrigin
@@ -110,24 +112,41 @@ def test_a_wing_neither_stops_for_the_gripper_nor_flies_small_circles() -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "profile", "code"),
+    ("kind", "profile", "means"),
     [
-        (FlightKind.ROTARY, FirmwareProfile.UNSURE, ""),
-        (FlightKind.ROVER, FirmwareProfile.DOCUMENTED, ""),
-        (FlightKind.WING, FirmwareProfile.FLOWN, ""),
-        (FlightKind.WING, FirmwareProfile.UNSURE, "setpoint.not_followed"),
-        (FlightKind.AIRSHIP, FirmwareProfile.FLOWN, "setpoint.vehicle_unsupported"),
+        (FlightKind.ROTARY, FirmwareProfile.UNSURE, Means.SETPOINTS),
+        (FlightKind.ROVER, FirmwareProfile.DOCUMENTED, Means.SETPOINTS),
+        (FlightKind.WING, FirmwareProfile.FLOWN, Means.SETPOINTS),
+        (FlightKind.WING, FirmwareProfile.UNSURE, Means.COMMANDS),
+        (FlightKind.WING, FirmwareProfile.DOCUMENTED, Means.COMMANDS),
     ],
 )
-def test_what_does_not_follow_the_setpoints_gets_no_tasks(
-    kind: FlightKind, profile: FirmwareProfile, code: str
+def test_what_does_not_follow_the_setpoints_is_flown_by_commands(
+    kind: FlightKind, profile: FirmwareProfile, means: Means
 ) -> None:
-    if code:
-        with pytest.raises(TaskRefusedError) as refused:
-            refuse_kind(kind, profile)
-        assert refused.value.refusal == code
-    else:
-        refuse_kind(kind, profile)
+    assert task_means(kind, profile) is means
+
+
+@pytest.mark.parametrize("profile", FirmwareProfile)
+def test_an_airship_gets_no_tasks_for_nothing_on_board_flies_it_to_a_place(profile: FirmwareProfile) -> None:
+    with pytest.raises(TaskRefusedError, match="none that flies to a place") as refused:
+        task_means(FlightKind.AIRSHIP, profile)
+    assert refused.value.refusal == "setpoint.vehicle_unsupported"
+
+
+def test_a_commanded_wing_needs_room_behind_each_leg_for_there_it_circles_when_nobody_speaks() -> None:
+    where = replace(AT_HOME, kind=FlightKind.WING)
+    made = task("segment", start={"east_m": 0.0, "north_m": 0.0}, end={"east_m": 0.0, "north_m": 400.0})
+    course, limits, wing = course_of(made, ORIGIN, 0.0), OffboardLimits(max_distance_m=650.0), Wing(80.0, 2.24)
+    refuse_beyond(made, course, 50.0, limits, where)
+    with pytest.raises(TaskRefusedError, match="more than 650 m") as refused:
+        refuse_beyond(made, course, 50.0, limits, where, wing)
+    assert (refused.value.refusal, refused.value.hint[:34]) == ("limit.distance", "flown by commands it needs 285 m b")
+    roomy = OffboardLimits(max_distance_m=700.0)
+    refuse_beyond(made, course, 50.0, roomy, where, wing)
+    fence = FenceArea(Polygon([(-60, -100), (300, -100), (300, 900), (-60, 900)]), None)
+    with pytest.raises(TaskRefusedError, match="fence"):
+        refuse_beyond(made, course, 50.0, roomy, replace(where, fence=fence), wing)
 
 
 @pytest.mark.parametrize(

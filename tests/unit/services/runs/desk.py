@@ -69,7 +69,8 @@ class MemoryRuns:
         return self._events.runs.get(run_id)
 
     async def list_runs(self, wanted: RunFilter, *, limit: int) -> Sequence[Run]:
-        return [r for r in self._events.runs.values() if not (wanted.open_only and r.is_over)][:limit]
+        found = [run for run in self._events.runs.values() if wanted.vehicle_id in (None, run.vehicle_id)]
+        return [run for run in reversed(found) if not (wanted.open_only and run.is_over)][:limit]
 
 
 @dataclass

@@ -60,8 +60,13 @@ class ScriptedVehicle:
         self.setpoint_error: LinkError | None = None
         self.parameters: dict[str, float | int] = {"COM_OBL_RC_ACT": 5, "COM_OF_LOSS_T": 1.0, "COM_RC_IN_MODE": 4}
         self.answers: list[list[MavResult] | LinkError] = []
+        self.orders: list[CommandRequest] = []
+        self.order_answers: list[MavResult | LinkError] = []
+        self.order_gate = asyncio.Event()
+        self.order_gate.set()
         self.on_board: tuple[MissionItem, ...] = ()
         self.upload_error: LinkError | None = None
+        self.infeasible = 0
         self.lost_ack: LinkError | None = None
         self.upload_gate = asyncio.Event()
         self.upload_gate.set()
@@ -129,6 +134,10 @@ class ScriptedVehicle:
 
     async def wait_mission_ready(self, *, mission_id: int | None, rerun: bool, timeout_s: float) -> None:
         self.sent.append("wait_ready")
+        if self.infeasible > 0:
+            self.infeasible -= 1
+            self.put(mode=FlightMode.HOLD, mission_state=MissionState.NO_MISSION)
+            raise VehicleRefusedError("the vehicle found the mission infeasible", texts=["Geofence violation"])
 
     async def set_current(self, seq: int) -> None:
         self.sent.append(f"set_current {seq}")
@@ -187,6 +196,14 @@ class ScriptedVehicle:
                 raise answer
             for result in answer:
                 yield CommandAck(request.command, int(result))
+            return
+        if request.command in (MavCmd.DO_REPOSITION, MavCmd.DO_ORBIT):
+            self.orders.append(request)
+            await self.order_gate.wait()
+            result = self.order_answers.pop(0) if self.order_answers else MavResult.ACCEPTED
+            if isinstance(result, LinkError):
+                raise result
+            yield CommandAck(request.command, int(result))
             return
         self.sent.append(f"{request.command.name} {request.params[1]:g}")
         yield CommandAck(request.command, int(MavResult.ACCEPTED))

@@ -1,0 +1,180 @@
+"""/jobs: plans that wait for a vehicle, and /job-checks: which vehicle would get one now."""
+
+from __future__ import annotations
+
+from typing import Annotated, Final
+
+from aiohttp import web
+from pydantic import AfterValidator, BaseModel, Field
+
+from app.api.answers import json_answer
+from app.api.bodies import NO_BODY, Empty, json_body
+from app.api.models import Identifier, ListQuery
+from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
+from app.api.services import JOBS
+from app.domain.jobs.job import Job, JobState
+from app.domain.jobs.port import JobFilter
+from app.services.access import Role
+from app.services.jobs.orders import JobMove, JobOrder
+from app.services.jobs.views import AssignmentView
+
+_ONE: Final = f"{API}/jobs/{{job_id}}"
+
+
+def _named(value: str) -> str:
+    for part in value.split(","):
+        JobState(part)  # its ValueError says which ones there are
+    return value
+
+
+_States = Annotated[
+    str, AfterValidator(_named), Field(description="any of these states, comma separated: queued,prepared")
+]
+
+
+class JobsQuery(ListQuery):
+    """Which jobs. `open`: only those that are not over. `older_than`: the page behind this job, as `next` says it."""
+
+    vehicle: Identifier | None = None
+    plan: Identifier | None = None
+    state: _States | None = None
+    open: bool = False
+    older_than: Identifier | None = None
+
+    def wanted(self) -> JobFilter:
+        """The query as services understand it."""
+        return JobFilter(
+            vehicle_id=self.vehicle,
+            plan_id=self.plan,
+            states=frozenset(JobState(part) for part in self.state.split(",")) if self.state else frozenset(),
+            open_only=self.open,
+            older_than=self.older_than,
+        )
+
+
+class JobsView(BaseModel):
+    """Jobs, newest first. `next` goes into `older_than` for the next page; null behind the last one."""
+
+    jobs: list[Job]
+    next: str | None = None
+
+
+async def create_job(call: Call[NoQuery, JobOrder]) -> web.Response:
+    """POST /jobs."""
+    job = await call.request.app[JOBS].create(call.body, by=call.principal.name)
+    return _accepted(job)
+
+
+async def check_job(call: Call[NoQuery, JobOrder]) -> web.Response:
+    """POST /job-checks."""
+    return json_answer(await call.request.app[JOBS].check(call.body))
+
+
+async def list_jobs(call: Call[JobsQuery, Empty]) -> web.Response:
+    """GET /jobs."""
+    query = call.query
+    found = await call.request.app[JOBS].list_jobs(query.limit + 1, query.wanted())
+    page = list(found[: query.limit])
+    return json_answer(JobsView(jobs=page, next=page[-1].id if len(found) > query.limit else None))
+
+
+async def get_job(call: Call[NoQuery, Empty]) -> web.Response:
+    """GET /jobs/{job_id}."""
+    return json_answer(await call.request.app[JOBS].get(call.path_value("job_id")))
+
+
+async def move_job(call: Call[NoQuery, JobMove]) -> web.Response:
+    """PATCH /jobs/{job_id}."""
+    jobs = call.request.app[JOBS]
+    return json_answer(await jobs.move(call.path_value("job_id"), call.body, by=call.principal.name))
+
+
+async def cancel_job(call: Call[NoQuery, Empty]) -> web.Response:
+    """POST /jobs/{job_id}/cancel."""
+    return _accepted(await call.request.app[JOBS].cancel(call.path_value("job_id"), by=call.principal.name))
+
+
+def _accepted(job: Job) -> web.Response:
+    return json_answer(job, status=202, headers={"Location": f"{API}/jobs/{job.id}"})
+
+
+_PLAN_ERRORS: Final = ("not_found", "plan.invalid", "storage.failed")
+_ACCEPTED: Final = Answer(
+    202, "The job as it is now; follow it at Location or by the stream", Job, headers=("Location",)
+)
+
+ROUTES: tuple[AnyRoute, ...] = (
+    Route(
+        method="POST",
+        path=f"{API}/jobs",
+        handler=create_job,
+        summary="Queue a plan for a vehicle, or for any that can",
+        tag="jobs",
+        role=Role.DISPATCHER,
+        query=NoQuery,
+        body=json_body(JobOrder),
+        answers=(_ACCEPTED,),
+        errors=(*_PLAN_ERRORS, "plan.rejected", "jobs.full", "input.invalid"),
+        idempotent=True,
+    ),
+    Route(
+        method="POST",
+        path=f"{API}/job-checks",
+        handler=check_job,
+        summary="Which vehicle would get a plan now, and what speaks against each; nothing is queued",
+        tag="jobs",
+        role=Role.DISPATCHER,
+        query=NoQuery,
+        body=json_body(JobOrder),
+        answers=(Answer(200, "The choice; with no vehicle that can it is answered with 200 too", AssignmentView),),
+        errors=_PLAN_ERRORS,
+    ),
+    Route(
+        method="GET",
+        path=f"{API}/jobs",
+        handler=list_jobs,
+        summary="Jobs, newest first",
+        tag="jobs",
+        role=Role.VIEWER,
+        query=JobsQuery,
+        body=NO_BODY,
+        answers=(Answer(200, "The jobs", JobsView),),
+        errors=("not_found", "storage.failed"),
+    ),
+    Route(
+        method="GET",
+        path=_ONE,
+        handler=get_job,
+        summary="One job; while it waits with what speaks against each vehicle now",
+        tag="jobs",
+        role=Role.VIEWER,
+        query=NoQuery,
+        body=NO_BODY,
+        answers=(Answer(200, "The job", Job),),
+        errors=_PLAN_ERRORS,
+    ),
+    Route(
+        method="PATCH",
+        path=_ONE,
+        handler=move_job,
+        summary="Give a waiting job another priority or place",
+        tag="jobs",
+        role=Role.DISPATCHER,
+        query=NoQuery,
+        body=json_body(JobMove),
+        answers=(Answer(200, "The job as it is now", Job),),
+        errors=("not_found", "job.wrong_state", "storage.failed"),
+    ),
+    Route(
+        method="POST",
+        path=f"{_ONE}/cancel",
+        handler=cancel_job,
+        summary="Cancel a job that does not fly",
+        tag="jobs",
+        role=Role.DISPATCHER,
+        query=NoQuery,
+        body=NO_BODY,
+        answers=(_ACCEPTED,),
+        errors=("not_found", "job.wrong_state", "storage.failed"),
+    ),
+)

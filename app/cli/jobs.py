@@ -1,0 +1,183 @@
+"""`waydrop jobs`: queue plans for a vehicle or for any that can, and look after the queues."""
+
+from __future__ import annotations
+
+import asyncio
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from app.cli.exit_status import ExitStatus
+from app.cli.job_tables import candidates_table, jobs_table, queues_table
+from app.cli.plan_file import read_plan
+from app.cli.runs import JsonOption
+from app.cli.service_client import ServerOption, ServiceClient, TokenOption, service_client
+from app.cli.terminal import err, out, write_json
+from app.domain.jobs.job import Job, JobState
+from app.domain.jobs.queue import Place
+from app.services.jobs.orders import LEAST_BATTERY_PERCENT
+from app.services.jobs.views import AssignmentView, JobQueuesView
+
+jobs_app = typer.Typer(help="Queue plans for a vehicle, or for any that can.", no_args_is_help=True)
+JobArgument = Annotated[str, typer.Argument(metavar="JOB", help="The job's id.")]
+VehicleArgument = Annotated[str, typer.Argument(metavar="VEHICLE", help="The vehicle's id.")]
+TIME = "TIME"
+
+
+class PlaceOption(StrEnum):
+    """Where among the waiting jobs of its priority."""
+
+    FIRST = "first"
+    LAST = "last"
+
+
+@jobs_app.command()
+def add(
+    plan: Annotated[str, typer.Argument(metavar="PLAN", help="A plan file, - for standard input, or a plan's id.")],
+    server: ServerOption,
+    token: TokenOption = None,
+    vehicle: Annotated[str, typer.Option("--vehicle", metavar="ID", help="A vehicle, or any that can.")] = "any",
+    allow: Annotated[list[str] | None, typer.Option(metavar="ID", help="Of any only this one; repeatable.")] = None,
+    min_battery: Annotated[
+        float, typer.Option("--min-battery", min=0, max=100, help="Per cent that it must have.")
+    ] = LEAST_BATTERY_PERCENT,
+    not_before: Annotated[str | None, typer.Option(metavar=TIME, help="Begin then: 2026-05-01T08:00:00Z.")] = None,
+    deadline: Annotated[str | None, typer.Option(metavar=TIME, help="The latest start.")] = None,
+    priority: Annotated[int, typer.Option(min=-100, max=100, help="The higher goes first.")] = 0,
+    auto_start: Annotated[
+        bool, typer.Option("--auto-start", help="Start it as soon as it is prepared; else a person does.")
+    ] = False,
+    check: Annotated[bool, typer.Option("--check", help="Only say which vehicle would get it.")] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Queue a plan. With --check exit status 1 if no vehicle could take it now."""
+    order: dict[str, Any] = {
+        "plan": _plan(plan),
+        "vehicle": vehicle,
+        "allowed_vehicles": allow or [],
+        "min_battery_percent": min_battery,
+        "not_before": not_before,
+        "deadline": deadline,
+        "priority": priority,
+        "auto_start": auto_start,
+    }
+    answer = asyncio.run(_ask(server, token, "POST", "/job-checks" if check else "/jobs", order))
+    if as_json:
+        write_json(answer)
+    elif check:
+        out().print(candidates_table(AssignmentView.model_validate(answer).candidates))
+    else:
+        _show(Job.model_validate(answer))
+    if check and answer["vehicle_id"] is None:
+        err().print("no vehicle can take it now")
+        raise typer.Exit(ExitStatus.NOT_ACHIEVED)
+
+
+@jobs_app.command("list")
+def list_jobs(
+    server: ServerOption,
+    token: TokenOption = None,
+    state: Annotated[list[JobState] | None, typer.Option(help="Jobs in this state; repeatable.")] = None,
+    vehicle: Annotated[str | None, typer.Option(metavar="ID", help="Jobs of this vehicle.")] = None,
+    plan: Annotated[str | None, typer.Option(metavar="ID", help="Jobs of this plan.")] = None,
+    open_only: Annotated[bool, typer.Option("--open", help="Only jobs that are not over.")] = False,
+    limit: Annotated[int, typer.Option(min=1, max=500, help="At most so many, newest first.")] = 20,
+    as_json: JsonOption = False,
+) -> None:
+    """List jobs, newest first."""
+    wanted: dict[str, str | int] = {"limit": limit} | ({"open": "true"} if open_only else {})
+    wanted |= {name: value for name, value in (("vehicle", vehicle), ("plan", plan)) if value is not None}
+    if state:
+        wanted["state"] = ",".join(one.value for one in state)
+    answer = asyncio.run(_ask(server, token, "GET", "/jobs", **wanted))
+    if as_json:
+        write_json(answer)
+    elif not answer["jobs"]:
+        err().print("no such jobs")
+    else:
+        out().print(jobs_table([Job.model_validate(row) for row in answer["jobs"]]))
+
+
+@jobs_app.command()
+def show(job: JobArgument, server: ServerOption, token: TokenOption = None, as_json: JsonOption = False) -> None:
+    """Show one job, and what speaks for and against each vehicle."""
+    answer = asyncio.run(_ask(server, token, "GET", f"/jobs/{job}"))
+    if as_json:
+        write_json(answer)
+    else:
+        _show(Job.model_validate(answer))
+
+
+@jobs_app.command()
+def cancel(job: JobArgument, server: ServerOption, token: TokenOption = None) -> None:
+    """Cancel a job that does not fly; a run that waits on its vehicle is taken off it."""
+    _show(Job.model_validate(asyncio.run(_ask(server, token, "POST", f"/jobs/{job}/cancel"))))
+
+
+@jobs_app.command()
+def move(
+    job: JobArgument,
+    server: ServerOption,
+    token: TokenOption = None,
+    priority: Annotated[int | None, typer.Option(min=-100, max=100, help="The higher goes first.")] = None,
+    place: Annotated[PlaceOption | None, typer.Option(help="Among the waiting jobs of its priority.")] = None,
+) -> None:
+    """Give a waiting job another priority, or another place."""
+    chosen: Place | None = None if place is None else place.value
+    document = {"priority": priority, "place": chosen}
+    _show(Job.model_validate(asyncio.run(_ask(server, token, "PATCH", f"/jobs/{job}", document))))
+
+
+@jobs_app.command()
+def queues(server: ServerOption, token: TokenOption = None, as_json: JsonOption = False) -> None:
+    """What waits, in order, and how each vehicle's queue stands."""
+    answer = asyncio.run(_ask(server, token, "GET", "/job-queues"))
+    if as_json:
+        write_json(answer)
+        return
+    view = JobQueuesView.model_validate(answer)
+    if view.waiting:
+        out().print(jobs_table(view.waiting))
+    out().print(queues_table(view.vehicles))
+
+
+@jobs_app.command()
+def stop(vehicle: VehicleArgument, server: ServerOption, token: TokenOption = None) -> None:
+    """Begin and start no more jobs on a vehicle; a run that flies goes on."""
+    asyncio.run(_ask(server, token, "POST", f"/job-queues/{vehicle}/stop"))
+    err().print(f"the queue of {vehicle} is stopped", markup=False)
+
+
+@jobs_app.command()
+def resume(vehicle: VehicleArgument, server: ServerOption, token: TokenOption = None) -> None:
+    """Go on with a vehicle's queue, after somebody has looked at it."""
+    asyncio.run(_ask(server, token, "POST", f"/job-queues/{vehicle}/resume"))
+    err().print(f"the queue of {vehicle} goes on", markup=False)
+
+
+def _plan(given: str) -> Any:
+    """The document of a file, else the id as it is."""
+    return read_plan(Path(given)).model_dump(mode="json") if given == "-" or Path(given).exists() else given
+
+
+def _show(job: Job) -> None:
+    out().print(jobs_table([job]))
+    if job.candidates:
+        out().print(candidates_table(job.candidates))
+
+
+async def _ask(server: str, token: str | None, method: str, path: str, document: Any = None, **query: str | int) -> Any:
+    async with service_client(server, token) as client:
+        return await _send(client, method, path, document, query)
+
+
+async def _send(client: ServiceClient, method: str, path: str, document: Any, query: dict[str, str | int]) -> Any:
+    match method:
+        case "GET":
+            return await client.get(path, **query)
+        case "PATCH":
+            return await client.patch(path, document)
+        case _:
+            return await client.post(path, document)

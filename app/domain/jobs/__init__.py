@@ -1,0 +1,1 @@
+"""Jobs: plans that wait for a vehicle, and which vehicle may have which."""

@@ -1,0 +1,43 @@
+"""Whether a vehicle can fly a plan, by the rules with its own parameters, and how far away from it it is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Final
+
+from app.domain.finding import Finding, Severity
+from app.domain.geo import distance_m
+from app.domain.jobs.candidate import Refusal
+from app.domain.plan import Land, Loiter, Plan, Takeoff, Waypoint
+from app.domain.vehicle import VehicleState
+
+NOBODY_READS: Final = frozenset({"vehicle.home_differs"})
+"""Warnings that a person who names a vehicle may judge. Where Waydrop chooses nobody would read them: they refuse."""
+
+
+def why_unfit(findings: Iterable[Finding], *, we_choose: bool) -> tuple[Refusal, ...]:
+    """The findings that stand against a vehicle."""
+    return tuple(
+        Refusal(code=found.code, message=found.message, hint=found.hint, pointer=found.pointer)
+        for found in findings
+        if found.severity is Severity.ERROR or (we_choose and found.code in NOBODY_READS)
+    )
+
+
+def beginning_of(plan: Plan) -> tuple[float, float] | None:
+    """Where the plan begins, in degrees: its home, else its first place. None: wherever the vehicle is."""
+    if plan.home is not None:
+        return plan.home.latitude_deg, plan.home.longitude_deg
+    for item in plan.items:
+        if not isinstance(item, Takeoff | Waypoint | Loiter | Land):
+            continue
+        if item.latitude_deg is not None and item.longitude_deg is not None:
+            return item.latitude_deg, item.longitude_deg
+    return None
+
+
+def distance_to(beginning: tuple[float, float] | None, state: VehicleState) -> float | None:
+    """Metres over ground from the vehicle; None if either is not known."""
+    if beginning is None or state.latitude_deg is None or state.longitude_deg is None:
+        return None
+    return round(distance_m(state.latitude_deg, state.longitude_deg, *beginning), 1)

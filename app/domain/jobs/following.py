@@ -1,0 +1,63 @@
+"""What becomes of a job that has a vehicle, by what its run has become. It only follows: nothing is commanded here."""
+
+from __future__ import annotations
+
+from app.domain.jobs.job import Job, JobState
+from app.domain.jobs.verdict import was_broken_off, why_bad
+from app.domain.run import Run, RunState
+
+NOT_STARTED = frozenset({RunState.CREATED, RunState.UPLOADING, RunState.UPLOADED})
+"""No start is under way: the run can be taken off the vehicle without moving it."""
+
+NEVER_MADE = "Waydrop stopped before the run was made"
+STARTED_FIRST = "it had been started before it could be taken off the vehicle"
+WAITS_FOR_START = "it waits for a person's start"
+
+
+def after(job: Job, run: Run | None, now: float) -> Job:
+    """The job as its run makes it; the same one if nothing changed. `run` None: it was never made."""
+    if run is None:
+        return job.requeued(NEVER_MADE, now=now)
+    if run.is_over:
+        return _ended(job, run, now)
+    if run.started_at is not None:
+        if job.state is not JobState.FLYING:
+            reason = STARTED_FIRST if job.end_asked else ""
+            return job.moved_to(JobState.FLYING, now=now, reason=reason, end_asked="")
+        return job
+    if job.state is JobState.PREPARING and run.state is RunState.UPLOADED:
+        return job.moved_to(JobState.PREPARED, now=now, reason="" if job.auto_start else WAITS_FOR_START)
+    if _start_failed(job, run) and run.reason != job.reason:
+        return job.changed(now=now, reason=run.reason)
+    return job
+
+
+def must_be_taken_off(job: Job, run: Run, now: float) -> bool:
+    """Whether the run is to be ended on the ground: the job was cancelled, or its latest start is over."""
+    return run.state in NOT_STARTED and (bool(job.end_asked) or job.is_late(now))
+
+
+def _start_failed(job: Job, run: Run) -> bool:
+    """Whether the start that we asked for failed on the ground. We do not ask again; a person may."""
+    asked_at = job.start_asked_at
+    return asked_at is not None and run.state is RunState.UPLOADED and run.updated_at > asked_at
+
+
+def _ended(job: Job, run: Run, now: float) -> Job:
+    if run.state is RunState.ABORTED and run.started_at is None:
+        state = JobState.EXPIRED if job.end_asked == "expired" else JobState.CANCELLED
+        reason = job.reason if job.end_asked else f"its run was ended: {run.reason}"
+        return job.moved_to(state, now=now, reason=reason)
+    if was_broken_off(run):
+        return _broken_off(job, run, now)
+    bad = why_bad(run)
+    return job.moved_to(JobState.COMPLETED if bad is None else JobState.FAILED, now=now, reason=bad or "")
+
+
+def _broken_off(job: Job, run: Run, now: float) -> Job:
+    if job.end_asked:
+        state = JobState.EXPIRED if job.end_asked == "expired" else JobState.CANCELLED
+        return job.moved_to(state, now=now, reason=job.reason)
+    if job.state is JobState.PREPARING:
+        return job.requeued(run.reason, now=now)
+    return job.moved_to(JobState.FAILED, now=now, reason=run.reason)

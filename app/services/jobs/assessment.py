@@ -1,0 +1,110 @@
+"""Looks at vehicles for a plan: each with its own parameters and state, by the full rule set."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import OrderedDict
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+from app.domain.errors import WaydropError
+from app.domain.jobs.candidate import MOST_REFUSALS, Candidate, Refusal, VehicleRefusal
+from app.domain.jobs.choice import choose
+from app.domain.jobs.fitness import beginning_of, distance_to, why_unfit
+from app.domain.jobs.job import Wish
+from app.domain.jobs.readiness import VehicleSight, why_not_ready, why_not_wished
+from app.domain.live_control import is_too_fast
+from app.domain.plan import Plan, plan_hash
+from app.domain.rules import Finding, check_plan
+from app.domain.vehicle import VehicleFacts
+from app.services.fleet import Fleet
+
+KEPT: Final = 1024
+"""Findings of plan and vehicle. They are the same until the vehicle's facts are others."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Checked:
+    facts: VehicleFacts
+    findings: tuple[Finding, ...]
+
+
+class Assessment:
+    """Commands nothing. Parameters are asked of a vehicle once and again after its reboot; the fleet's link keeps them.
+
+    A vehicle that is slow to tell them is silent for now, and asked on in a task: it must not hold up the others.
+    """
+
+    def __init__(self, fleet: Fleet, facts_s: float) -> None:
+        self._fleet = fleet
+        self._facts_s = facts_s
+        self._checked: OrderedDict[tuple[str, str], _Checked] = OrderedDict()
+        self._asking: dict[str, asyncio.Task[VehicleFacts]] = {}
+
+    async def close(self) -> None:
+        """Ask no further. Idempotent."""
+        asking = tuple(self._asking.values())
+        for task in asking:
+            task.cancel()
+        await asyncio.gather(*asking, return_exceptions=True)
+
+    async def candidates(self, plan: Plan, wish: Wish, sights: Sequence[VehicleSight]) -> tuple[Candidate, ...]:
+        """Every vehicle of the fleet, and those that the wish names and nobody has seen; one may be chosen."""
+        key = plan_hash(plan)
+        seen = {sight.vehicle_id for sight in sights}
+        looked = await asyncio.gather(*(self._candidate(key, plan, wish, sight) for sight in sights))
+        return choose([*looked, *(_unseen(name) for name in wish.named if name not in seen)])
+
+    async def _candidate(self, key: str, plan: Plan, wish: Wish, sight: VehicleSight) -> Candidate:
+        state = sight.state
+        refusals = [*why_not_ready(sight), *why_not_wished(sight.vehicle_id, state.battery_percent, wish)]
+        if wish.allows(sight.vehicle_id) and state.connected:
+            refusals += await self._unfit(key, plan, sight.vehicle_id, we_choose=wish.is_any)
+        return Candidate(
+            vehicle_id=sight.vehicle_id,
+            distance_m=distance_to(beginning_of(plan), state),
+            battery_percent=state.battery_percent,
+            refusals=tuple(refusals[:MOST_REFUSALS]),
+            refusals_left_out=max(0, len(refusals) - MOST_REFUSALS),
+        )
+
+    async def _unfit(self, key: str, plan: Plan, vehicle_id: str, *, we_choose: bool) -> Sequence[Refusal]:
+        try:
+            facts = await self._facts(vehicle_id)
+        except WaydropError as error:
+            return [Refusal(code=VehicleRefusal.SILENT.value, message=error.detail, hint=error.hint)]
+        if facts is None:
+            message = "its parameters are still being read"
+            return [Refusal(code=VehicleRefusal.SILENT.value, message=message, hint="wait a moment")]
+        return why_unfit(await self._findings(key, plan, vehicle_id, facts), we_choose=we_choose)
+
+    async def _facts(self, vehicle_id: str) -> VehicleFacts | None:
+        """The vehicle's facts; None if it is still asked. Raises WaydropError."""
+        task = self._asking.get(vehicle_id)
+        if task is None:
+            task = asyncio.create_task(self._fleet.vehicle(vehicle_id).link.read_facts(), name=f"facts {vehicle_id}")
+            self._asking[vehicle_id] = task
+        await asyncio.wait({task}, timeout=self._facts_s)
+        if not task.done():
+            return None
+        if self._asking.get(vehicle_id) is task:
+            del self._asking[vehicle_id]
+        return task.result()
+
+    async def _findings(self, key: str, plan: Plan, vehicle_id: str, facts: VehicleFacts) -> tuple[Finding, ...]:
+        rate = facts.least_clock_rate  # measured anew each moment, and only this of it matters to the rules
+        alike = replace(facts, least_clock_rate=1.0 if rate is None or not is_too_fast(rate) else 1e3)
+        known = self._checked.get((key, vehicle_id))
+        if known is None or known.facts != alike:
+            known = _Checked(alike, await asyncio.to_thread(check_plan, plan, facts))
+            self._checked[(key, vehicle_id)] = known
+            if len(self._checked) > KEPT:
+                self._checked.popitem(last=False)
+        return known.findings
+
+
+def _unseen(vehicle_id: str) -> Candidate:
+    message = "it has not been seen since Waydrop started"
+    refusal = Refusal(code=VehicleRefusal.UNKNOWN.value, message=message, hint="GET /api/v1/vehicles lists them")
+    return Candidate(vehicle_id=vehicle_id, refusals=(refusal,))

@@ -1,0 +1,109 @@
+"""Follows the jobs that have a vehicle: takes runs off it that are not to fly, and starts those that may start."""
+
+from __future__ import annotations
+
+from app.domain.errors import NotFoundError, WaydropError
+from app.domain.jobs.following import after, must_be_taken_off
+from app.domain.jobs.job import Job, JobState
+from app.domain.jobs.readiness import why_not_ready
+from app.domain.jobs.vehicle_queue import VehicleQueue
+from app.domain.run import Run, RunState
+from app.services.clock import Clock
+from app.services.jobs.book import JobBook
+from app.services.jobs.sights import VehicleSights
+from app.services.runs import Runs
+
+EXPIRED = "its deadline passed before it was started"
+
+
+class JobFollower:
+    """One look at one job at a time. That a start is asked is stored first, and never done a second time: after a
+    restart of ours a person decides.
+    """
+
+    def __init__(self, book: JobBook, runs: Runs, sights: VehicleSights, clock: Clock) -> None:
+        self._book = book
+        self._runs = runs
+        self._sights = sights
+        self._clock = clock
+
+    async def follow(self, job: Job) -> None:
+        """Look once. Raises StorageError, and what a run answers to being started or ended."""
+        run = await self._run_of(job)
+        now = self._clock.now()
+        if run is not None and must_be_taken_off(job, run, now):
+            await self._take_off(job, run)
+            return
+        job = await self._book.change(
+            job.id,
+            lambda current: after(current, run, self._clock.now()),
+            also=lambda changed, queue: self._judged(job, changed, run, queue),
+        )
+        if run is not None and run.state is RunState.UPLOADED and _may_be_started(job):
+            await self._start(job, run)
+
+    async def note_unknown_start(self, job: Job) -> None:
+        """After a restart of ours: say of a run that was being started that nobody starts it again by itself."""
+        if job.state is JobState.PREPARED and job.start_asked_at is not None:
+            reason = "Waydrop stopped as it told the run to start: it does not do so again, a person may start it"
+            await self._note(job, reason)
+
+    def _judged(self, before: Job, job: Job, run: Run | None, queue: VehicleQueue) -> VehicleQueue:
+        if run is None or not job.is_over:
+            return queue
+        taken_off = before.end_asked and job.state in (JobState.CANCELLED, JobState.EXPIRED)
+        return queue.cleared(run.id) if taken_off else queue.judged(run, now=self._clock.now())
+
+    async def _run_of(self, job: Job) -> Run | None:
+        try:
+            return await self._runs.get(job.run_id or "")
+        except NotFoundError:
+            return None
+
+    async def _take_off(self, job: Job, run: Run) -> None:
+        """End the run on the ground: it has not been told to start, so this moves nothing."""
+        if not job.end_asked:
+            asked = {"end_asked": "expired", "reason": EXPIRED}
+            job = await self._book.change(job.id, lambda current: current.changed(now=self._clock.now(), **asked))
+        await self._runs.abort(run.id, job.requested_by)
+
+    async def _start(self, job: Job, run: Run) -> None:
+        if not self._sights.has(run.vehicle_id, run.id) or await self._speaks_against(job, run):
+            return
+        asked = await self._book.change(job.id, self._asked)
+        if asked.start_asked_at is None:
+            return  # somebody cancelled it meanwhile
+        if await self._speaks_against(asked, run):  # the disk may have taken its time
+            await self._book.change(job.id, lambda current: _unasked(current, self._clock.now()))
+            return
+        try:
+            await self._runs.start(run.id, job.requested_by)
+        except WaydropError as error:
+            await self._note(asked, error.detail)
+
+    def _asked(self, job: Job) -> Job:
+        now = self._clock.now()
+        return job.changed(now=now, start_asked_at=now, reason="") if _may_be_started(job) else job
+
+    async def _speaks_against(self, job: Job, run: Run) -> bool:
+        refusals = why_not_ready(self._sights.one(run.vehicle_id, run.id))
+        if refusals:
+            await self._note(job, f"not started yet: {refusals[0].message}")
+        return bool(refusals) or job.is_late(self._clock.now())
+
+    async def _note(self, job: Job, reason: str) -> None:
+        await self._book.change(job.id, lambda current: _because(current, reason, self._clock.now()))
+
+
+def _because(job: Job, reason: str, now: float) -> Job:
+    return job if job.reason == reason else job.changed(now=now, reason=reason)
+
+
+def _unasked(job: Job, now: float) -> Job:
+    """It was not told to start after all, and may be later."""
+    return job.changed(now=now, start_asked_at=None)
+
+
+def _may_be_started(job: Job) -> bool:
+    wanted = job.auto_start and job.state is JobState.PREPARED
+    return wanted and job.start_asked_at is None and not job.end_asked

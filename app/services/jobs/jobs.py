@@ -1,0 +1,238 @@
+"""All jobs: ordered, checked, listed, moved and cancelled; and the queues of vehicles, stopped and resumed."""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+from collections.abc import Callable, Sequence
+
+import structlog
+from pydantic_core import to_json
+
+from app.domain.errors import InvalidInputError, JobWrongStateError, NotFoundError
+from app.domain.jobs.choice import chosen_of
+from app.domain.jobs.job import Job, JobState
+from app.domain.jobs.port import ALL_JOBS, JobFilter, JobStore
+from app.domain.jobs.readiness import VehicleSight, why_not_ready
+from app.domain.jobs.vehicle_queue import VehicleQueue
+from app.domain.plan import Plan, parse_plan
+from app.services.clock import Clock
+from app.services.fleet import Fleet
+from app.services.jobs.assessment import Assessment
+from app.services.jobs.book import JobBook
+from app.services.jobs.desk import JobDesk
+from app.services.jobs.orders import JobMove, JobOrder
+from app.services.jobs.planned import PlannedJobs
+from app.services.jobs.settings import JobSettings
+from app.services.jobs.sights import VehicleSights
+from app.services.jobs.views import AssignmentView, JobQueuesView, VehicleQueueView
+from app.services.journal import Journal
+from app.services.plans import Plans
+from app.services.runs import Runs
+
+log = structlog.get_logger(__name__)
+
+
+class Jobs:
+    """The door to the queue. What it promises is stored when it answers; the desk acts on it in a task of its own."""
+
+    def __init__(
+        self,
+        store: JobStore,
+        plans: Plans,
+        runs: Runs,
+        fleet: Fleet,
+        journal: Journal,
+        clock: Clock,
+        settings: JobSettings | None = None,
+    ) -> None:
+        settings = settings or JobSettings()
+        self._store = store
+        self._plans = plans
+        self._fleet = fleet
+        self._clock = clock
+        self._book = JobBook(store, journal, clock, settings.capacity)
+        self._sights = VehicleSights(fleet, runs, self._book)
+        self._assessment = Assessment(fleet, settings.facts_s)
+        self._planned = PlannedJobs(plans)
+        parts = (self._book, runs, self._planned, self._sights, self._assessment)
+        self._desk = JobDesk(*parts, clock, settings)
+        self._task: asyncio.Task[None] | None = None
+
+    async def begin(self) -> None:
+        """Go on where the last process stopped; after Runs.begin. Raises StorageError."""
+        await self._book.load()
+        self._task = asyncio.create_task(self._desk.run(), name="job desk")
+        self._task.add_done_callback(_log_defect)
+
+    async def close(self) -> None:
+        """Begin nothing more. Before Runs.close; what has begun is taken up at the next start. Idempotent."""
+        if self._task is not None:
+            self._task.cancel()
+            await asyncio.gather(self._task, return_exceptions=True)
+        await self._assessment.close()
+
+    async def create(self, order: JobOrder, by: str) -> Job:
+        """A new job in the queue, with its candidates as they are now; a plan that comes with it is stored first.
+
+        Raises:
+            NotFoundError, InvalidInputError, JobsFullError, PlanInvalid, PlanRejectedError, StorageError.
+        """
+        self._refuse_unusable(order)
+        self._book.queue.refuse_if_full()
+        plan_id = order.plan if isinstance(order.plan, str) else (await self._plans.create(_parsed(order), by)).id
+        plan = await self._planned.plan(plan_id)
+        now = self._clock.now()
+
+        def make(rank: int) -> Job:
+            return Job(
+                id=f"job-{secrets.token_hex(6)}",
+                plan_id=plan_id,
+                plan_name=plan.name,
+                vehicle_type=plan.vehicle_type,
+                order_id=None if plan.order is None else plan.order.id,
+                wish=order.wish(),
+                not_before=None if order.not_before is None else order.not_before.timestamp(),
+                deadline=None if order.deadline is None else order.deadline.timestamp(),
+                auto_start=order.auto_start,
+                priority=order.priority,
+                rank=rank,
+                requested_by=by,
+                created_at=now,
+                updated_at=now,
+            )
+
+        job = await self._book.add(make, by)
+        shown = await self._with_candidates(job)
+        self._desk.wake()
+        return shown
+
+    async def check(self, order: JobOrder) -> AssignmentView:
+        """Which vehicle would get it now; nothing is stored. Raises NotFoundError, PlanInvalid, StorageError."""
+        self._refuse_unseen(order)
+        plan = await self._planned.plan(order.plan) if isinstance(order.plan, str) else _parsed(order)
+        candidates = await self._assessment.candidates(plan, order.wish(), self._sights.all())
+        chosen = chosen_of(candidates)
+        return AssignmentView(vehicle_id=None if chosen is None else chosen.vehicle_id, candidates=candidates)
+
+    async def get(self, job_id: str) -> Job:
+        """One job; of one that waits the candidates as they are now. Raises NotFoundError, StorageError."""
+        job = self._book.queue.jobs.get(job_id) or await self._store.get(job_id)
+        if job is None:
+            raise NotFoundError(f"no job {job_id!r}", hint="GET /api/v1/jobs lists them")
+        return await self._with_candidates(job)
+
+    async def list_jobs(self, limit: int, wanted: JobFilter = ALL_JOBS) -> Sequence[Job]:
+        """Newest first. Raises NotFoundError if `wanted.older_than` is no job, StorageError."""
+        if wanted.older_than is not None and await self._store.get(wanted.older_than) is None:
+            raise NotFoundError(f"no job {wanted.older_than!r}", hint="GET /api/v1/jobs lists them")
+        return await self._store.list_jobs(wanted, limit=limit)
+
+    async def cancel(self, job_id: str, by: str) -> Job:
+        """End a job that does not fly; a run that waits on its vehicle is taken off, and the job ends with it.
+
+        Raises:
+            NotFoundError, StorageError. JobWrongStateError: its run was started, or it is over.
+        """
+        job = await self._change(job_id, lambda current: _cancelled(current, by, self._clock.now()), by)
+        self._desk.wake()
+        return job
+
+    async def move(self, job_id: str, move: JobMove, by: str) -> Job:
+        """Another place for a job that waits. Raises NotFoundError, JobWrongStateError, StorageError."""
+
+        def placed(job: Job) -> Job:
+            if job.state is not JobState.QUEUED:
+                raise _wrong(job, "has its vehicle already")
+            queue = self._book.queue
+            return queue.placed(job, priority=move.priority, place=move.place, now=self._clock.now())
+
+        return await self._change(job_id, placed, by)
+
+    def queues(self) -> JobQueuesView:
+        """All jobs that wait, and how each vehicle stands."""
+        queue = self._book.queue
+        return JobQueuesView(
+            dispatching=self._task is not None and not self._task.done(),
+            capacity=queue.capacity,
+            waiting=queue.waiting,
+            vehicles=tuple(self._vehicle_view(sight) for sight in self._sights.all()),
+        )
+
+    async def stop(self, vehicle_id: str, by: str) -> VehicleQueueView:
+        """Begin and start nothing on this vehicle; a run that flies goes on. Raises NotFoundError, StorageError."""
+        self._fleet.vehicle(vehicle_id)
+        now = self._clock.now()
+
+        def stopped(queue: VehicleQueue) -> VehicleQueue:
+            return queue if queue.stopped else queue.stopped_by(by, f"stopped by {by}", now=now)
+
+        await self._book.change_vehicle(vehicle_id, stopped, "stopped")
+        return self._vehicle_view(self._sights.one(vehicle_id))
+
+    async def resume(self, vehicle_id: str, by: str) -> VehicleQueueView:
+        """An operator has looked at the vehicle: its queue goes on. Raises NotFoundError, StorageError."""
+        self._fleet.vehicle(vehicle_id)
+        newest, now = await self._sights.newest_run(vehicle_id), self._clock.now()
+
+        def resumed(queue: VehicleQueue) -> VehicleQueue:
+            stands = queue.judged(newest, now=now).stopped  # also before anybody looked at its newest run
+            return queue.resumed_by(by, newest, now=now) if stands else queue
+
+        await self._book.change_vehicle(vehicle_id, resumed, "resumed")
+        self._desk.wake()
+        return self._vehicle_view(self._sights.one(vehicle_id))
+
+    async def _change(self, job_id: str, step: Callable[[Job], Job], by: str) -> Job:
+        if job_id not in self._book.queue.jobs:
+            raise _wrong(await self.get(job_id), "is over")
+        return await self._book.change(job_id, step, by)
+
+    async def _with_candidates(self, job: Job) -> Job:
+        if job.state is not JobState.QUEUED:
+            return job
+        return job.model_copy(update={"candidates": await self._desk.candidates(job)})
+
+    def _vehicle_view(self, sight: VehicleSight) -> VehicleQueueView:
+        holder, refusals = self._book.queue.holder_of(sight.vehicle_id), why_not_ready(sight)
+        return VehicleQueueView(
+            queue=self._book.vehicle(sight.vehicle_id),
+            ready=not refusals,
+            refusals=refusals,
+            job_id=None if holder is None else holder.id,
+            waiting=tuple(job.id for job in self._book.queue.waiting if job.wish.allows(sight.vehicle_id)),
+        )
+
+    def _refuse_unseen(self, order: JobOrder) -> None:
+        for vehicle_id in order.wish().named:
+            self._fleet.vehicle(vehicle_id)
+
+    def _refuse_unusable(self, order: JobOrder) -> None:
+        self._refuse_unseen(order)
+        deadline, not_before = order.deadline, order.not_before
+        if deadline is not None and deadline.timestamp() <= self._clock.now():
+            raise InvalidInputError("the deadline has passed", hint="it is the latest start")
+        if deadline is not None and not_before is not None and deadline <= not_before:
+            raise InvalidInputError("the deadline is not after not_before", hint="it is the latest start")
+
+
+def _parsed(order: JobOrder) -> Plan:
+    return parse_plan(to_json(order.plan, inf_nan_mode="constants"))
+
+
+def _cancelled(job: Job, by: str, now: float) -> Job:
+    reason = f"cancelled by {by}"
+    if job.state is JobState.QUEUED:
+        return job.moved_to(JobState.CANCELLED, now=now, reason=reason)
+    if job.state is JobState.FLYING:
+        raise _wrong(job, f"flies: return or abort its run {job.run_id}")
+    return job if job.end_asked else job.changed(now=now, end_asked="cancelled", reason=reason)
+
+
+def _wrong(job: Job, why: str) -> JobWrongStateError:
+    return JobWrongStateError(f"job {job.id} {why}", hint="GET the job: its state says more", state=job.state.value)
+
+
+def _log_defect(task: asyncio.Task[None]) -> None:
+    if not task.cancelled() and (error := task.exception()) is not None:
+        log.error("a defect ended the job desk: nothing more is begun until a restart", exc_info=error)

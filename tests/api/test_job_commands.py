@@ -1,0 +1,65 @@
+"""`waydrop jobs` against a real service."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from structlog.testing import capture_logs
+from typer.testing import Result
+
+from app.cli.exit_status import ServerRefusedError
+from tests.api.job_plans import ROUTE, until_job
+from tests.api.service import Service
+from tests.api.test_dispatch_commands import waydrop
+
+
+@pytest.fixture(autouse=True)
+def _quiet_service() -> Iterator[None]:
+    """The service's log would go where the command writes: here they are one process."""
+    with capture_logs():
+        yield
+
+
+def refusal(result: Result) -> str:
+    """The code with which the service refused."""
+    assert isinstance(result.exception, ServerRefusedError)
+    return result.exception.code
+
+
+async def test_a_plan_is_checked_queued_moved_shown_and_cancelled(service: Service, tmp_path: Path) -> None:
+    file = tmp_path / "route.json"
+    file.write_text(json.dumps(ROUTE))
+    service.links[0].move(battery_percent=5.0)
+    checked = await waydrop(service, "jobs", "add", str(file), "--check")
+    assert (checked.exit_code, "vehicle.battery_low: its battery has 5 %" in checked.stdout) == (0, True)
+    none = await waydrop(service, "jobs", "add", str(file), "--check", "--allow", "v1")
+    assert (none.exit_code, "no vehicle can take it now" in none.stderr) == (1, True)
+    added = await waydrop(service, "jobs", "add", str(file), "--json", "--priority", "2", "--vehicle", "v1")
+    job = json.loads(added.stdout)
+    assert (job["state"], job["priority"], job["auto_start"]) == ("queued", 2, False)
+    moved = await waydrop(service, "jobs", "move", job["id"], "--priority", "7", "--place", "first")
+    assert (moved.exit_code, job["id"] in moved.stdout, " 7 " in moved.stdout) == (0, True, True)
+    shown = await waydrop(service, "jobs", "show", job["id"])
+    assert "vehicle.battery_low" in shown.stdout
+    by_id = await waydrop(service, "jobs", "add", job["plan_id"], "--vehicle", "v2", "--json")
+    await until_job(service, json.loads(by_id.stdout)["id"], "prepared")
+    listed = await waydrop(service, "jobs", "list", "--open", "--state", "queued", "--json")
+    assert [one["id"] for one in json.loads(listed.stdout)["jobs"]] == [job["id"]]
+    cancelled = await waydrop(service, "jobs", "cancel", job["id"])
+    assert "cancelled by local" in cancelled.stdout
+    again = await waydrop(service, "jobs", "cancel", job["id"])
+    assert (refusal(again), again.stdout) == ("job.wrong_state", "")
+    assert "no such jobs" in (await waydrop(service, "jobs", "list", "--state", "expired")).stderr
+
+
+async def test_queues_are_shown_stopped_and_resumed(service: Service) -> None:
+    assert (await waydrop(service, "jobs", "stop", "v1")).exit_code == 0
+    shown = await waydrop(service, "jobs", "queues")
+    assert "its queue is stopped: stopped by local" in shown.stdout
+    assert (await waydrop(service, "jobs", "resume", "v1")).exit_code == 0
+    queues = json.loads((await waydrop(service, "jobs", "queues", "--json")).stdout)
+    assert [view["ready"] for view in queues["vehicles"]] == [True, True]
+    assert refusal(await waydrop(service, "jobs", "resume", "v9")) == "not_found"

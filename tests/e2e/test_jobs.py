@@ -1,0 +1,49 @@
+"""Two jobs for any vehicle of a fleet of two: each vehicle gets one, both fly at once, and both are told as done."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import aiohttp
+
+from tests.service import Dispatcher, ServiceProcess, until
+from tests.simulated import SimulatedFleet
+
+PLAN = json.loads((Path(__file__).parents[2] / "plans" / "multicopter-embedded.json").read_text())
+WITHIN_S = 120.0
+
+
+async def test_two_jobs_for_any_vehicle_are_flown_by_two(tmp_path: Path, http: aiohttp.ClientSession) -> None:
+    with (
+        SimulatedFleet("quad,quad", speed=20.0) as simulated,
+        ServiceProcess(tmp_path, simulated.connections) as service,
+    ):
+        desk = Dispatcher(http, service.url)
+        await desk.until_vehicles(2)
+        order = {"plan": PLAN, "vehicle": "any", "auto_start": True}
+        await until(lambda: able(desk, order), lambda names: len(names) == 2, "both vehicles can have it", WITHIN_S)
+        made = [await desk.post("/jobs", order, expect=202) for _ in range(2)]
+        jobs = [
+            await until(lambda job=job: desk.get(f"/jobs/{job['id']}"), is_over, "the job must end", WITHIN_S)
+            for job in made
+        ]
+        assert [job["state"] for job in jobs] == ["completed", "completed"], [job["reason"] for job in jobs]
+        assert sorted(job["vehicle_id"] for job in jobs) == ["v1", "v2"]
+        chosen = [[one["vehicle_id"] for one in job["candidates"] if one["chosen"]] for job in jobs]
+        assert chosen == [[job["vehicle_id"]] for job in jobs]
+        for job in jobs:
+            run = await desk.get(f"/runs/{job['run_id']}")
+            assert [drop["outcome"] for drop in run["drops"]] == ["released"]
+
+
+async def able(desk: Dispatcher, order: dict[str, Any]) -> list[str]:
+    """The vehicles that nothing speaks against."""
+    checked = await desk.post("/job-checks", order)
+    return [one["vehicle_id"] for one in checked["candidates"] if not one["refusals"]]
+
+
+def is_over(job: Any) -> bool:
+    """Whether nothing follows."""
+    return job["ended_at"] is not None

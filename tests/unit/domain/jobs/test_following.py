@@ -1,0 +1,98 @@
+"""What a run makes of its job, and of its vehicle's queue."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.domain.drop import DropOutcome
+from app.domain.jobs.following import after, must_be_taken_off
+from app.domain.jobs.job import Job, JobState
+from app.domain.jobs.vehicle_queue import VehicleQueue
+from app.domain.jobs.verdict import NOTHING_STARTED, why_bad
+from app.domain.run import Run, RunState
+from tests.unit.domain.jobs.examples import a_job, a_run
+
+NOW = 100.0
+GIVEN = a_job(state=JobState.PREPARING, vehicle_id="v1", run_id="run-1")
+PREPARED = GIVEN.model_copy(update={"state": JobState.PREPARED})
+FLYING = GIVEN.model_copy(update={"state": JobState.FLYING})
+
+
+def kept(run: Run, outcome: DropOutcome = DropOutcome.KEPT) -> Run:
+    """The same run with its parcel still on board, or perhaps."""
+    return run.with_drop(run.drops[0].model_copy(update={"outcome": outcome}), now=NOW)
+
+
+@pytest.mark.parametrize(
+    ("job", "run", "state"),
+    [
+        (GIVEN, None, JobState.QUEUED),
+        (GIVEN, a_run(RunState.UPLOADING), JobState.PREPARING),
+        (GIVEN, a_run(RunState.UPLOADED), JobState.PREPARED),
+        (GIVEN, a_run(RunState.FAILED, reason="no answer"), JobState.FAILED),
+        (GIVEN, a_run(RunState.FAILED, reason=NOTHING_STARTED), JobState.QUEUED),
+        (PREPARED, a_run(RunState.STARTING), JobState.PREPARED),
+        (PREPARED, a_run(RunState.FLYING, started_at=1.0), JobState.FLYING),
+        (PREPARED, a_run(RunState.ABORTED, reason="aborted before take-off"), JobState.CANCELLED),
+        (FLYING, a_run(RunState.PAUSED, started_at=1.0), JobState.FLYING),
+        (FLYING, a_run(RunState.COMPLETED, started_at=1.0), JobState.COMPLETED),
+        (FLYING, kept(a_run(RunState.COMPLETED, started_at=1.0)), JobState.FAILED),
+        (FLYING, a_run(RunState.ABORTED, started_at=1.0), JobState.FAILED),
+        (FLYING, a_run(RunState.LOST, started_at=1.0), JobState.FAILED),
+    ],
+)
+def test_a_job_follows_its_run(job: Job, run: Run | None, state: JobState) -> None:
+    assert after(job, run, NOW).state is state
+
+
+def test_a_run_that_was_taken_off_ends_the_job_as_was_asked() -> None:
+    run = a_run(RunState.ABORTED, reason="aborted before take-off")
+    for asked, state in (("cancelled", JobState.CANCELLED), ("expired", JobState.EXPIRED)):
+        ended = after(PREPARED.model_copy(update={"end_asked": asked, "reason": "because"}), run, NOW)
+        assert (ended.state, ended.reason, ended.end_asked) == (state, "because", "")
+
+
+def test_only_a_run_that_nobody_told_to_start_is_taken_off() -> None:
+    ending = PREPARED.model_copy(update={"end_asked": "cancelled"})
+    late = PREPARED.model_copy(update={"deadline": NOW})
+    for state in RunState:
+        may = state in (RunState.CREATED, RunState.UPLOADING, RunState.UPLOADED)
+        assert must_be_taken_off(ending, a_run(state), NOW) is may
+        assert must_be_taken_off(late, a_run(state), NOW) is may
+        assert not must_be_taken_off(PREPARED, a_run(state), NOW)
+
+
+def test_a_start_that_failed_is_told_and_one_that_was_not_tried_yet_is_not() -> None:
+    asked = PREPARED.model_copy(update={"start_asked_at": 50.0})
+    assert after(asked, a_run(RunState.UPLOADED, updated_at=40.0, reason="verified"), NOW) is asked
+    assert (
+        after(asked, a_run(RunState.UPLOADED, updated_at=60.0, reason="arming denied"), NOW).reason == "arming denied"
+    )
+
+
+@pytest.mark.parametrize(
+    ("run", "bad"),
+    [
+        (a_run(RunState.COMPLETED), False),
+        (kept(a_run(RunState.COMPLETED)), True),
+        (kept(a_run(RunState.COMPLETED), DropOutcome.UNKNOWN), True),
+        (a_run(RunState.ABORTED), True),
+        (a_run(RunState.FAILED, reason="lost"), True),
+        (a_run(RunState.LOST), True),
+        (a_run(RunState.FAILED, reason=NOTHING_STARTED), False),
+    ],
+)
+def test_a_run_that_ended_badly_stops_the_queue_once(run: Run, bad: bool) -> None:
+    assert (why_bad(run) is not None) is bad
+    queue = VehicleQueue(vehicle_id="v1").judged(run, now=NOW)
+    assert (queue.stopped, "run-1" in queue.reason) == (bad, bad)
+    on = queue.resumed_by("ward 3", run, now=NOW)
+    assert not on.judged(run, now=NOW).stopped, "who said go on has seen this run"
+    other = run.model_copy(update={"id": "run-2"})
+    assert on.judged(other, now=NOW).stopped is bad
+
+
+def test_a_run_that_is_not_over_stops_nothing() -> None:
+    queue = VehicleQueue(vehicle_id="v1")
+    for run in (None, a_run(RunState.FLYING), a_run(RunState.UPLOADED)):
+        assert queue.judged(run, now=NOW) is queue

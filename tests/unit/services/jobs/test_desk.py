@@ -1,0 +1,208 @@
+"""The desk gives jobs to vehicles, and moves nothing that is not ready, is held by somebody, or came too late."""
+
+from __future__ import annotations
+
+import asyncio
+from dataclasses import replace
+from datetime import UTC, datetime
+from typing import Any
+
+import pytest
+
+from app.domain.errors import JobWrongStateError, LinkTimeoutError, VehicleBusyError
+from app.domain.jobs.job import Job, JobState
+from app.domain.run import Run, RunState
+from app.domain.vehicle import LandedState, VehicleFacts
+from app.services.offboard_view import LeaseView, OffboardState, OffboardView
+from tests.unit.services.jobs.yard import Yard, a_yard
+
+SOME_LOOKS_S = 0.1
+"""Ten looks of the queue: what must not happen has its chance to."""
+
+
+def at(yard: Yard, in_s: float) -> str:
+    """A time from now on the yard's clock."""
+    return datetime.fromtimestamp(yard.clock.now() + in_s, UTC).isoformat()
+
+
+def lease(vehicle_id: str, yard: Yard, holder: str | None) -> None:
+    """Somebody flies the vehicle by hand, or nobody does any more."""
+    view = OffboardView(
+        state=OffboardState.LEASED,
+        lease=LeaseView(holder=holder or "", expires_in_s=5.0, offered_to=None),
+        reason="",
+        sent=None,
+        cadence=None,
+        tasks=None,
+    )
+    yard.fleet.vehicle(vehicle_id).offboard = lambda: view if holder else None
+
+
+def changes(yard: Yard, job: Job) -> list[str]:
+    """What the journal says has happened to a job."""
+    told = [event.data for event in yard.events.events if event.kind == "job.changed"]
+    return [data["change"] for data in told if data["job"]["id"] == job.id]
+
+
+async def test_a_prepared_job_is_not_started_over_a_lease_or_an_armed_vehicle_and_says_so() -> None:
+    async with a_yard() as yard:
+        vehicle = yard.vehicles[0]
+        vehicle.upload_gate.clear()
+        job = await yard.order(vehicle="v1", auto_start=True)
+        await yard.until_state(job, "preparing")
+        lease("v1", yard, "a pilot")
+        vehicle.upload_gate.set()
+        await yard.until(lambda: "a pilot has its offboard lease" in yard.job(job).reason, "the reason must be told")
+        vehicle.put(armed=True)
+        lease("v1", yard, None)
+        await yard.until(lambda: "it is armed" in yard.job(job).reason, "the reason must be told")
+        assert (yard.job(job).state, yard.armed()) == (JobState.PREPARED, 0)
+        vehicle.put(armed=False, landed=LandedState.ON_GROUND)
+        await yard.until_state(job, "flying")
+        assert yard.armed() == 1
+
+
+async def test_a_start_that_fails_on_the_ground_is_not_tried_again_by_itself() -> None:
+    async with a_yard() as yard:
+        yard.vehicles[0].arm_refusals = 99
+        job = await yard.order(vehicle="v1", auto_start=True)
+        await yard.until(lambda: "arming denied" in yard.job(job).reason, "the reason must be told")
+        tried = yard.armed()
+        await asyncio.sleep(SOME_LOOKS_S)
+        assert (yard.armed(), yard.job(job).state) == (tried, JobState.PREPARED)
+        yard.vehicles[0].arm_refusals = 0
+        await yard.runs.start(yard.job(job).run_id or "", "a person")
+        await yard.until_state(job, "flying")
+
+
+async def test_a_deadline_takes_a_prepared_run_off_its_vehicle_and_the_next_job_follows() -> None:
+    async with a_yard() as yard:
+        job = await yard.order(vehicle="v1", deadline=at(yard, 60.0))
+        prepared = await yard.until_state(job, "prepared")
+        following = await yard.order(vehicle="v1")
+        yard.clock.ahead_s = 61.0
+        expired = await yard.until_state(job, "expired")
+        assert "deadline" in expired.reason
+        assert yard.events.runs[prepared.run_id or ""].state is RunState.ABORTED
+        assert yard.armed() == 0
+        await yard.until_state(following, "prepared")
+
+
+async def test_a_deadline_ends_a_waiting_job_with_what_spoke_against_each_vehicle() -> None:
+    async with a_yard(2) as yard:
+        yard.vehicles[0].put(connected=False)
+        yard.vehicles[1].put(armed=True)
+        job = await yard.order(deadline=at(yard, 60.0))
+        yard.clock.ahead_s = 61.0
+        expired = await yard.until_state(job, "expired")
+        refused = {one.vehicle_id: [refusal.code for refusal in one.refusals] for one in expired.candidates}
+        assert refused == {"v1": ["vehicle.disconnected"], "v2": ["vehicle.armed"]}
+
+
+async def test_a_deadline_that_passes_in_flight_changes_nothing() -> None:
+    async with a_yard() as yard:
+        job = await yard.order(vehicle="v1", auto_start=True, deadline=at(yard, 60.0))
+        await yard.until_state(job, "flying")
+        yard.clock.ahead_s = 61.0
+        await asyncio.sleep(SOME_LOOKS_S)
+        assert yard.job(job).state is JobState.FLYING
+        assert "return" not in yard.vehicles[0].sent
+        assert (await yard.fly(job)).state is JobState.COMPLETED
+
+
+async def test_a_run_that_a_person_started_first_is_not_ended_by_a_late_cancelling() -> None:
+    async with a_yard() as yard:
+        job = await yard.order(vehicle="v1")
+        prepared = await yard.until_state(job, "prepared")
+        yard.vehicles[0].start_gate.clear()
+        await yard.runs.start(prepared.run_id or "", "a person")
+        await yard.until(lambda: yard.armed() == 1, "it must be armed")
+        await yard.jobs.cancel(job.id, "desk")
+        await asyncio.sleep(SOME_LOOKS_S)
+        yard.vehicles[0].start_gate.set()
+        flying = await yard.until_state(job, "flying")
+        assert "started before" in flying.reason
+        assert not {"return", "disarm"} & set(yard.vehicles[0].sent)
+        with pytest.raises(JobWrongStateError):
+            await yard.jobs.cancel(job.id, "desk")
+        assert (await yard.fly(job)).state is JobState.COMPLETED
+
+
+async def test_two_jobs_for_any_go_to_two_vehicles_and_a_third_waits_for_the_first_that_is_free() -> None:
+    async with a_yard(2) as yard:
+        jobs = [await yard.order(auto_start=True) for _ in range(3)]
+        flying = [await yard.until_state(job, "flying") for job in jobs[:2]]
+        assert sorted(job.vehicle_id or "" for job in flying) == ["v1", "v2"]
+        await asyncio.sleep(SOME_LOOKS_S)
+        assert yard.job(jobs[2]).state is JobState.QUEUED
+        await yard.fly(jobs[1])
+        assert (await yard.until_state(jobs[2], "flying")).vehicle_id == flying[1].vehicle_id
+
+
+async def test_a_vehicle_that_is_silent_holds_up_no_other_and_is_asked_on() -> None:
+    async with a_yard(2) as yard:
+        silent, asked = yard.vehicles[0], asyncio.Event()
+
+        async def read_facts() -> VehicleFacts:
+            await asked.wait()
+            return silent.facts
+
+        silent.read_facts = read_facts  # type: ignore[method-assign]
+        job = await yard.order()
+        given = await yard.until_state(job, "prepared")
+        assert given.vehicle_id == "v2"
+        assert [refusal.code for refusal in given.candidates[0].refusals] == ["vehicle.silent"]
+        other = await yard.order(vehicle="v1")
+        await asyncio.sleep(SOME_LOOKS_S)
+        asked.set()
+        await yard.until_state(other, "prepared")
+
+
+async def test_a_vehicle_that_is_taken_at_the_last_moment_gives_the_job_back_to_the_queue(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async with a_yard() as yard:
+        create, refusals = yard.runs.create, [VehicleBusyError("somebody was faster")]
+
+        async def create_later(*given: Any, **more: Any) -> Run:
+            if refusals:
+                raise refusals.pop()
+            return await create(*given, **more)
+
+        monkeypatch.setattr(yard.runs, "create", create_later)
+        job = await yard.order(vehicle="v1")
+        await yard.until_state(job, "prepared")
+        assert changes(yard, job) == ["queued", "assigned", "requeued", "assigned", "prepared"]
+
+
+async def test_an_upload_that_fails_fails_the_job_and_stops_the_queue() -> None:
+    async with a_yard() as yard:
+        yard.vehicles[0].upload_error = LinkTimeoutError("the vehicle did not ask for item 2")
+        job, following = [await yard.order(vehicle="v1") for _ in range(2)]
+        failed = await yard.until_state(job, "failed")
+        assert "did not ask for item 2" in failed.reason
+        assert yard.events.queues["v1"].reason == failed.reason
+        await asyncio.sleep(SOME_LOOKS_S)
+        assert yard.job(following).state is JobState.QUEUED
+        yard.vehicles[0].upload_error = None
+        await yard.jobs.resume("v1", "ward 3")
+        await yard.until_state(following, "prepared")
+
+
+async def test_a_queue_can_be_resumed_before_anybody_noticed_that_it_should_stand() -> None:
+    async with a_yard() as yard:
+        run = await yard.runs.create("plan-1", "v1", start=False, by="desk")
+        await yard.runs.abort(run.id, "desk")
+        await yard.until(lambda: yard.events.runs[run.id].is_over, "the run must end")
+        await yard.jobs.resume("v1", "ward 3")
+        await yard.until_state(await yard.order(vehicle="v1"), "prepared")
+
+
+async def test_rules_are_looked_at_with_the_vehicles_own_parameters() -> None:
+    async with a_yard(2) as yard:
+        first, _ = yard.vehicles
+        first.facts = replace(first.facts, max_mission_items=2)
+        job = await yard.until_state(await yard.order(), "prepared")
+        assert job.vehicle_id == "v2"
+        (refusal,) = job.candidates[0].refusals
+        assert (refusal.code.split(".")[0], refusal.pointer is not None) == ("limits", True)

@@ -1,0 +1,113 @@
+"""While a change is under way: nothing is released, a person's command goes first, and what is on board is followed."""
+
+from __future__ import annotations
+
+import asyncio
+
+import pytest
+
+from app.domain.drop import DropOutcome
+from app.domain.errors import ChangeUnderWayError, LinkTimeoutError, StorageError
+from tests.unit.services.runs.desk import desk, restarted
+from tests.unit.services.runs.test_change import clinic_moved, fly, store
+
+
+async def test_no_release_is_sent_while_another_mission_is_on_its_way() -> None:
+    async with desk() as at:
+        await fly(at, "clinic")
+        at.vehicle.upload_gate.clear()
+        change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, lambda _: None), None, "ann"))
+        await at.until(lambda: at.run.changing is not None, "what is sent must be recorded first")
+        await at.fly_to_drop()
+        before = at.vehicle.looks
+        await at.until(lambda: at.vehicle.looks > before + 60, "it must be looked at")
+        assert at.vehicle.releases == []
+        at.vehicle.upload_gate.set()
+        await change
+        await at.until(lambda: at.drop.outcome is DropOutcome.RELEASED, "then it is released in the new mission's hold")
+        assert len(at.vehicle.releases) == 1
+
+
+async def test_a_return_breaks_a_change_off_and_does_not_wait_for_it() -> None:
+    async with desk() as at:
+        await fly(at)
+        at.vehicle.upload_gate.clear()
+        change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann"))
+        await at.until(lambda: at.run.changing is not None, "the change must begin")
+        await at.runs.return_to_launch(at.run_id, "bob")
+        assert at.vehicle.sent[-1] == "return"
+        with pytest.raises(ChangeUnderWayError):
+            await change
+        assert (at.run.plan_id, at.vehicle.upload_closed) == ("plan-1", True)
+
+
+async def test_a_change_whose_ack_is_lost_is_followed_as_soon_as_the_vehicle_names_it() -> None:
+    async with desk() as at:
+        await fly(at)
+        at.vehicle.lost_ack = LinkTimeoutError("the link is lost")
+        with pytest.raises(LinkTimeoutError):
+            await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
+        assert at.run.changing is not None, "nobody knows yet which mission it flies"
+        assert at.run.plan_id == "plan-1"
+        at.vehicle.put(mission_id=at.run.changing.mission_id, mission_seq=0)
+        await at.until(lambda: at.run.plan_id == "plan-2", "the mission that is flown is followed")
+        assert at.run.changing is None
+
+
+async def test_a_change_that_cannot_be_recorded_is_not_sent() -> None:
+    async with desk() as at:
+        await fly(at)
+        on_board = at.vehicle.on_board
+        at.events.refuse = lambda event: StorageError("disk full") if event.data.get("changing") else None
+        with pytest.raises(StorageError):
+            await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
+        assert at.vehicle.on_board == on_board
+        at.events.refuse = lambda event: None
+
+
+async def test_after_a_restart_the_changed_mission_is_followed() -> None:
+    async with desk() as at:
+        await fly(at)
+        await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
+        await restarted(at)
+        await at.vehicle.fly_to_hold(47.398700, 8.546656, 1)
+        await at.until(lambda: at.drop.outcome is DropOutcome.RELEASED, "the taken-up run must drop")
+        assert at.run.flown_item_ids[:2] == ("takeoff", "corner")
+
+
+@pytest.mark.parametrize("arrived", [True, False])
+async def test_after_a_restart_in_the_middle_of_a_change_the_mission_on_board_is_followed(arrived: bool) -> None:
+    async with desk() as at:
+        await fly(at)
+        at.vehicle.lost_ack = LinkTimeoutError("killed meanwhile") if arrived else None
+        at.vehicle.upload_error = None if arrived else LinkTimeoutError("killed meanwhile")
+        with pytest.raises(LinkTimeoutError):
+            await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
+        changing = at.run.changing
+        assert changing is not None
+
+        def meanwhile() -> None:
+            if arrived:
+                at.vehicle.put(mission_id=changing.mission_id, mission_seq=0)
+
+        await restarted(at, meanwhile=meanwhile)
+        await at.until(lambda: at.run.changing is None, "it is known again what is flown")
+        assert at.run.plan_id == ("plan-2" if arrived else "plan-1")
+        assert at.kinds().count("run.mission_changed") == int(arrived)
+        await at.vehicle.fly_to_hold(47.398700 if arrived else at.mission.drops[0].latitude_deg, 8.546656, 2 - arrived)
+        await at.until(lambda: at.drop.outcome is DropOutcome.RELEASED, "the drop of that mission must be made")
+
+
+async def test_a_vehicle_that_comes_to_its_next_item_meanwhile_is_not_taken_back() -> None:
+    async with desk() as at:
+        await fly(at)
+        at.vehicle.upload_gate.clear()
+        change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann"))
+        await at.until(lambda: at.run.changing is not None, "the change must begin")
+        at.vehicle.put(mission_seq=2)
+        await at.until(lambda: at.run.item_id == "clinic", "it flies what it flew")
+        at.vehicle.upload_gate.set()
+        await change
+        assert at.vehicle.sent[-1] == "set_current 1"
+        await at.until(lambda: at.run.item_id == "clinic", "it goes on there")
+        assert at.run.flown_item_ids == ("takeoff", "corner")

@@ -1,0 +1,125 @@
+"""A wing flown by commands when somebody is gone, refuses or takes over: it circles where it is, or nothing is said."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from app.domain.commands import MavResult
+from app.domain.errors import LinkTimeoutError
+from app.domain.mission import MavCmd
+from app.domain.tasks.order_request import CIRCLE_HERE
+from app.domain.vehicle import FlightMode, VehicleType
+from app.services.offboard_view import OffboardState
+from tests.unit.services.offboard.cockpit import SETTINGS
+from tests.unit.services.tasks.commanded import CIRCLE, FAR, flying, gone_on, ordered, plane
+from tests.unit.services.tasks.queued import changes, queue, report
+
+
+@pytest.mark.parametrize("how", ["silent", "release", "service stops"])
+async def test_when_its_client_is_gone_it_circles_where_it_is_and_the_queue_is_dropped(how: str) -> None:
+    async with plane() as wing:
+        await flying(wing, "goto", **FAR)
+        queue(wing, "circle", **CIRCLE)
+        if how == "silent":
+            await gone_on(wing, SETTINGS.lease_s + 0.6)
+        elif how == "release":
+            wing.control.release(wing.lease, "the client's socket closed")
+        else:
+            await wing.control.close()
+        await wing.until(lambda: wing.vehicle.orders[-1] == CIRCLE_HERE, "it circles where it is")
+        assert (wing.control.lease, report(wing).task_list) == (None, [0])
+        assert (await changes(wing))[-1][0] == "dropped"
+
+
+@pytest.mark.parametrize("how", ["gap", "mode"])
+async def test_where_somebody_else_may_have_acted_nothing_is_commanded(how: str) -> None:
+    async with plane() as wing:
+        await flying(wing, "circle", **CIRCLE)
+        if how == "gap":
+            wing.control.end("revoked", "the service stood still for 2.0 s")
+        else:
+            wing.vehicle.put(mode=FlightMode.RETURN)
+        assert wing.control.lease is None
+        await wing.quiet()
+        assert len(wing.vehicle.orders) == 1
+
+
+async def test_without_a_position_nothing_is_guided_and_after_a_second_it_circles_where_it_is() -> None:
+    async with plane() as wing:
+        await flying(wing, "segment", start={"east_m": 0, "north_m": 0}, end={"east_m": 0, "north_m": 400})
+        wing.vehicle.put(latitude_deg=None)
+        await gone_on(wing, 1.5)
+        await wing.until(lambda: wing.control.lease is None, "the lease ends")
+        await wing.until(lambda: wing.vehicle.orders[-1] == CIRCLE_HERE, "it circles where it is")
+        assert "no fresh position" in report(wing).reason
+
+
+async def test_what_the_vehicle_refuses_stops_the_queue_and_resume_asks_again() -> None:
+    async with plane() as wing:
+        wing.vehicle.order_answers = [MavResult.DENIED]
+        await flying(wing, "circle", **CIRCLE)
+        await wing.until(lambda: report(wing).state == "paused", "it must stop")
+        assert report(wing).reason == "DO_ORBIT was answered DENIED"
+        assert (await ordered(wing, 2)).command is MavCmd.DO_REPOSITION
+        wing.desk.resume(wing.lease)
+        assert (await ordered(wing, 3)).command is MavCmd.DO_ORBIT
+        assert report(wing).state == "flying"
+
+
+async def test_an_order_without_an_ack_is_sent_again_and_three_end_the_lease() -> None:
+    async with plane() as wing:
+        wing.vehicle.order_answers = [LinkTimeoutError("no final ack")]
+        await flying(wing, "circle", **CIRCLE)
+        await ordered(wing, 2)
+        order = wing.control.view().order
+        assert order is not None
+        assert (order.result, len(wing.vehicle.orders)) == ("ACCEPTED", 2)
+        wing.vehicle.order_answers = [LinkTimeoutError("no final ack") for _ in range(3)]
+        wing.desk.pause(wing.lease)
+        await ordered(wing, 5)
+        await gone_on(wing, 0.6)
+        await wing.until(lambda: wing.control.lease is None, "the lease ends")
+        assert "not answered" in report(wing).reason
+
+
+async def test_what_is_under_way_when_the_lease_ends_is_never_sent_after_the_last_word() -> None:
+    async with plane() as wing:
+        wing.vehicle.order_gate.clear()
+        queue(wing, "circle", **CIRCLE)
+        await wing.enter()
+        await wing.until(lambda: len(wing.vehicle.orders) == 1, "the first leaves")
+        wing.control.release(wing.lease, "released by its holder")
+        wing.vehicle.order_gate.set()
+        await wing.until(lambda: wing.vehicle.orders[-1] == CIRCLE_HERE, "it circles where it is")
+        await wing.quiet()
+        assert len(wing.vehicle.orders) == 2
+
+
+async def test_an_override_stops_what_was_flown() -> None:
+    async with plane() as wing:
+        await flying(wing, "goto", **FAR)
+        wing.take("admin", override=True)
+        await wing.until(lambda: wing.vehicle.orders[-1] == CIRCLE_HERE, "it circles where it is")
+        assert (wing.control.state, report(wing).task_list) == (OffboardState.ACTIVE, [0])
+        queue(wing, "circle", **CIRCLE)
+        assert (await ordered(wing, 3)).command is MavCmd.DO_ORBIT
+
+
+@pytest.mark.parametrize(("to", "mode"), [("hold", FlightMode.HOLD), ("return", FlightMode.RETURN)])
+async def test_leaving_to_hold_circles_here_and_any_other_way_is_its_mode(to: Any, mode: FlightMode) -> None:
+    async with plane() as wing:
+        await flying(wing, "goto", **FAR)
+        await wing.passage.leave(wing.lease, to)
+        assert (wing.control.lease, wing.vehicle.truth.mode) == (None, mode)
+        assert (wing.vehicle.orders[-1] == CIRCLE_HERE) is (to == "hold")
+
+
+async def test_a_vtol_that_begins_to_hover_is_not_flown_on_as_a_wing() -> None:
+    async with plane(VehicleType.VTOL, vtol_state="fixed_wing") as wing:
+        await flying(wing, "circle", **CIRCLE)
+        wing.vehicle.put(vtol_state="multicopter")
+        await wing.until(lambda: wing.control.lease is None, "the lease ends")
+        assert "hovers" in report(wing).reason
+        await wing.until(lambda: wing.vehicle.orders[-1] == CIRCLE_HERE, "it stays where it is")

@@ -1,0 +1,72 @@
+/** The last minutes of each vehicle's telemetry, once a second: for the strips beside a run. */
+
+import { signal } from "@preact/signals";
+import type { VehicleState } from "../api/types";
+
+/** Five minutes. */
+export const KEPT = 300;
+const STEP_S = 1;
+/** A longer silence is drawn as a break: what was in between is not known. */
+export const BREAK_S = 5;
+
+export interface Sample {
+  readonly time: number;
+  readonly relative_altitude_m: number | null;
+  readonly ground_speed_m_s: number | null;
+  readonly battery_percent: number | null;
+}
+
+export class Strips {
+  readonly #samples = new Map<string, Sample[]>();
+
+  /** True if something was added. `time` is Unix seconds; one that is not later than what is known adds nothing. */
+  add(states: Readonly<Record<string, VehicleState>>, time: number): boolean {
+    let grown = false;
+    for (const [id, state] of Object.entries(states)) {
+      const known = this.#samples.get(id) ?? [];
+      const last = known.at(-1);
+      if (!state.connected || (last !== undefined && time - last.time < STEP_S)) continue;
+      known.push(sampleOf(state, time));
+      if (known.length > KEPT) known.shift();
+      this.#samples.set(id, known);
+      grown = true;
+    }
+    return grown;
+  }
+
+  of(id: string): readonly Sample[] {
+    return this.#samples.get(id) ?? [];
+  }
+}
+
+export const strips = new Strips();
+/** Counts up when the strips have grown: what reads them depends on it. */
+export const stripsGrown = signal(0);
+
+export function extendStrips(states: Readonly<Record<string, VehicleState>>, time: number): void {
+  if (strips.add(states, time)) stripsGrown.value += 1;
+}
+
+function sampleOf({ relative_altitude_m, velocity_north_m_s: north, velocity_east_m_s: east, battery_percent }: VehicleState, time: number): Sample {
+  return { time, relative_altitude_m, ground_speed_m_s: north === null || east === null ? null : Math.hypot(north, east), battery_percent };
+}
+
+/** One quantity as an SVG path in a box of `width` by `height`, over the time that is kept; and its range. Null without two values. */
+export function stripPath(samples: readonly Sample[], value: (sample: Sample) => number | null, width: number, height: number, least_range: number): { readonly path: string; readonly low: number; readonly high: number } | null {
+  const told = samples.flatMap((sample) => {
+    const y = value(sample);
+    return y === null ? [] : [{ time: sample.time, y }];
+  });
+  const first = told[0];
+  if (first === undefined || told.length < 2) return null;
+  const low = Math.min(...told.map(({ y }) => y));
+  const high = Math.max(...told.map(({ y }) => y), low + least_range);
+  const span_s = Math.max(60, (told.at(-1)?.time ?? 0) - first.time);
+  let before = -Infinity;
+  const path = told.map(({ time, y }) => {
+    const step = time - before > BREAK_S ? "M" : "L";
+    before = time;
+    return `${step}${(((time - first.time) / span_s) * width).toFixed(1)} ${((1 - (y - low) / (high - low)) * height).toFixed(1)}`;
+  });
+  return { path: path.join(""), low, high };
+}

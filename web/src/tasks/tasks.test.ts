@@ -1,0 +1,78 @@
+import { describe, expect, it } from "vitest";
+import type { QueuedTask, Task } from "../api/types";
+import { metresBetween, offset, type Point } from "../map/geometry";
+import { isComplete, NEW_FORM, taskOf, withPlace } from "./draft";
+import { beforeOf } from "./order";
+import { placeWords, progressWords, taskSummary, taskTitle } from "./words";
+
+const A: Point = [8.55, 47.4];
+const B = offset(A, 50, 90);
+const at = ([longitude_deg, latitude_deg]: Point) => ({ latitude_deg, longitude_deg });
+const spaced = (text: string) => text.replaceAll("\u00a0", " ");
+
+describe("a task that is put together", () => {
+  it("is nothing before it has its places", () => {
+    expect(taskOf("goto", [], NEW_FORM)).toBeNull();
+    expect(taskOf("segment", [A], NEW_FORM)).toBeNull();
+    expect(taskOf("circle", [A], { ...NEW_FORM, radius_m: null })).toBeNull();
+    expect([isComplete("path", []), isComplete("path", [A])]).toEqual([false, true]);
+  });
+
+  it("says nothing that was not given: null, and no limit", () => {
+    expect(taskOf("segment", [A, B], NEW_FORM)).toEqual({ type: "segment", start: at(A), end: at(B), relative_altitude_m: null, absolute_altitude_m: null, speed_m_s: null, duration_s: -1 });
+  });
+
+  it("turns the direction of a circle into the sign of its radius", () => {
+    expect(taskOf("circle", [A], NEW_FORM)).toMatchObject({ center: at(A), radius_m: 20 });
+    expect(taskOf("circle", [A], { ...NEW_FORM, clockwise: false, duration_s: 30 })).toMatchObject({ radius_m: -20, duration_s: 30 });
+  });
+
+  it("goes on, stays, or works the gripper, and never two of them", () => {
+    expect(taskOf("goto", [A], { ...NEW_FORM, stay: true, gripper: "release" })).toMatchObject({ gripper: "release", stay: false });
+    expect(taskOf("goto", [A], { ...NEW_FORM, stay: true })).toMatchObject({ gripper: null, stay: true });
+  });
+
+  it("takes as many places as its kind has; another click moves the last", () => {
+    expect(withPlace("goto", [A], B)).toEqual([B]);
+    expect(withPlace("segment", [A, B], A)).toEqual([A, A]);
+    const five = [10, 20, 30, 40, 50].reduce<readonly Point[]>((places, metres) => withPlace("path", places, offset(A, metres, 0)), []);
+    expect(five.length).toBe(5);
+    expect(withPlace("path", five, B).at(-1)).toEqual(B);
+    expect(withPlace("path", five, B).length).toBe(5);
+  });
+
+  it("takes a double click for one place", () => {
+    const near = offset(B, 0.1, 0);
+    expect(metresBetween(near, B)).toBeLessThan(0.2);
+    expect(withPlace("path", [A, B], near)).toEqual([A, B]);
+  });
+});
+
+it("a task's new place in the queue is said by the one that comes after it", () => {
+  const ids = ["t1", "t2", "t3", "t4"];
+  expect([beforeOf(ids, 2, 0), beforeOf(ids, 0, 1), beforeOf(ids, 1, 2), beforeOf(ids, 1, 3), beforeOf(ids, 3, 2)]).toEqual(["t1", "t3", "t4", null, "t3"]);
+});
+
+describe("in words", () => {
+  const circle = taskOf("circle", [A], { ...NEW_FORM, clockwise: false, altitude_m: 25, duration_s: 90 }) as Task;
+  const entry = (fields: Partial<QueuedTask>): QueuedTask => ({ id: "t1", task: circle, remaining_s: -1, leg: 0, cross_m: null, left_m: null, ...fields });
+
+  it("a task says what it is and how it is flown", () => {
+    expect(taskTitle(circle)).toBe("Circle of 20 m, counter-clockwise");
+    expect(spaced(taskSummary(circle))).toBe("25 m above home, for 1 min 30 s");
+    expect(taskTitle(taskOf("goto", [A], { ...NEW_FORM, gripper: "release" }) as Task)).toBe("Go to, and release");
+    expect(taskSummary(taskOf("path", [A], NEW_FORM) as Task)).toBe("at its altitude");
+  });
+
+  it("the current one says how long, how far and how well, as far as it is known", () => {
+    expect(spaced(progressWords(entry({ cross_m: -3.2, left_m: 41.6 }), 12.3))).toBe("13 s left · 42 m to go · 3.2 m left of course");
+    expect(progressWords(entry({ cross_m: 0.2 }), -1)).toBe("on course");
+    expect(progressWords(entry({}), -1)).toBe("");
+  });
+
+  it("the next click is told", () => {
+    expect(placeWords("goto", 0, "v1")).toBe("Click where v1 shall go.");
+    expect(placeWords("segment", 1, "v1")).toBe("Click where it ends.");
+    expect(placeWords("path", 5, "v1")).toContain("most");
+  });
+});

@@ -1,0 +1,42 @@
+import type { Vehicle } from "../api/types";
+import { abilitiesOf, isLimited } from "../hands-on/abilities";
+import { detail } from "../state/offboard-facts";
+import { currentRun } from "../state/runs";
+import { runs } from "../state/store";
+import { Icon } from "./icons";
+import { VehicleActions } from "./vehicle-actions";
+
+/** For a vehicle that does not follow all of this page: what it does, what not and why, and the commands that it follows. */
+export function HandsAbilities({ vehicle }: { vehicle: Vehicle }) {
+  const capabilities = detail.value?.capabilities ?? null;
+  if (capabilities === null) return null;
+  const abilities = abilitiesOf(vehicle.vehicle_type, capabilities);
+  if (!isLimited(abilities)) return null;
+  const inRun = currentRun(vehicle, runs.value) !== null;
+  return (
+    <section class="abilities" aria-label={`What ${vehicle.id} follows`}>
+      <h4>What {vehicle.id} follows from this page</h4>
+      <ul>
+        {abilities.map(({ name, can, why }) => (
+          <li key={name} class={can ? "can" : "cannot"}>
+            <Icon name={can ? "check" : "minus"} size={16} />
+            <span>
+              <b>{name}</b>
+              <span class="visually-hidden">{can ? ": yes" : ": no"}</span>
+              {why !== "" && <small>{why}</small>}
+            </span>
+          </li>
+        ))}
+        <li class="can">
+          <Icon name="check" size={16} />
+          <span>
+            <b>Hold, return and land</b>
+            <small>{inRun ? "The run panel has those that fit its run." : vehicle.state.armed === true ? "Held to confirm." : `As soon as ${vehicle.id} is armed.`}</small>
+          </span>
+        </li>
+      </ul>
+      {!inRun && <VehicleActions vehicle={vehicle} />}
+      <p class="hint">Programs can fly it with other setpoints and with tasks (docs/offboard.md, docs/tasks.md).</p>
+    </section>
+  );
+}
