@@ -23,7 +23,7 @@ from app.services.clock import Clock
 from app.services.fleet import Fleet
 from app.services.journal import Journal
 from app.services.plans import Plans
-from app.services.runs import Runs
+from app.services.runs import Runs, RunSettings
 from app.services.targets import Targets
 
 log = structlog.get_logger(__name__)
@@ -33,7 +33,7 @@ MOVE_EVERY_S: Final = 5.0
 """Between two tries for one run: an upload takes seconds of a slow link."""
 MOVE_FROM_M: Final = 3.0
 """A waypoint that is nearer to where it should be stays; half of the drop's max_offset_m if that is less."""
-DEFAULT_OFFSET_M: Final = 3.0
+DEFAULT_OFFSET_M: Final = RunSettings().default_max_offset_m
 
 
 @dataclass(slots=True)
@@ -134,6 +134,9 @@ class TargetFollower:
         plan = moved(await self._plan(run, followed), follower, to.latitude_deg, to.longitude_deg)
         by = f"target {follower.target.feed}"
         stored = await self._plans.create(plan, by)
+        now = await self._runs.get(run.id)
+        if now.changes != run.changes or not _is_free(now):
+            return  # a person decided otherwise meanwhile: the next look sees what is flown now
         await self._runs.change_mission(run.id, stored.id, None, by, needed=(follower.waypoint.id, follower.drop.id))
         followed.told = ""
         waypoint = follower.waypoint

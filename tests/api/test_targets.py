@@ -7,8 +7,10 @@ from typing import Any
 import pytest
 
 from app.domain.errors import LinkTimeoutError
+from app.domain.plan import Plan
 from app.domain.vehicle import FlightMode
 from app.services.access import Role
+from app.services.plans import PlanView
 from app.services.target_following import TargetFollower
 from tests.api.service import Service
 from tests.api.test_consents import until_run
@@ -173,6 +175,25 @@ async def test_a_move_that_the_vehicle_does_not_take_is_told(
     await follower.look()
     [refused] = await told(service, run, "run.target_not_followed")
     assert (refused["code"], refused["target"]["feed"]) == ("vehicle.timeout", "ship-1")
+
+
+async def test_what_a_person_changed_meanwhile_is_not_undone(
+    service: Service, plan: dict[str, Any], follower: TargetFollower, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = await flying(service, plan, "clinic")
+    create = service.services.plans.create
+
+    async def slowly(moved: Plan, by: str) -> PlanView:
+        stored = await create(moved, by)
+        await service.call("POST", f"/api/v1/runs/{run['id']}/mission", json={"continue_at": "home"})
+        return stored
+
+    monkeypatch.setattr(service.services.plans, "create", slowly)
+    await say(service, report(10))
+    await follower.look()
+    _, _, changed = await service.call("GET", f"/api/v1/runs/{run['id']}")
+    assert (changed["changes"], changed["item_id"], changed["plan_id"]) == (1, "home", run["plan_id"])
+    assert await told(service, run, "run.target_moved") == []
 
 
 async def test_the_parcel_is_released_at_the_target_with_its_place_and_age_as_evidence(
