@@ -70,7 +70,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
         access = _access(storage.tokens, settings)
         require_access_control(settings, has_tokens=await access.has_tokens())
         journal = await stack.enter_async_context(_journal(storage, clock))
-        fleet = Fleet(MavsdkLinkSource(settings.connections), journal)
+        fleet = Fleet(MavsdkLinkSource(settings.connections), journal, settings.vehicle_performance)
         stack.push_async_callback(fleet.close)
         await fleet.start()
         targets = Targets(clock)
@@ -82,10 +82,8 @@ async def running(settings: Settings) -> AsyncIterator[str]:
         telemetry = await stack.enter_async_context(_telemetry(fleet, settings))
         webhooks = await stack.enter_async_context(_webhooks(storage, journal, clock, settings))
         plans = Plans(storage.plans, journal, clock)
-        jobs = Jobs(storage.jobs, plans, runs, fleet, journal, clock)
-        stack.push_async_callback(jobs.close)
-        await jobs.begin()
         await stack.enter_async_context(_following(TargetFollower(runs, plans, fleet, targets, journal, clock)))
+        jobs = await stack.enter_async_context(_begun(Jobs(storage.jobs, plans, runs, fleet, journal, clock)))
         services = ApiServices(
             journal=journal,
             plans=plans,
@@ -191,11 +189,24 @@ async def _webhooks(storage: Storage, journal: Journal, clock: Clock, settings: 
             await webhooks.close()
 
 
+@asynccontextmanager
+async def _begun(jobs: Jobs) -> AsyncIterator[Jobs]:
+    """The queue of jobs, begun; it is closed before the runs that it makes."""
+    await jobs.begin()
+    try:
+        yield jobs
+    finally:
+        await jobs.close()
+
+
 def _api_settings(settings: Settings, gateway_id: str) -> ApiSettings:
     return ApiSettings(
         gateway=gateway_id,
         version=__version__,
         web_root=settings.page_dir,
+        tile_url=settings.tile_url,
+        tile_file=settings.tile_file,
+        tile_attribution=settings.tile_attribution,
         allowed_hosts=settings.allowed_hosts,
         allowed_origins=settings.allowed_origins,
         max_body_bytes=settings.max_body_bytes,

@@ -11,7 +11,9 @@ from typing import Annotated, Final, Literal
 from pydantic import Field, SecretStr, ValidationError, field_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
+from app.domain.declared import require_known_keys
 from app.domain.errors import InvalidInputError
+from app.domain.performance import Performance
 from app.domain.setpoint.limits import OffboardLimits
 
 PREFIX: Final = "WAYDROP_"
@@ -23,6 +25,7 @@ MIN_TOKEN_CHARS: Final = 16
 
 _PORT_RANGE = re.compile(r"^(?P<head>.*:)(?P<first>\d{1,5})\.\.(?P<last>\d{1,5})$")
 _LOOPBACK_PORT = re.compile(r"127\.0\.0\.1:(?P<port>\d{1,5})")
+_TILE_URL = re.compile(r"https?://[A-Za-z0-9.\[\]:-]+/[^\s'\";]*$")
 _CONNECTION = re.compile(r"^(udpin|udpout|tcpin|tcpout|serial|raw)://\S+$")
 
 
@@ -57,8 +60,10 @@ class Settings(BaseSettings):
     `connections` are mavsdk URLs; a port may be a range (`udpin://0.0.0.0:14540..14543` is four connections).
     `allowed_hosts` are further Host names (without port) under which clients reach the service.
     `allowed_origins` are further web origins (`https://desk.example`) whose pages may send commands.
+    `tile_url` (`https://tiles.example/{z}/{x}/{y}.png`) or `tile_file` (PMTiles) is a map under the page's own grid.
     `simulator_control` is the control socket of simulated vehicles on this machine; with it their faults can be set.
     `offboard_limits` is JSON and bounds what pilots and programs may ask of a vehicle by hand; see docs/offboard.md.
+    `vehicle_performance` is JSON: payload, power and reserve by uid, id or type of vehicle; see docs/deployment.md.
     `offboard_gap_s`: standing still for so long ends every offboard lease; keep it below COM_OF_LOSS_T of all vehicles.
     `hang_exit_s`: a process that hangs so long ends itself, so that vehicles see the link lost; 0 turns that off.
     `webhook_http_anywhere` lets webhooks use plain http to other machines too, where it can be read and altered.
@@ -72,6 +77,9 @@ class Settings(BaseSettings):
     connections: Annotated[tuple[str, ...], NoDecode] = Field(default=(DEFAULT_CONNECTIONS,), validate_default=True)
     data_dir: Path = Field(default_factory=default_data_dir)
     page_dir: Path | None = Field(default_factory=default_page_dir)
+    tile_url: str | None = None
+    tile_file: Path | None = None
+    tile_attribution: str = Field(default="", max_length=200)
     simulator_control: str | None = None
     bootstrap_token: SecretStr | None = None
     allowed_hosts: Annotated[tuple[str, ...], NoDecode] = ()
@@ -80,6 +88,7 @@ class Settings(BaseSettings):
     log_level: Literal["debug", "info", "warning", "error"] = "info"
     max_body_bytes: int = Field(default=1024 * 1024, ge=1024, le=64 * 1024 * 1024)
     offboard_rate_hz: float = Field(default=20.0, ge=20.0, le=50.0)
+    vehicle_performance: dict[str, Performance] = Field(default_factory=dict)
     offboard_gap_s: float = Field(default=0.8, ge=0.2, le=10.0)
     offboard_limits: OffboardLimits = Field(default_factory=OffboardLimits)
     hang_exit_s: float = Field(default=15.0, ge=0.0, le=600.0)
@@ -100,6 +109,13 @@ class Settings(BaseSettings):
             raise ValueError("give an address or a name to listen on, such as 127.0.0.1 or 0.0.0.0")
         return value.strip()
 
+    @field_validator("tile_url")
+    @classmethod
+    def _tiles_numbered(cls, value: str | None) -> str | None:
+        if value is not None and not (_TILE_URL.match(value) and all(part in value for part in ("{z}", "{x}", "{y}"))):
+            raise ValueError("write it as https://tiles.example/{z}/{x}/{y}.png")
+        return value
+
     @field_validator("simulator_control")
     @classmethod
     def _control_here(cls, value: str | None) -> str | None:
@@ -113,6 +129,12 @@ class Settings(BaseSettings):
     def _token_long(cls, value: SecretStr | None) -> SecretStr | None:
         if value is not None and len(value.get_secret_value()) < MIN_TOKEN_CHARS:
             raise ValueError(f"too short to be a secret: at least {MIN_TOKEN_CHARS} characters")
+        return value
+
+    @field_validator("vehicle_performance")
+    @classmethod
+    def _performance_of_vehicles(cls, value: dict[str, Performance]) -> dict[str, Performance]:
+        require_known_keys(value)
         return value
 
     @field_validator("connections")

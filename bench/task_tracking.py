@@ -45,7 +45,8 @@ class Subject:
     most_m: tuple[float, float]
     patterns: dict[str, dict[str, Any]]
     altitude_m: float
-    joined_m: float
+    joined_m: dict[str, float]
+    """So near it counts as having joined the course."""
     corner_m: float
     """Near a point of a path there are two courses at once."""
 
@@ -55,9 +56,9 @@ def local(*points: tuple[float, float]) -> list[dict[str, float]]:
     return [{"north_m": north, "east_m": east} for north, east in points]
 
 
-def patterns(long_m: float, radius_m: float, seconds: float) -> dict[str, dict[str, Any]]:
+def patterns(long_m: float, from_m: float, radius_m: float, seconds: float) -> dict[str, dict[str, Any]]:
     """The same three, as large as the vehicle needs."""
-    middle, origin, end = local((long_m / 2.0, 0.0), (0.0, 0.0), (long_m, 0.0))
+    middle, origin, end = local((long_m / 2.0, 0.0), (from_m, 0.0), (long_m, 0.0))
     return {
         "circle": {"center": middle, "radius_m": radius_m, "duration_s": seconds},
         "segment": {"start": origin, "end": end},
@@ -65,10 +66,21 @@ def patterns(long_m: float, radius_m: float, seconds: float) -> dict[str, dict[s
     }
 
 
+NEAR: Final = {"circle": 0.5, "segment": 0.5, "path": 0.5}
+NEAR_WING: Final = {"circle": 3.0, "segment": 1.0, "path": 1.0}
 SUBJECTS: Final = {
-    "quad": Subject("quad", "px4-main", "clinic-run.json", (1.0, 2.0), patterns(80.0, 20.0, 40.0), 30.0, 0.5, 6.0),
+    "quad": Subject(
+        "quad", "px4-main", "clinic-run.json", (1.0, 2.0), patterns(80.0, 0.0, 20.0, 40.0), 30.0, NEAR, 6.0
+    ),
     "plane": Subject(
-        "plane", "px4-1.14", "fixed-wing-pass.json", (5.0, 5.0), patterns(600.0, 80.0, 70.0), 50.0, 2.0, 120.0
+        "plane",
+        "px4-1.14",
+        "fixed-wing-pass.json",
+        (5.0, 5.0),
+        patterns(600.0, -400.0, 80.0, 70.0),
+        50.0,
+        NEAR_WING,
+        120.0,
     ),
 }
 
@@ -90,7 +102,7 @@ async def flown(
         here = origin.place(vehicle["latitude_deg"], vehicle["longitude_deg"])
         leg = queue["tasks"][0]["leg"]
         reference = course.reference(here, leg)
-        if not is_at_corner(course, here, subject) and (beside or abs(reference.cross_m) < subject.joined_m):
+        if not is_at_corner(course, here, subject) and (beside or abs(reference.cross_m) < subject.joined_m[kind]):
             beside.append(abs(reference.cross_m))
         await asyncio.sleep(0.05)
     return beside
@@ -107,7 +119,7 @@ async def main(subject: Subject, winds: Sequence[float], speed: float) -> int:
     with (
         tempfile.TemporaryDirectory() as folder,
         SimulatedFleet(subject.airframe, params="COM_OBL_RC_ACT=5", firmware=subject.firmware) as fleet,
-        ServiceProcess(Path(folder), fleet.connections) as service,
+        ServiceProcess(Path(folder), fleet.connections, WAYDROP_OFFBOARD_GAP_S="2.5") as service,
     ):
         async with aiohttp.ClientSession(timeout=aiohttp.ClientTimeout(total=60)) as http:
             dispatcher = Dispatcher(http, service.url)

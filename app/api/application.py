@@ -19,6 +19,7 @@ from app.api.metrics import Metrics
 from app.api.openapi import openapi_document
 from app.api.pages import Pages
 from app.api.plan_exports import RENDERINGS
+from app.api.pmtiles import Pmtiles
 from app.api.renderings import Renderings
 from app.api.request_log import request_log
 from app.api.routes import ROUTES
@@ -29,6 +30,7 @@ from app.api.settings import ApiSettings
 from app.api.stream.broadcast import Broadcast
 from app.api.stream.session import Sources
 from app.api.stream.sockets import StreamEndpoint
+from app.api.tiles import Tiles
 
 
 def build_app(services: ApiServices, settings: ApiSettings) -> web.Application:
@@ -55,7 +57,9 @@ def build_app(services: ApiServices, settings: ApiSettings) -> web.Application:
     app.on_shutdown.append(lambda _: by_hand.close())
     _add_routes(app, services, settings, {BY_HAND_PATH: by_hand.fly})
     _add_stream(app, services, settings, broadcast, metrics)
-    Pages(settings.web_root).add_to(app)
+    tiles = Tiles(settings.tile_url, Pmtiles.opened(settings.tile_file), settings.tile_attribution)
+    tiles.add_to(app)
+    Pages(settings.web_root, tiles).add_to(app)
     app.on_response_prepare.append(add_security_headers)
     return app
 

@@ -8,6 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from app.domain.events import Event
+from app.domain.prediction import WindGiven
 from app.services.plans import PlanHead
 from app.services.views import VehicleView
 
@@ -36,13 +37,17 @@ class EventsQuery(RequestModel):
 
 
 class RunRequest(RequestModel):
-    """Fly this plan with this vehicle. `start` false: upload and verify only, and wait for the start."""
+    """Fly this plan with this vehicle. `start` false: upload and verify only, and wait for the start.
+
+    `wind` is what the check and the prediction of the run reckon with; null is calm air.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     plan: Identifier
     vehicle: Identifier
     start: bool = False
+    wind: WindGiven | None = None
 
 
 class ConsentRequest(RequestModel):
@@ -67,12 +72,15 @@ class ConsentRequest(RequestModel):
 
 
 class PlanCheckRequest(RequestModel):
-    """Check `plan` (see the plan schema) against the vehicle's type, or against the facts of one vehicle."""
+    """Check `plan` (see the plan schema) against the vehicle's type, or against the facts of one vehicle, in this wind
+    (null: in calm air).
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     plan: Any
     vehicle: Identifier | None = None
+    wind: WindGiven | None = None
 
 
 class VehiclesView(BaseModel):

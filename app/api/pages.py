@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import mimetypes
 from pathlib import Path
 from typing import Final
@@ -12,6 +13,7 @@ from app.api.expectations import meet_expectation
 from app.api.problems import ApiError
 from app.api.routing import API
 from app.api.security_headers import DOCS_POLICY, PAGE_POLICY
+from app.api.tiles import Tiles
 
 _FOREVER: Final = "public, max-age=31536000, immutable"
 _REVALIDATE: Final = "no-cache"
@@ -29,8 +31,9 @@ _NOT_BUILT: Final = f"""<!doctype html>
 class Pages:
     """Serves the files that were in the folder when the service started, and nothing else of the disk."""
 
-    def __init__(self, root: Path | None) -> None:
+    def __init__(self, root: Path | None, tiles: Tiles) -> None:
         self._files = _files(root)
+        self._tiles = tiles
 
     def add_to(self, app: web.Application) -> None:
         """`/`, its files, and the documentation at /api/v1/docs/."""
@@ -45,7 +48,12 @@ class Pages:
 
     async def index(self, _: web.Request) -> web.StreamResponse:
         """The page."""
-        return self._send("index.html", PAGE_POLICY, _REVALIDATE) if "index.html" in self._files else _not_built()
+        path = self._files.get("index.html")
+        if path is None:
+            return _not_built()
+        text = self._tiles.told(await asyncio.to_thread(path.read_text, encoding="utf-8"))
+        headers = {"Content-Security-Policy": self._tiles.policy, "Cache-Control": _REVALIDATE}
+        return web.Response(text=text, content_type="text/html", headers=headers)
 
     async def asset(self, request: web.Request) -> web.StreamResponse:
         """A file with a hash in its name: it never changes."""

@@ -13,20 +13,23 @@ from app.api.models import PlanCheckRequest
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import FLEET, PLANS
 from app.domain.plan import PlanInvalid, parse_plan
+from app.domain.prediction import CALM
 from app.services.access import Role
 from app.services.plans import PlanCheck
 
 
 async def check_plan(call: Call[NoQuery, PlanCheckRequest]) -> web.Response:
     """POST /plan-checks. A document that is no plan at all is answered with findings too."""
-    vehicle_id = call.body.vehicle
-    link = None if vehicle_id is None else call.request.app[FLEET].link(vehicle_id)
+    vehicle_id, fleet = call.body.vehicle, call.request.app[FLEET]
+    if vehicle_id is not None:
+        fleet.link(vehicle_id)  # before the plan is read: there is no such vehicle
     try:
         plan = parse_plan(to_json(call.body.plan, inf_nan_mode="constants"))
     except PlanInvalid as error:
         return json_answer(PlanCheck(findings=error.findings, timeline=None))
-    facts = None if link is None else await link.read_facts()
-    return json_answer(await asyncio.to_thread(call.request.app[PLANS].check, plan, facts))
+    facts = None if vehicle_id is None else await fleet.facts(vehicle_id)
+    wind = CALM if call.body.wind is None else call.body.wind.wind()
+    return json_answer(await asyncio.to_thread(call.request.app[PLANS].check, plan, facts, wind))
 
 
 ROUTES: tuple[AnyRoute, ...] = (

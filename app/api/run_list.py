@@ -97,7 +97,7 @@ def _row(run: Run) -> tuple[object, ...]:
         *(run.id, run.state.value, run.reason, run.plan_id, run.vehicle_id),
         *(run.vehicle_type and run.vehicle_type.value, run.requested_by),
         *(_time(run.created_at), _time(run.started_at), _time(run.ended_at)),
-        *(len(run.drops), released, outcomes),
+        *(sum(drop.alternate_to is None for drop in run.drops), released, outcomes),
     )
 
 

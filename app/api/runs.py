@@ -13,6 +13,7 @@ from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.run_changes import ACCEPTED, accepted
 from app.api.run_list import CSV, RunsQuery, RunsView, asks_for_csv, runs_csv
 from app.api.services import JOURNAL, RUNS
+from app.domain.prediction import CALM
 from app.domain.run import Run
 from app.services.access import Role
 from app.services.runs import Runs
@@ -21,7 +22,10 @@ from app.services.runs import Runs
 async def create_run(call: Call[NoQuery, RunRequest]) -> web.Response:
     """POST /runs."""
     asked = call.body
-    run = await call.request.app[RUNS].create(asked.plan, asked.vehicle, start=asked.start, by=call.principal.name)
+    wind = CALM if asked.wind is None else asked.wind.wind()
+    run = await call.request.app[RUNS].create(
+        asked.plan, asked.vehicle, start=asked.start, by=call.principal.name, wind=wind
+    )
     return accepted(run)
 
 
@@ -166,7 +170,7 @@ ROUTES: tuple[AnyRoute, ...] = (
             query=NoQuery,
             body=NO_BODY,
             answers=(ACCEPTED,),
-            errors=_ACTION_ERRORS,
+            errors=(*_ACTION_ERRORS, *(("plan.rejected",) if action == "start" else ())),
         )
         for action, handler, role, summary in (
             ("start", start_run, Role.DISPATCHER, "Arm and fly the uploaded mission"),

@@ -9,6 +9,7 @@ from pathlib import Path
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ApiSettings:
     """`gateway` and `version` are told to clients; `web_root` is the folder of the built page, None without one.
+    `tile_url` or `tile_file` is the map under it, with the words that it must show of its makers.
 
     `allowed_hosts` are Host names (no port) besides the loopback names; `allowed_origins` are web origins
     (`https://desk.example`) besides the service's own that may send commands and open sockets.
@@ -21,6 +22,9 @@ class ApiSettings:
     gateway: str
     version: str
     web_root: Path | None = None
+    tile_url: str | None = None
+    tile_file: Path | None = None
+    tile_attribution: str = ""
     allowed_hosts: tuple[str, ...] = ()
     allowed_origins: tuple[str, ...] = ()
     max_body_bytes: int = 1024 * 1024

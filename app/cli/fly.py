@@ -17,8 +17,10 @@ from app.cli.run_view import JsonView, RunView, TerminalView
 from app.cli.service_client import ServerOption, TokenOption, service_client
 from app.cli.terminal import err, out
 from app.cli.verdict import STRICT, verdict
+from app.cli.wind_option import WindOption, wind_given
 from app.domain.drop import Certainty
 from app.domain.plan import Plan
+from app.domain.prediction import WindGiven
 
 
 def fly(
@@ -26,6 +28,7 @@ def fly(
     vehicle: Annotated[str, typer.Option("--vehicle", help="Which vehicle; `waydrop vehicles` lists them.")],
     server: ServerOption,
     token: TokenOption = None,
+    wind: WindOption = None,
     strict: Annotated[
         bool, typer.Option("--strict", help="An inferred release is not enough: short for --certainty acknowledged.")
     ] = False,
@@ -38,22 +41,29 @@ def fly(
 
     Ctrl-C stops following: the flight goes on.
     """
+    given = wind_given(wind)
     plan = read_plan(file)
     least = STRICT if strict and certainty is Certainty.INFERRED else certainty
     view: JsonView | TerminalView = JsonView() if as_json else TerminalView(out())
     with view:
-        raise typer.Exit(asyncio.run(fly_and_follow(plan, vehicle, server, token, least, view)))
+        raise typer.Exit(asyncio.run(fly_and_follow(plan, vehicle, server, token, least, view, given)))
 
 
 async def fly_and_follow(
-    plan: Plan, vehicle_id: str, server: str, token: str | None, least: Certainty, view: RunView
+    plan: Plan,
+    vehicle_id: str,
+    server: str,
+    token: str | None,
+    least: Certainty,
+    view: RunView,
+    wind: WindGiven | None = None,
 ) -> ExitStatus:
     """Post the plan, start the run, tell `view` everything, and judge the end. Cancelling leaves the flight alone."""
     async with service_client(server, token) as client:
         stored = await client.post("/plans", plan.model_dump(mode="json"))
         follower = RunFollower(client, EventStream(client), view)
         try:
-            run = await follower.start(str(stored["id"]), vehicle_id)
+            run = await follower.start(str(stored["id"]), vehicle_id, wind)
             view.note(f"run {run.id}: plan {plan.name} ({stored['id']}) with vehicle {vehicle_id}")
             run = await follower.follow()
         except asyncio.CancelledError:

@@ -11,7 +11,7 @@ from rich.table import Table
 from app.domain.errors import WaydropError
 from app.domain.finding import Finding, Severity
 from app.domain.plan import Plan
-from app.domain.prediction import PredictedDrop, Timeline
+from app.domain.prediction import PredictedAlternate, PredictedDrop, Timeline
 
 _STYLES = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow"}
 
@@ -41,7 +41,8 @@ def show_timeline(console: Console, plan: Plan, timeline: Timeline) -> None:
     table.add_column("at", justify="right")
     table.add_column("item")
     table.add_column("type")
-    for name in ("takes", "distance", "speed", "altitude"):
+    has_battery = timeline.battery_used_percent is not None
+    for name in ("takes", "distance", "speed", "altitude", *(("battery",) if has_battery else ())):
         table.add_column(name, justify="right")
     table.add_column("")
     for entry in timeline.entries:
@@ -53,13 +54,16 @@ def show_timeline(console: Console, plan: Plan, timeline: Timeline) -> None:
             f"{entry.distance_m:.0f} m" if entry.distance_m >= 0.5 else "",
             f"{entry.ground_speed_m_s:.1f} m/s" if entry.ground_speed_m_s else "",
             f"{entry.relative_altitude_m:.0f} m",
+            *((f"{entry.battery_used_percent or 0.0:.1f} %",) if has_battery else ()),
             "stops" if entry.brakes else "",
         )
     console.print(table)
     for drop in timeline.drops:
         console.print(_drop_line(drop), markup=False)
+    for alternate in timeline.alternates:
+        console.print(_alternate_line(alternate), markup=False)
     end = "without an end of its own" if timeline.open_ended else f"{_clock(timeline.duration_s)} min"
-    console.print(f"{timeline.distance_m / 1000:.2f} km, {end}", markup=False)
+    console.print(f"{timeline.distance_m / 1000:.2f} km, {end}{_battery_words(timeline)}", markup=False)
 
 
 def _drop_line(drop: PredictedDrop) -> str:
@@ -67,10 +71,24 @@ def _drop_line(drop: PredictedDrop) -> str:
     line = f"drop {drop.item_id} at {_clock(drop.at_s)}: {how}, {drop.release_motion}"
     if drop.release_motion == "moving":
         line += f" at {drop.ground_speed_m_s:.1f} m/s, about {drop.lead_m:.0f} m before the point"
-        line += f", the parcel flies {drop.throw_m:.0f} m on while it falls {drop.fall_s:.1f} s"
     else:
         line += f", within {drop.offset_m:.1f} m of the point"
+    if drop.throw_m >= 1.0:
+        line += f", the parcel comes down {drop.throw_m:.0f} m on, after {drop.fall_s:.1f} s"
     return line
+
+
+def _alternate_line(alternate: PredictedAlternate) -> str:
+    way = f"{alternate.distance_m:.0f} m, {alternate.duration_s:.0f} s"
+    return f"if {alternate.drop_id} fails: to {alternate.item_id}, {way} with its drop"
+
+
+def _battery_words(timeline: Timeline) -> str:
+    used = timeline.battery_used_percent
+    if used is None:
+        return ""
+    start = timeline.battery_start_percent
+    return f", {used:.0f} % of the battery, which has {'no known charge' if start is None else f'{start:.0f} %'}"
 
 
 def _clock(seconds: float) -> str:

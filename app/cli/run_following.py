@@ -9,6 +9,7 @@ from app.cli.run_view import RunView
 from app.cli.service_client import ServiceClient
 from app.domain.errors import WaydropError
 from app.domain.events import Event, EventKind
+from app.domain.prediction import WindGiven
 from app.domain.run import Run, RunState
 
 _OF_THE_VEHICLE = frozenset(
@@ -36,10 +37,12 @@ class RunFollower:
         self._view = view
         self.run: Run | None = None
 
-    async def start(self, plan_id: str, vehicle_id: str) -> Run:
+    async def start(self, plan_id: str, vehicle_id: str, wind: WindGiven | None = None) -> Run:
         """Create the run and have it started. The stream is opened first, so that no event of it is missed."""
         await anext(self._items)
-        document = {"plan": plan_id, "vehicle": vehicle_id, "start": True}
+        document: dict[str, object] = {"plan": plan_id, "vehicle": vehicle_id, "start": True}
+        if wind is not None:
+            document["wind"] = wind.model_dump(mode="json", exclude_none=True)
         self.run = Run.model_validate(await self._client.post("/runs", document))
         return self.run
 

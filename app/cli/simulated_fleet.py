@@ -9,10 +9,13 @@ from typing import Final
 
 from app.config import SettingsError
 from app.domain.live_control import MAX_LIVE_RATE
+from app.domain.performance import Performance
 
 FLEET: Final = ("quad", "quad", "plane", "vtol")
 LOCAL_PORT_OFFSET: Final = 40
 """As PX4 does: it sends from 14580 to 14540."""
+PERFORMANCE: Final = Performance(payload_max_kg=2.0, battery_percent_per_min=4.0)
+"""What is declared of each of them, if nothing else is: full to empty in 25 minutes, whatever they do."""
 
 _LOCAL = re.compile(r"^udpin://(127\.0\.0\.1|0\.0\.0\.0):(?P<port>\d+)$")
 
@@ -50,7 +53,8 @@ class SimulatedFleet:
         return (
             *("--fleet", ",".join(FLEET), "--port", str(self.port), "--local-port", str(self.port + LOCAL_PORT_OFFSET)),
             *("--speed", f"{self.speed:g}", "--seed", str(self.seed)),
-            *("--params", "COM_OBL_RC_ACT=5"),  # nobody holds sticks here: a lost offboard stream is Hold
+            # nobody holds sticks here: a lost offboard stream is Hold, and a critical battery brings it home
+            *("--params", "COM_OBL_RC_ACT=5,COM_LOW_BAT_ACT=3"),
             *("--control-port", "0"),  # any free one: the simulator tells it, see SimulatorProcess.control
             *shared,
         )

@@ -12,11 +12,12 @@ from rich.markup import escape
 
 from app.cli.serve import DataDirOption, HostOption, PortOption
 from app.cli.service_client import DEFAULT_SERVER
-from app.cli.simulated_fleet import FLEET, SimulatedFleet
+from app.cli.simulated_fleet import FLEET, PERFORMANCE, SimulatedFleet
 from app.cli.simulator_process import SimulatorProcess
 from app.cli.terminal import err
 from app.config import Settings, load_settings
 from app.domain.live_control import MAX_LIVE_RATE
+from app.domain.vehicle import VehicleType
 from app.logs import configure_logs
 
 READY_S = 30.0
@@ -40,7 +41,8 @@ def up(
     fleet = SimulatedFleet.for_connections(settings.connections, speed=speed, seed=seed)
     simulator = SimulatorProcess(settings.data_dir)
     owns_vehicles = _start_vehicles(simulator, fleet)
-    settings = settings.model_copy(update={"simulator_control": simulator.control()})
+    declared = settings.vehicle_performance or dict.fromkeys(map(str, VehicleType), PERFORMANCE)
+    settings = settings.model_copy(update={"simulator_control": simulator.control(), "vehicle_performance": declared})
     session = _Session(settings, owns_vehicles=owns_vehicles)
     try:
         asyncio.run(session.serve())

@@ -13,9 +13,10 @@ from app.cli.plan_file import read_plan
 from app.cli.plan_report import show_findings, show_timeline
 from app.cli.service_client import ServerOption, TokenOption, service_client
 from app.cli.terminal import count, err, out, write_json
+from app.cli.wind_option import WindOption, wind_given, wind_of
 from app.domain.finding import Finding, Severity
 from app.domain.plan import Plan, PlanInvalid
-from app.domain.prediction import Timeline, predict
+from app.domain.prediction import Timeline, WindGiven, predict
 from app.domain.rules import check_plan, default_facts
 
 
@@ -26,13 +27,15 @@ def validate(
         str | None, typer.Option("--vehicle", help="Check against what this vehicle is; asks the service.")
     ] = None,
     token: TokenOption = None,
+    wind: WindOption = None,
     as_json: Annotated[bool, typer.Option("--json", help="Findings and timeline as one JSON document.")] = False,
 ) -> None:
     """Check a plan: its timeline, and every finding with its rule code.
 
     Exit status 0: it can be flown. 1: it has errors. 2: the file is no plan. Without --vehicle the usual parameters of
-    the plan's vehicle type are assumed, and no service is needed.
+    the plan's vehicle type are assumed, and no service is needed. Without --wind the air is calm.
     """
+    given = wind_given(wind)
     try:
         plan = read_plan(file)
     except PlanInvalid as error:
@@ -40,7 +43,9 @@ def validate(
             write_json({"findings": error.extra["findings"], "timeline": None})
             raise typer.Exit(ExitStatus.UNUSABLE) from error
         raise
-    findings, timeline = _check(plan) if vehicle is None else asyncio.run(_ask(plan, vehicle, server, token))
+    findings, timeline = (
+        _check(plan, given) if vehicle is None else asyncio.run(_ask(plan, vehicle, given, server, token))
+    )
     if as_json:
         write_json(
             {
@@ -54,13 +59,18 @@ def validate(
     raise typer.Exit(ExitStatus.NOT_ACHIEVED if wrong else ExitStatus.OK)
 
 
-def _check(plan: Plan) -> tuple[list[Finding], Timeline | None]:
-    return list(check_plan(plan, None)), predict(plan, default_facts(plan.vehicle_type))
+def _check(plan: Plan, given: WindGiven | None) -> tuple[list[Finding], Timeline | None]:
+    wind = wind_of(given)
+    return list(check_plan(plan, None, wind)), predict(plan, default_facts(plan.vehicle_type), wind)
 
 
-async def _ask(plan: Plan, vehicle: str, server: str, token: str | None) -> tuple[list[Finding], Timeline | None]:
+async def _ask(
+    plan: Plan, vehicle: str, given: WindGiven | None, server: str, token: str | None
+) -> tuple[list[Finding], Timeline | None]:
     async with service_client(server, token) as client:
         document = {"plan": plan.model_dump(mode="json"), "vehicle": vehicle}
+        if given is not None:
+            document["wind"] = given.model_dump(mode="json", exclude_none=True)
         answer: dict[str, Any] = await client.post("/plan-checks", document)
     findings = [Finding.model_validate(entry) for entry in answer["findings"]]
     return findings, None if answer["timeline"] is None else Timeline.model_validate(answer["timeline"])

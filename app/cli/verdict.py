@@ -31,7 +31,7 @@ def verdict(run: Run, *, least: Certainty) -> Verdict:
     if run.state is not RunState.COMPLETED:
         why = f": {run.reason}" if run.reason else ""
         reasons.append(f"the run is {run.state.value}{why}")
-    for drop in run.drops:
+    for drop in run.last_drops:
         if drop.outcome is not DropOutcome.RELEASED:
             why = f": {drop.reason}" if drop.reason else ""
             reasons.append(f"drop {drop.plan_item_id} is {drop.outcome.value}{why}")

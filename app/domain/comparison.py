@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 
 from pydantic import BaseModel, ConfigDict
 
@@ -69,9 +70,12 @@ def compare(run: Run, timeline: Timeline | None, flown: Sequence[EndedItem], why
     """`flown` are the visits that ended, in order; `why_none` says why there is no timeline."""
     times = _by_visit(flown)
     kept = {drop.plan_item_id: _why_not_released(drop) for drop in run.drops}
+    kept |= _from_elsewhere(run, flown)
     entries = () if timeline is None else timeline.entries
     items = [_item(run, entry, times.pop((entry.item_id, entry.visit), None), kept) for entry in entries]
-    items += [_unpredicted(item_id, visit, ended, why_none) for (item_id, visit), ended in times.items()]
+    alternates = {drop.plan_item_id: f"the alternate of {drop.alternate_to}" for drop in run.drops if drop.alternate_to}
+    for (item_id, visit), ended in times.items():
+        items.append(_unpredicted(item_id, visit, ended, why_none or alternates.get(item_id, "")))
     both = [item for item in items if item.predicted_s is not None and item.flown_s is not None]
     predicted_drops = {} if timeline is None else {drop.item_id: drop for drop in timeline.drops if drop.visit == 1}
     return Comparison(
@@ -87,6 +91,13 @@ def compare(run: Run, timeline: Timeline | None, flown: Sequence[EndedItem], why
 def difference_percent(predicted_s: float, flown_s: float) -> float | None:
     """Of the flown time from the predicted one; None if no time was predicted."""
     return None if predicted_s < 0.05 else 100.0 * (flown_s - predicted_s) / predicted_s
+
+
+def _from_elsewhere(run: Run, flown: Sequence[EndedItem]) -> dict[str, str]:
+    """The items whose leg began at an alternate, and not where it was predicted to; in no loop, as no drop is."""
+    alternates = {drop.plan_item_id for drop in run.drops if drop.alternate_to is not None}
+    pairs = pairwise(flown)
+    return {after.item_id: f"flown from {before.item_id}" for before, after in pairs if before.item_id in alternates}
 
 
 def _by_visit(flown: Sequence[EndedItem]) -> dict[tuple[str, int], EndedItem]:

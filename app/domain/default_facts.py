@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from app.domain.vehicle import VehicleFacts, VehicleType
 
 _COMMON: Mapping[str, float | int] = {
+    "BAT_CRIT_THR": 0.07,
+    "COM_LOW_BAT_ACT": 0,
     "MIS_DIST_1WP": 10_000,
     "MIS_COMMAND_TOUT": 0,
     "MIS_TKO_LAND_REQ": 0,
@@ -15,6 +17,7 @@ _COMMON: Mapping[str, float | int] = {
     "NAV_LOITER_RAD": 80,
     "PD_GRIPPER_TYPE": 0,
     "PD_GRIPPER_TO": 1,
+    "GF_ACTION": 2,
     "GF_MAX_HOR_DIST": 0,
     "GF_MAX_VER_DIST": 0,
     "RTL_TYPE": 0,

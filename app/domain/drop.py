@@ -50,12 +50,15 @@ class DropRecord(BaseModel):
     go. They are never merged. PX4's grippers have no sensor: `sensed_at` stays None for them.
 
     `consent` is None if the plan asks for none; `target` if the drop has no moving target, or none was reported of.
+    `alternate_to` is the drop that failed before this one was tried at its
+    alternate; such a record is there only once the vehicle was sent on.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     plan_item_id: str
     supervised: bool
+    alternate_to: str | None = None
     phase: DropPhase = DropPhase.WAITING
     consent: ConsentRecord | None = None
     outcome: DropOutcome = DropOutcome.PENDING

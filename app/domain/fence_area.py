@@ -6,31 +6,38 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from shapely import LineString, Point, Polygon, prepare, union_all
+from shapely import LineString, Point, Polygon, intersection_all, prepare, union_all
 from shapely.geometry.base import BaseGeometry
 
 from app.domain.default_facts import parameter
 from app.domain.geo import LocalProjection
 from app.domain.landing_pattern import landing_pattern
+from app.domain.plan.document import Plan
 from app.domain.plan.geofence import FenceCircle, FencePolygon, Geofence
-from app.domain.plan.items import Jump, Land, Loiter, Takeoff
+from app.domain.plan.items import Jump, Land, Loiter, ReturnToLaunch, Takeoff
 from app.domain.plan.walk import Carried, Place, Step
-from app.domain.vehicle import GlobalPosition, VehicleFacts, VehicleType
+from app.domain.prediction.flight import flight_of
+from app.domain.prediction.path_return import positions_of
+from app.domain.prediction.return_ends import return_ends
+from app.domain.prediction.usable_facts import usable_facts
+from app.domain.vehicle import FirmwareVersion, GlobalPosition, VehicleFacts, VehicleType
 
 _SEGMENTS = 32
 """Of a quarter circle. An inclusion is drawn inside its circle, an exclusion around it: both err to the safe side."""
 MIN_AREA_M2 = 1.0
+ALL_INCLUSIONS_SINCE = FirmwareVersion(1, 15, 0)
+"""Up to v1.14 PX4 allows a point in any inclusion; newer firmware wants it in all of those that contain home."""
 
 
 @dataclass(frozen=True, slots=True)
 class FenceArea:
-    """`inside` is the union of the inclusions, None if there are none; `outside` the union of the exclusions."""
+    """`inside` is where the inclusions allow it, None if there are none; `outside` the union of the exclusions."""
 
     inside: BaseGeometry | None
     outside: BaseGeometry | None
 
     def allows(self, path: BaseGeometry) -> bool:
-        """The whole path lies in the inclusions, and nothing of it in an exclusion."""
+        """The whole path lies where the inclusions allow it, and nothing of it in an exclusion."""
         if self.inside is not None and not self.inside.covers(path):
             return False
         return self.outside is None or not self.outside.intersects(path)
@@ -49,8 +56,16 @@ class GroundPath:
     shape: BaseGeometry
 
 
-def fence_area(fence: Geofence, projection: LocalProjection) -> FenceArea:
-    """The area of all usable polygons and circles; a polygon that crosses itself has no area and is left out."""
+def needs_all_inclusions(firmware: FirmwareVersion | None) -> bool:
+    """Whether a point must lie in all inclusions that contain home, and not in any one. Unknown firmware: yes."""
+    return firmware is None or firmware >= ALL_INCLUSIONS_SINCE
+
+
+def fence_area(fence: Geofence, projection: LocalProjection, *, all_of_home: bool = False) -> FenceArea:
+    """The area of all usable polygons and circles; a polygon that crosses itself has no area and is left out.
+
+    `all_of_home`: what is allowed lies in all inclusions that contain home, the origin of the projection.
+    """
     parts: dict[str, list[BaseGeometry]] = {"inclusion": [], "exclusion": []}
     for polygon in fence.polygons:
         shape = polygon_shape(polygon, projection)
@@ -58,7 +73,7 @@ def fence_area(fence: Geofence, projection: LocalProjection) -> FenceArea:
             parts[polygon.kind].append(shape)
     for circle in fence.circles:
         parts[circle.kind].append(_circle_shape(circle, projection))
-    return FenceArea(_union(parts["inclusion"]), _union(parts["exclusion"]))
+    return FenceArea(_inside(parts["inclusion"], all_of_home=all_of_home), _union(parts["exclusion"]))
 
 
 def polygon_shape(polygon: FencePolygon, projection: LocalProjection) -> Polygon:
@@ -72,9 +87,9 @@ def is_simple_polygon(shape: Polygon) -> bool:
 
 
 def ground_paths(
-    steps: tuple[Step, ...], home: GlobalPosition, facts: VehicleFacts, projection: LocalProjection
+    plan: Plan, steps: tuple[Step, ...], home: GlobalPosition, facts: VehicleFacts, projection: LocalProjection
 ) -> Iterator[GroundPath]:
-    """All paths of a plan, those of its jumps too."""
+    """All paths of a plan, those of its jumps too, and of its return to wherever RTL_TYPE may send it."""
     ends = {step.item.id: step.end for step in steps}
     for step in steps:
         item = step.item
@@ -83,6 +98,8 @@ def ground_paths(
         elif isinstance(item, Jump):
             if item.target in ends:
                 yield GroundPath(step, _line(step.start, ends[item.target], projection))
+        elif isinstance(item, ReturnToLaunch):
+            yield from _return_paths(plan, step, facts, projection)
         else:
             yield GroundPath(step, _line(step.start, step.end, projection))
         if isinstance(item, Loiter) and step.after in (Carried.FIXED_WING, Carried.BUOYANCY):
@@ -90,6 +107,13 @@ def ground_paths(
             yield GroundPath(step, point_of(step.end, projection).buffer(radius_m, quad_segs=_SEGMENTS))
         elif isinstance(item, Takeoff):
             yield GroundPath(step, point_of(step.start, projection))
+
+
+def _return_paths(plan: Plan, step: Step, facts: VehicleFacts, projection: LocalProjection) -> Iterator[GroundPath]:
+    flight, here = flight_of(plan, usable_facts(facts)), point_of(step.start, projection)
+    for end in return_ends(flight, (here.x, here.y), positions_of(flight, plan), step.index):
+        there = Point(end)
+        yield GroundPath(step, here if here.distance(there) == 0 else LineString([here, there]))
 
 
 def point_of(place: Place, projection: LocalProjection) -> Point:
@@ -111,6 +135,15 @@ def _circle_shape(circle: FenceCircle, projection: LocalProjection) -> Polygon:
     centre = Point(projection.to_local(circle.latitude_deg, circle.longitude_deg))
     widen = 1.0 if circle.kind == "inclusion" else 1.0 / math.cos(math.pi / (4 * _SEGMENTS))
     return centre.buffer(circle.radius_m * widen, quad_segs=_SEGMENTS)
+
+
+def _inside(shapes: list[BaseGeometry], *, all_of_home: bool) -> BaseGeometry | None:
+    of_home = [shape for shape in shapes if shape.covers(Point(0.0, 0.0))]
+    if not all_of_home or len(of_home) == 0:
+        return _union(shapes)
+    area = intersection_all(of_home).buffer(0.0)  # without the lines and points at which two only touch
+    prepare(area)
+    return area
 
 
 def _union(shapes: list[BaseGeometry]) -> BaseGeometry | None:

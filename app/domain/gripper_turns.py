@@ -30,7 +30,9 @@ class GripperTurns:
         own = drop.resume_seq if drop.release_seq is None else drop.release_seq
         items = [item for item in mission.items if item.command is MavCmd.DO_GRIPPER]
         releases = {item.seq for item in items if item.param2 == _RELEASE}
-        releases |= {max(other.hold_seqs) for other in mission.drops if other.supervised}
+        supervised = [other for other in mission.drops if other.supervised]
+        supervised += [other.alternate for other in supervised if other.alternate is not None]
+        releases |= {max(other.hold_seqs) for other in supervised}
         grabs = {item.seq for item in items if item.param2 != _RELEASE}
         return cls(
             approach_seq=min(drop.hold_seqs),

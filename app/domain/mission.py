@@ -116,6 +116,11 @@ class Mission:
     plan_item_of: Mapping[int, str] = field(default_factory=dict)
     drops: tuple[CompiledDrop, ...] = ()
 
+    @property
+    def detours(self) -> tuple[range, ...]:
+        """The items that lead over the alternates: a vehicle flies them only when one is made current from outside."""
+        return tuple([range(d.alternate_seq, d.resume_seq) for d in self.drops if d.alternate_seq is not None])
+
     def seqs_of(self, plan_item_id: str) -> tuple[int, ...]:
         """All sequence numbers that one plan item became, in order; empty if it became none."""
         return tuple(seq for seq, item in sorted(self.plan_item_of.items()) if item == plan_item_id)
@@ -145,6 +150,8 @@ class CompiledDrop:
     (None if supervised: Waydrop sends the command itself). `resume_seq` is the item made current when a supervised
     drop is over; it is never a release. `hold_s` bounds the supervised wait: it ends by itself if the link dies.
     `consent_timeout_s` None: an operator has as long as the hold allows.
+    `alternate` is the drop at the other place, and `alternate_seq` the item made current to go there; the vehicle then
+    holds for `leave_s` longer than `hold_s`.
     """
 
     plan_item_id: str
@@ -162,3 +169,6 @@ class CompiledDrop:
     landed: bool = False
     needs_consent: bool = False
     consent_timeout_s: float | None = None
+    alternate: CompiledDrop | None = None
+    alternate_seq: int | None = None
+    leave_s: float = 0.0

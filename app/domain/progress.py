@@ -16,12 +16,14 @@ from app.domain.mission import MavCmd, Mission
 class Progress:
     """`current` is the item being flown; `passed_to` the highest seq passed in this visit (-1: none).
 
-    `flown` holds the plan items passed, in order, once per visit. Law: it only grows.
+    `flown` holds the plan items passed, in order, once per visit. Law: it only grows. What lies in one of the `detours`
+    counts only if the vehicle was seen there: the mission jumps over it.
     """
 
     last_seq: int
     jumps: Mapping[int, int]
     plan_item_of: Mapping[int, str]
+    detours: tuple[range, ...] = ()
     current: int | None = None
     passed_to: int = -1
     flown: tuple[str, ...] = field(default=())
@@ -30,7 +32,8 @@ class Progress:
     def of(cls, mission: Mission) -> Progress:
         """The progress before the start."""
         jumps = {item.seq: int(item.param1) for item in mission.items if item.command is MavCmd.DO_JUMP}
-        return cls(last_seq=len(mission.items) - 1, jumps=jumps, plan_item_of=mission.plan_item_of)
+        last_seq = len(mission.items) - 1
+        return cls(last_seq=last_seq, jumps=jumps, plan_item_of=mission.plan_item_of, detours=mission.detours)
 
     @property
     def item_id(self) -> str | None:
@@ -48,7 +51,7 @@ class Progress:
             return self
         if self.current is not None and seq < self.current:
             return self._gone_back(seq)
-        return replace(self._passed(seq - 1), current=seq)
+        return replace(self._passed(seq - 1, seen_at=seq), current=seq)
 
     def reached(self, seq: int) -> Progress:
         """MISSION_ITEM_REACHED says `seq`: it and all before it in this visit are passed."""
@@ -70,11 +73,15 @@ class Progress:
         before = self._passed(min(over) - 1) if over else self
         return replace(before, current=seq, passed_to=seq - 1)
 
-    def _passed(self, seq: int) -> Progress:
+    def _passed(self, seq: int, seen_at: int | None = None) -> Progress:
         flown = list(self.flown)
         previous = self.plan_item_of.get(self.passed_to)
+        seen_at = seq if seen_at is None else seen_at
+        skipped = [detour for detour in self.detours if seen_at not in detour and self.current not in detour]
         for passing in range(self.passed_to + 1, seq + 1):
             item_id = self.plan_item_of.get(passing)
+            if any(passing in detour for detour in skipped):
+                continue
             if item_id is not None and item_id != previous and passing not in self.jumps:
                 flown.append(item_id)
             previous = item_id

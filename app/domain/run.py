@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict
 from app.domain.drop import DropRecord
 from app.domain.errors import WrongStateError
 from app.domain.in_flight import InFlight
+from app.domain.prediction.wind import Wind
 from app.domain.vehicle import VehicleType
 
 
@@ -83,6 +84,7 @@ class Run(BaseModel):
     mode again, or "" for the mission itself;
     "contingency" when a drop failed and the plan says to return; "refused" when the vehicle holds because it found a
     changed mission infeasible.
+    `wind` is the one that its checks and its prediction reckon with.
     A plan may be changed in flight: `plan_id` to `mission_hash` are of the newest that the vehicle carries, `change`
     says where it went on, `changes` counts. `changing` is a change whose arrival on board is not known yet.
     `reached_seq` is the highest mission item known to be done: after a reboot of the vehicle nothing before it is
@@ -108,6 +110,7 @@ class Run(BaseModel):
     upload_percent: float | None = None
     requested_by: str = ""
     start_requested: bool = False
+    wind: Wind | None = None
     asked: str = ""
     change: PlanChange | None = None
     changing: PlanChange | None = None
@@ -147,9 +150,19 @@ class Run(BaseModel):
         drops = tuple(drop if d.plan_item_id == drop.plan_item_id else d for d in self.drops)
         return self.model_copy(update={"drops": drops, "updated_at": now})
 
+    @property
+    def last_drops(self) -> tuple[DropRecord, ...]:
+        """The drops that say where each parcel is: not those whose parcel went on to an alternate."""
+        gone_on = {drop.alternate_to for drop in self.drops}
+        return tuple([drop for drop in self.drops if drop.plan_item_id not in gone_on])
+
     def drop(self, plan_item_id: str) -> DropRecord:
         """The record of one drop; KeyError if the plan has no such drop."""
-        for record in self.drops:
-            if record.plan_item_id == plan_item_id:
-                return record
-        raise KeyError(plan_item_id)
+        found = self.find_drop(plan_item_id)
+        if found is None:
+            raise KeyError(plan_item_id)
+        return found
+
+    def find_drop(self, plan_item_id: str) -> DropRecord | None:
+        """The record of one drop; None if there is none, as of an alternate to which the vehicle was not sent."""
+        return next((record for record in self.drops if record.plan_item_id == plan_item_id), None)

@@ -55,7 +55,9 @@ class DelayFault(_Fault):
 class SwitchFault(_Fault):
     """Is there or not."""
 
-    fault: Literal["link_cut", "stuck_gripper", "stuck_winch", "gps_loss", "range_loss", "duplicate_sysid"]
+    fault: Literal[
+        "link_cut", "stuck_gripper", "no_gripper", "stuck_winch", "gps_loss", "range_loss", "duplicate_sysid"
+    ]
     value: bool = Field(description="true sets it, false clears it")
 
 
@@ -156,6 +158,7 @@ _EFFECTS: Final[dict[str, str]] = {
     "jitter_s": "datagrams come up to this much later, each by itself",
     "link_cut": "nothing passes; the vehicle's own link-loss failsafe acts as NAV_DLL_ACT says",
     "stuck_gripper": "the gripper acknowledges and does not move: nothing on the link shows it",
+    "no_gripper": "the gripper is not there any more: each command to it is answered FAILED",
     "stuck_winch": "the winch does not pay out",
     "gps_loss": "no position",
     "range_loss": "the range sensor sees nothing: a hovering vehicle's landing takes three times longer to detect",

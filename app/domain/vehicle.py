@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 from app.domain.in_flight import InFlight
+from app.domain.performance import Performance
 from app.domain.vehicle_clock import UNHEARD, VehicleClock
 
 
@@ -99,7 +100,8 @@ class VehicleFacts:
 
     `parameters` holds PX4 parameters by name as read from the vehicle (`NAV_ACC_RAD`, `MIS_TKO_LAND_REQ` ...).
     `least_clock_rate`: see VehicleClock.least_rate. `in_flight`: it flies now, and the mission begins there; None: it
-    begins on the ground, at home.
+    begins on the ground, at home. `performance` is what the operator declares of it, `battery_percent` its charge as
+    the facts were read.
     """
 
     vehicle_type: VehicleType
@@ -112,6 +114,8 @@ class VehicleFacts:
     max_rally_points: int = 32
     least_clock_rate: float | None = None
     in_flight: InFlight | None = None
+    performance: Performance | None = None
+    battery_percent: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,8 @@
 """What the `waydrop` objects of a file add to it, and what they must not say.
 
 A person who opens the file elsewhere sees its own places and not ours: where the vehicle goes and what it drops is said
-there alone. Ours may put back only what Waydrop itself had to write differently.
+there alone. Ours may put back only what Waydrop itself had to write differently. The one exception is an alternate,
+which no other software has: whoever reads a file with one is told.
 """
 
 from __future__ import annotations
@@ -38,9 +39,17 @@ def apply_item_extra(draft: ItemDraft, extra: ItemExtra, report: Report) -> None
         elif name not in written or not changed:
             draft.fields[name] = value
             draft.places[name] = pointer
+            _name_hidden_place(name, value, pointer, report)
     if changed:
         message = f"{', '.join(changed)} was changed since Waydrop wrote this file: the item's own values count"
         report.assume("conversion.changed_since", extra.pointer, message)
+
+
+def _name_hidden_place(name: str, value: Any, pointer: str, report: Report) -> None:
+    """The one place that is ours alone: where the parcel goes if its drop fails."""
+    if name == "alternate" and value is not None:
+        message = "the drop has an alternate, a place that other software does not show: look at it before it is flown"
+        report.assume("conversion.alternate", pointer, message)
 
 
 def _may_replace(name: str, value: Any) -> bool:

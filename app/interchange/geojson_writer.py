@@ -30,6 +30,7 @@ def geojson_text(plan: Plan) -> tuple[str, tuple[ConversionFinding, ...]]:
         *_items(plan),
         *_legs(plan, timeline),
         *_drops(plan),
+        *_alternates(plan),
         *_releases(timeline),
         *_fence(plan, report),
         *_rally(plan),
@@ -101,6 +102,14 @@ def _drops(plan: Plan) -> Iterator[Feature]:
             supervised=drop.supervised,
             relative_altitude_m=end.relative_altitude_m,
         )
+
+
+def _alternates(plan: Plan) -> Iterator[Feature]:
+    """Where a parcel goes if its drop fails."""
+    for drop, alternate in plan.alternates:
+        fields = alternate.model_dump(mode="json", exclude_none=True, exclude={"id"})
+        place = _point(fields.pop("latitude_deg"), fields.pop("longitude_deg"))
+        yield _feature("alternate", place, item_id=alternate.id, drop=drop.id, **fields)
 
 
 def _releases(timeline: Timeline) -> Iterator[Feature]:

@@ -14,8 +14,9 @@ from xml.etree import ElementTree as Xml
 
 from app.domain.default_facts import default_facts
 from app.domain.plan import Plan, PlanItem, PositionItem
+from app.domain.plan.detour import alternate_items
 from app.domain.plan.drops import drops_of
-from app.domain.plan.walk import Place, reference_home, walk
+from app.domain.plan.walk import Place, place_of, reference_home, walk
 from app.domain.prediction import predict
 from app.interchange.findings import ConversionFinding, Report
 from app.interchange.map_shapes import Coordinate, circle_ring, line_parts, polygon_parts
@@ -158,13 +159,18 @@ def _add_line(mark: Xml.Element, line: Sequence[Coordinate], altitudes_m: tuple[
 
 def _add_drops(document: Xml.Element, plan: Plan, heights: _Heights) -> None:
     folder = _folder(document, "Drops")
-    for drop in drops_of(walk(plan, reference_home(plan, None))):
+    home = reference_home(plan, None)
+    for drop in drops_of(walk(plan, home)):
         end = drop.anchor.end if drop.anchor is not None else drop.step.end
         data = [
             *(("action", drop.item.action), ("release_motion", drop.item.release_motion)),
             ("supervised", str(drop.supervised).lower()),
         ]
         _add_point(_placemark(folder, drop.item.id, data), end, heights)
+        if drop.alternate is not None:
+            there = place_of(alternate_items(drop.alternate)[0], home, end)
+            mark = _placemark(folder, drop.alternate.id, [("alternate_to", drop.item.id)])
+            _add_point(mark, there, heights)
 
 
 def _add_fence(document: Xml.Element, plan: Plan, report: Report) -> None:

@@ -156,5 +156,10 @@ def _name_drops(plan: Plan, home: GlobalPosition, report: Report) -> None:
             nobody = "nobody looks" if drop.item.consent == "none" else "nobody looks or is asked for consent"
             message = f"flown by other software, the mission itself drops here: {nobody} before the release"
             report.lose("conversion.supervision", pointer, message, "fly it with Waydrop to have it supervised")
+        if drop.alternate is not None:
+            message = (
+                "other software has no alternate for a drop that fails, and does not show it; Waydrop reads it back"
+            )
+            report.keep("conversion.alternate", f"{pointer}/alternate", message)
         message = "how this drop is meant (release_motion, mode, bounds) is kept for Waydrop"
         report.keep("conversion.drop_terms", pointer, message)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import structlog
 
+from app.domain.declared import Declared, declared_for
 from app.domain.errors import NotFoundError, StorageError, VehicleQuarantinedError
 from app.domain.events import EventKind, NewEvent
 from app.domain.ports import (
@@ -24,6 +25,7 @@ from app.domain.ports import (
     Unsubscribe,
     VehicleLink,
 )
+from app.domain.vehicle import VehicleFacts
 from app.services.journal import Journal
 from app.services.offboard_view import OffboardView
 from app.services.views import StateView, VehicleView
@@ -34,14 +36,19 @@ WAITING_EVENTS: Final = 4096
 
 @dataclass(slots=True, eq=False)
 class FleetVehicle:
-    """One vehicle of the fleet. `run_id` is the run that owns it now, `offboard` how it is flown by hand."""
+    """One vehicle of the fleet. `run_id` is the run that owns it now, `offboard` how it is flown by hand.
+
+    `hold_commanded` is told of every Hold that is not of the hands' own: one that is in Hold already shows no change.
+    """
 
     id: str
     link: VehicleLink
+    declared: Declared
     quarantined: str | None = None
     run_id: str | None = None
     announced: bool = False
     offboard: Callable[[], OffboardView | None] = lambda: None
+    hold_commanded: Callable[[], None] = lambda: None
     unsubscribe: Unsubscribe = field(default=lambda: None)
 
     def view(self) -> VehicleView:
@@ -56,6 +63,7 @@ class FleetVehicle:
             connection=who.connection,
             quarantined=self.quarantined,
             run_id=self.run_id,
+            performance=declared_for(self.declared, self.id, who.uid, who.vehicle_type),
             state=StateView.of(self.link.state(), self.offboard()),
         )
 
@@ -63,9 +71,10 @@ class FleetVehicle:
 class Fleet:
     """Knows all vehicles. Facts come synchronously from the links; one task records them in order."""
 
-    def __init__(self, source: LinkSource, journal: Journal) -> None:
+    def __init__(self, source: LinkSource, journal: Journal, declared: Declared | None = None) -> None:
         self._source = source
         self._journal = journal
+        self._declared = declared or {}
         self._vehicles: dict[str, FleetVehicle] = {}
         self._listeners: list[Callable[[FleetVehicle], None]] = []
         self._waiting: asyncio.Queue[NewEvent] = asyncio.Queue(WAITING_EVENTS)
@@ -119,6 +128,17 @@ class Fleet:
             )
         return vehicle.link
 
+    async def facts(self, vehicle_id: str) -> VehicleFacts:
+        """What plans are checked against: what the vehicle tells, what is declared of it, and its charge now.
+
+        Raises:
+            NotFoundError, VehicleQuarantinedError, LinkError.
+        """
+        link = self.link(vehicle_id)
+        facts = await link.read_facts()
+        performance = declared_for(self._declared, vehicle_id, facts.uid, facts.vehicle_type)
+        return replace(facts, performance=performance, battery_percent=link.state().battery_percent)
+
     def release(self, vehicle_id: str, run_id: str) -> None:
         """The run that owned the vehicle is over."""
         vehicle = self._vehicles.get(vehicle_id)
@@ -142,7 +162,7 @@ class Fleet:
         while vehicle_id in self._vehicles:  # a second vehicle with this system id, on another connection
             number += 1
             vehicle_id = f"v{link.identity.system_id}-{number}"
-        vehicle = FleetVehicle(vehicle_id, link)
+        vehicle = FleetVehicle(vehicle_id, link, self._declared)
         self._vehicles[vehicle_id] = vehicle
         vehicle.unsubscribe = link.subscribe(lambda fact: self._heard(vehicle, fact))
         self._announce(vehicle)

@@ -57,10 +57,11 @@ class CadenceView(BaseModel):
 
 
 class OrderView(BaseModel):
-    """The newest command of a vehicle that is flown by commands, and its answer.
+    """The newest command of whoever flies by hand, and its answer.
 
-    `command`: DO_REPOSITION (without a place: circle here) or DO_ORBIT; `altitude_m` is AMSL, a positive `radius_m`
-    clockwise. `result`: `sent`, `no answer`, or the MAV_RESULT of its COMMAND_ACK.
+    `command`: DO_SET_MODE on the way in and out; of a wing flown by commands DO_REPOSITION (without a place: circle
+    here) or DO_ORBIT; `altitude_m` is AMSL, a positive `radius_m` clockwise. `result`: `sent`, `no answer`, or the
+    MAV_RESULT of its COMMAND_ACK.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -99,7 +100,7 @@ class TaskReport(BaseModel):
 class OffboardView(BaseModel):
     """Offboard control of one vehicle. `reason` says why it is so, or why the last lease ended.
 
-    `flown_by`: setpoints in OFFBOARD mode, or commands in Hold: then `order` is the newest of them. Null: no lease.
+    `flown_by`: setpoints in OFFBOARD mode, or commands in Hold. Null: no lease. `order` is the newest command.
     """
 
     model_config = ConfigDict(frozen=True)

@@ -14,7 +14,7 @@ from app.domain.errors import NotFoundError, PlanRejectedError
 from app.domain.events import EventKind
 from app.domain.plan import Plan, PlanInvalid, parse_plan, plan_hash
 from app.domain.ports import PlanStore, StoredPlan
-from app.domain.prediction import Timeline, predict
+from app.domain.prediction import CALM, Timeline, Wind, predict
 from app.domain.rules import Finding, Severity, check_plan, default_facts
 from app.domain.vehicle import VehicleFacts, VehicleType
 from app.services.clock import Clock
@@ -67,15 +67,15 @@ class Plans:
         self._clock = clock
         self._views: OrderedDict[str, PlanView] = OrderedDict()
 
-    def check(self, plan: Plan, facts: VehicleFacts | None) -> PlanCheck:
+    def check(self, plan: Plan, facts: VehicleFacts | None, wind: Wind = CALM) -> PlanCheck:
         """Findings and timeline for a vehicle, or for the type's defaults.
 
         Pure, and slow for a plan of hundreds of items (up to a second): call it in a thread.
         """
         defaults = default_facts(plan.vehicle_type)
         fits = facts is not None and facts.vehicle_type is plan.vehicle_type  # that it does not is a finding
-        timeline = predict(plan, facts if facts is not None and fits else defaults)
-        return PlanCheck(findings=check_plan(plan, facts), timeline=timeline)
+        timeline = predict(plan, facts if facts is not None and fits else defaults, wind)
+        return PlanCheck(findings=check_plan(plan, facts, wind), timeline=timeline)
 
     async def create(self, plan: Plan, by: str) -> PlanView:
         """Store a plan that has no errors; the same document twice makes two plans with one hash.

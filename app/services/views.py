@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pydantic import BaseModel, ConfigDict
 
+from app.domain.performance import Performance
 from app.domain.vehicle import FlightMode, GnssFix, LandedState, MissionState, VehicleState, VehicleType
 from app.services.offboard_view import OffboardView
 
@@ -61,7 +62,10 @@ class StateView(BaseModel):
 
 
 class VehicleView(BaseModel):
-    """A vehicle as shown. `quarantined` says why no command may be sent to it, null if it may."""
+    """A vehicle as shown. `quarantined` says why no command may be sent to it, null if it may.
+
+    `performance` is what the operator declares of it, null if nothing is declared.
+    """
 
     model_config = ConfigDict(frozen=True)
 
@@ -73,4 +77,5 @@ class VehicleView(BaseModel):
     connection: str
     quarantined: str | None
     run_id: str | None
+    performance: Performance | None
     state: StateView

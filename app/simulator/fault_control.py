@@ -40,6 +40,7 @@ class FaultControl:
             "refuse_upload": _refuse_upload,
             "lost_ack": _lost_ack,
             "stuck_gripper": _stuck_gripper,
+            "no_gripper": _no_gripper,
             "slow_gripper": _slow_gripper,
             "stuck_winch": _stuck_winch,
             "gps_loss": _gps_loss,
@@ -164,6 +165,10 @@ def _lost_ack(vehicle: Vehicle, value: object) -> None:
 
 def _stuck_gripper(vehicle: Vehicle, value: object) -> None:
     vehicle.faults.stuck_gripper = _flag(value)
+
+
+def _no_gripper(vehicle: Vehicle, value: object) -> None:
+    vehicle.faults.no_gripper = _flag(value)
 
 
 def _slow_gripper(vehicle: Vehicle, value: object) -> None:

@@ -34,6 +34,8 @@ class VehicleFaults:
     """This many final acks (MISSION_ACK, COMMAND_ACK other than in progress) are still to be dropped."""
     stuck_gripper: bool = False
     """The gripper acks by its timer, as always, but its output does not move."""
+    no_gripper: bool = False
+    """The gripper is not there any more: each command to it is answered FAILED, as without PD_GRIPPER_TYPE."""
     slow_gripper_s: float = 0.0
     """The output moves, and the ack comes, this much later."""
     gps_lost: bool = False

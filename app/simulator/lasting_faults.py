@@ -20,6 +20,7 @@ def lasting_faults(vehicle: Vehicle, *, has_duplicate: bool) -> dict[str, Any]:
         "refuse_upload": faults.refuse_upload,
         "lost_ack": faults.lost_acks,
         "stuck_gripper": faults.stuck_gripper,
+        "no_gripper": faults.no_gripper,
         "slow_gripper": faults.slow_gripper_s,
         "stuck_winch": vehicle.winch is not None and vehicle.winch.stuck,
         "gps_loss": faults.gps_lost,

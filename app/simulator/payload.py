@@ -54,7 +54,7 @@ class PayloadDeliverer:
 
     def command(self, param2: float, ack: Ack) -> None:
         """DO_GRIPPER: param2 0 releases, 1 grabs; instance and everything else are ignored."""
-        if not self.valid:
+        if not self.valid or self._faults.no_gripper:
             ack(Result.FAILED)
             return
         release = _releases(param2)

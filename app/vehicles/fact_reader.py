@@ -18,7 +18,7 @@ from app.vehicles.inbox import Inbox
 from app.vehicles.measurements import Measurements
 from app.vehicles.parameters import ParameterReader, Value
 
-_ALSO: Final = ("COM_OF_LOSS_T", "COM_OBL_RC_ACT", "COM_RC_IN_MODE", "COM_DL_LOSS_T", "COM_DISARM_PRFLT", "GF_ACTION")
+_ALSO: Final = ("COM_OF_LOSS_T", "COM_OBL_RC_ACT", "COM_RC_IN_MODE", "COM_DL_LOSS_T", "COM_DISARM_PRFLT")
 """Read besides those that rules have a default for."""
 _HEARD_WITHIN_S: Final = 3.0
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
+
 from tests.api.service import Service
 
 
@@ -68,6 +70,25 @@ async def test_a_check_answers_200_for_good_plans_and_for_bad_ones(service: Serv
         assert check["findings"]
     _, _, listed = await service.call("GET", "/api/v1/plans")
     assert listed["plans"] == []
+
+
+@pytest.mark.parametrize("wind", [{"from_deg": 270, "speed_m_s": 8}, {"north_m_s": 0, "east_m_s": 8}])
+async def test_a_check_reckons_with_the_wind_that_it_is_given(
+    service: Service, plan: dict[str, Any], wind: dict[str, float]
+) -> None:
+    status, _, check = await service.call("POST", "/api/v1/plan-checks", json={"plan": plan, "wind": wind})
+    assert status == 200
+    assert check["timeline"]["wind"] == pytest.approx({"north_m_s": 0.0, "east_m_s": 8.0})
+    drop = check["timeline"]["drops"][0]
+    assert drop["landing_longitude_deg"] > drop["release_longitude_deg"]
+
+
+@pytest.mark.parametrize(
+    "wind", [{}, {"from_deg": 270}, {"from_deg": 270, "speed_m_s": 8, "east_m_s": 1}, {"from_deg": 10, "speed_m_s": -1}]
+)
+async def test_half_a_wind_is_refused(service: Service, plan: dict[str, Any], wind: dict[str, float]) -> None:
+    status, _, problem = await service.call("POST", "/api/v1/plan-checks", json={"plan": plan, "wind": wind})
+    assert (status, problem["code"]) == (422, "request.invalid")
 
 
 async def test_a_check_against_an_unknown_vehicle_is_404(service: Service, plan: dict[str, Any]) -> None:

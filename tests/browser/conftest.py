@@ -7,6 +7,7 @@ from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 
 import pytest
+import pytest_asyncio
 from playwright.async_api import Browser, async_playwright, expect
 
 from tests.browser.dashboard import Dashboard
@@ -14,6 +15,8 @@ from tests.service import ServiceProcess
 from tests.simulated import SimulatedFleet
 
 CHROMIUM = Path(os.environ.get("WAYDROP_CHROMIUM", "/usr/bin/chromium"))
+
+HERE = Path(__file__).parent
 
 CHROMIUM_ARGS = (
     "--use-angle=swiftshader",  # WebGL 2 in software: MapLibre draws on machines without a graphics card
@@ -29,6 +32,8 @@ CHROMIUM_ARGS = (
 expect.set_options(timeout=20_000)  # it ends a hang; on a busy machine a check of a plan may take seconds
 
 FLEET = "quad,quad,plane,vtol"
+FLYING_FLEET = "quad,quad,quad,quad,quad"
+"""One for each test that flies: none meets what another left."""
 GAP_S = 2.5
 """More than the default: on a busy machine a healthy process may stand still for longer than that."""
 SPEED = 4.0
@@ -45,8 +50,16 @@ def simulated_service(data_dir: Path, fleet: SimulatedFleet, **environment: str)
     return ServiceProcess(data_dir, fleet.connections, WAYDROP_SIMULATOR_CONTROL=control, **environment)
 
 
-@pytest.fixture
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """One event loop for all tests of this folder: a browser belongs to the loop that started it."""
+    for item in items:
+        if item.path.is_relative_to(HERE) and isinstance(item, pytest.Function):
+            item.add_marker(pytest.mark.asyncio(loop_scope="session"), append=False)
+
+
+@pytest_asyncio.fixture(scope="session", loop_scope="session")
 async def browser() -> AsyncIterator[Browser]:
+    """One for all tests; each page has a context of its own, so that nothing is left for the next."""
     async with async_playwright() as playwright:
         browser = await playwright.chromium.launch(executable_path=CHROMIUM, args=chromium_args())
         yield browser
@@ -64,22 +77,23 @@ def idle_service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServicePr
         yield service
 
 
-@pytest.fixture
-def flying_service(tmp_path: Path) -> Iterator[ServiceProcess]:
-    """A service and vehicles for one test alone, several times as fast as real ones."""
-    with SimulatedFleet(FLEET, speed=SPEED) as fleet, simulated_service(tmp_path, fleet) as service:
+@pytest.fixture(scope="session")
+def flying_service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServiceProcess]:
+    """A service whose vehicles fly, each for one test, several times as fast as real ones."""
+    folder = tmp_path_factory.mktemp("flying")
+    with SimulatedFleet(FLYING_FLEET, speed=SPEED) as fleet, simulated_service(folder, fleet) as service:
         yield service
 
 
-@pytest.fixture
+@pytest_asyncio.fixture(loop_scope="session")
 async def idle_page(browser: Browser, idle_service: ServiceProcess) -> AsyncIterator[Dashboard]:
     """The page on the idle service, live and with its fleet. The test fails on a console error or a foreign request."""
     async with Dashboard.opened(browser, idle_service.url) as dashboard:
         yield dashboard
 
 
-@pytest.fixture
+@pytest_asyncio.fixture(loop_scope="session")
 async def flying_page(browser: Browser, flying_service: ServiceProcess) -> AsyncIterator[Dashboard]:
     """The page on the flying service, live and with its fleet. The test fails as with `idle_page`."""
-    async with Dashboard.opened(browser, flying_service.url) as dashboard:
+    async with Dashboard.opened(browser, flying_service.url, vehicles=5) as dashboard:
         yield dashboard

@@ -35,9 +35,10 @@ def is_object(text: str) -> bool:
 class Dashboard:
     """One open page. `problems` collects what no test may see: console errors, exceptions, requests to other hosts."""
 
-    def __init__(self, page: Page, url: str) -> None:
+    def __init__(self, page: Page, url: str, vehicles: int = 4) -> None:
         self.page = page
         self.url = url
+        self.vehicles = vehicles
         self.problems: list[str] = []
         self.tolerated: tuple[str, ...] = ()
         page.on("console", self._on_console)
@@ -47,11 +48,18 @@ class Dashboard:
     @classmethod
     @asynccontextmanager
     async def opened(
-        cls, browser: Browser, url: str, *, width: int = 1440, height: int = 900, scheme: Scheme = "dark"
+        cls,
+        browser: Browser,
+        url: str,
+        *,
+        vehicles: int = 4,
+        width: int = 1440,
+        height: int = 900,
+        scheme: Scheme = "dark",
     ) -> AsyncIterator[Self]:
-        """A page that is live and shows its four vehicles; at the end it must have had no problems."""
+        """A page that is live and shows all its vehicles; at the end it must have had no problems."""
         context = await browser.new_context(viewport={"width": width, "height": height}, color_scheme=scheme)
-        dashboard = cls(await context.new_page(), url)
+        dashboard = cls(await context.new_page(), url, vehicles)
         await dashboard.open()
         yield dashboard
         await context.close()
@@ -61,7 +69,7 @@ class Dashboard:
         """Load the page and wait for the stream and the whole fleet."""
         await self.page.goto(self.url)
         await self.until_live()
-        await expect(self.page.locator(".vehicle")).to_have_count(4, timeout=30_000)
+        await expect(self.page.locator(".vehicle")).to_have_count(self.vehicles, timeout=30_000)
 
     async def until_live(self) -> None:
         """Wait until the stream is open."""

@@ -21,12 +21,12 @@ def asking_plan() -> str:
 
 async def test_an_operator_is_called_to_a_drop_that_asks_and_releases_it_after_a_reload(flying_page: Dashboard) -> None:
     page = flying_page.page
-    await flying_page.upload(asking_plan(), "v1")
-    await flying_page.hold("Start v1")
+    await flying_page.upload(asking_plan(), "v5")
+    await flying_page.hold("Start v5")
     await page.get_by_role("tab", name="Plan", exact=True).click()
-    await flying_page.button("Show what v1 asks").click(timeout=FLIGHT_MS)
+    await flying_page.button("Show what v5 asks").click(timeout=FLIGHT_MS)
 
-    card = page.get_by_role("region", name="v1 asks for consent to drop")
+    card = page.get_by_role("region", name="v5 asks for consent to drop")
     await expect(card).to_contain_text("battery")
     await expect(card.get_by_role("timer")).to_have_text(re.compile(r"^\d+ s$"))
     await page.reload()
@@ -34,11 +34,11 @@ async def test_an_operator_is_called_to_a_drop_that_asks_and_releases_it_after_a
     await expect(card).to_be_visible()
     if folder := os.environ.get("WAYDROP_PICTURES"):
         await page.screenshot(path=f"{folder}/consent.png")
-    release = flying_page.button("Release drop from v1")
+    release = flying_page.button("Release drop from v5")
     await release.click(delay=100)  # too short to be meant
-    await expect(release).to_contain_text("Hold to release drop from v1")
+    await expect(release).to_contain_text("Hold to release drop from v5")
     await expect(card).to_be_visible()
-    await flying_page.hold("Release drop from v1")
+    await flying_page.hold("Release drop from v5")
     await expect(card).to_have_count(0)
     drop = page.get_by_role("article", name="Drop drop")
     await expect(drop.locator(".badge")).to_have_text("Released", timeout=FLIGHT_MS)

@@ -10,17 +10,18 @@ from tests.browser.dashboard import CLINIC_RUN, FLIGHT_MS, ROOT, Dashboard
 from tests.service import ServiceProcess
 
 
-async def test_a_delivery_flies_from_the_page_until_the_drop_is_released_and_proven(
+async def test_a_delivery_flies_from_the_page_over_a_reload_until_the_drop_is_released_and_proven(
     flying_page: Dashboard, tmp_path: Path
 ) -> None:
-    await flying_page.upload(CLINIC_RUN, "v1")
-    await flying_page.button("Start v1").click(delay=100)  # too short to be meant
-    await expect(flying_page.button("Start v1")).to_contain_text("Hold to start v1")
+    await flying_page.upload(CLINIC_RUN, "v2")
+    await flying_page.button("Start v2").click(delay=100)  # too short to be meant
+    await expect(flying_page.button("Start v2")).to_contain_text("Hold to start v2")
     await flying_page.until_state("uploaded")
 
-    await flying_page.hold("Start v1")
+    await flying_page.hold("Start v2")
     await flying_page.until_state("starting", "flying")
-    await expect(flying_page.button("Return v1")).to_be_visible(timeout=FLIGHT_MS)
+    await expect(flying_page.button("Return v2")).to_be_visible(timeout=FLIGHT_MS)
+    await shows_the_same_after_a_reload(flying_page)
     card = flying_page.page.get_by_role("article", name="Drop drop")
     await expect(card.locator(".badge")).to_have_text("Released", timeout=FLIGHT_MS)
     evidence = dict(zip(("commanded", "acknowledged", "output", "sensed"), await card.locator("li").all(), strict=True))
@@ -49,7 +50,7 @@ async def attach_a_photo_and_what_is_none(board: Dashboard, folder: Path) -> Non
     no_picture.write_text("no picture")
     no_file.write_text("no picture")
     async with board.page.expect_file_chooser() as choosing:
-        await board.button("Attach a file to drop").click()
+        await board.button("Attach a photo, signature or PDF to drop").click()
     await (await choosing.value).set_files([ROOT / "docs" / "page.png", no_picture, no_file])
     attached = board.page.get_by_role("group", name="Attachments of drop")
     await expect(attached.get_by_role("alert")).to_have_count(2)
@@ -62,23 +63,8 @@ async def attach_a_photo_and_what_is_none(board: Dashboard, folder: Path) -> Non
     await expect(board.page.get_by_role("dialog")).to_have_count(0)
 
 
-async def test_a_run_is_started_and_ended_by_keyboard_alone(flying_page: Dashboard) -> None:
-    await flying_page.upload(CLINIC_RUN, "v2")
-    keyboard = flying_page.page.keyboard
-    await flying_page.button("Start v2").focus()
-    await keyboard.down("Space")
-    await flying_page.until_state("starting", "flying", "at_drop")
-    await keyboard.up("Space")
-    await flying_page.button("Land v2").focus()
-    await keyboard.down("Enter")
-    await flying_page.until_state("landed", "completed", "aborted", "failed")
-    await keyboard.up("Enter")
-
-
-async def test_a_page_that_is_reloaded_in_flight_shows_the_same_run_and_its_past(flying_page: Dashboard) -> None:
-    await flying_page.upload(CLINIC_RUN, "v1")
-    await flying_page.hold("Start v1")
-    await flying_page.until_state("flying", "at_drop")
+async def shows_the_same_after_a_reload(flying_page: Dashboard) -> None:
+    """The run that was shown, and its past without a gap."""
     run_id, newest = await flying_page.run_id(), (await flying_page.feed_seqs())[0]
     await flying_page.page.reload()
     await flying_page.until_live()
@@ -86,23 +72,37 @@ async def test_a_page_that_is_reloaded_in_flight_shows_the_same_run_and_its_past
     await expect(flying_page.page.locator(f'.event[data-seq="{newest}"]')).to_be_attached()
     seqs = await flying_page.feed_seqs()
     assert seqs == list(range(seqs[0], 0, -1))
-    await expect(flying_page.page.locator(".drop-card .badge")).to_have_text("Released", timeout=FLIGHT_MS)
+
+
+async def test_a_run_is_started_and_ended_by_keyboard_alone(flying_page: Dashboard) -> None:
+    await flying_page.upload(CLINIC_RUN, "v3")
+    keyboard = flying_page.page.keyboard
+    await flying_page.button("Start v3").focus()
+    await keyboard.down("Space")
+    await flying_page.until_state("starting", "flying", "at_drop")
+    await keyboard.up("Space")
+    await flying_page.button("Land v3").focus()
+    await keyboard.down("Enter")
+    await flying_page.until_state("landed", "completed", "aborted", "failed")
+    await keyboard.up("Enter")
 
 
 async def test_a_service_killed_and_restarted_under_the_page_is_caught_up_with(
     flying_page: Dashboard, flying_service: ServiceProcess
 ) -> None:
     flying_page.tolerated = ("WebSocket connection", "ERR_CONNECTION_REFUSED")  # what a killed service looks like
-    await flying_page.upload(CLINIC_RUN, "v1")
-    await flying_page.hold("Start v1")
+    await flying_page.upload(CLINIC_RUN, "v4")
+    await flying_page.hold("Start v4")
     await flying_page.until_state("flying", "at_drop")
     run_id = await flying_page.run_id()
 
     flying_service.kill()
-    lost = flying_page.page.locator(".connection.lost")
-    await expect(lost).to_contain_text("No connection, shown is", timeout=10_000)
-    await expect(flying_page.button("Land v1")).to_be_disabled()
-    flying_service.start()
+    try:
+        lost = flying_page.page.locator(".connection.lost")
+        await expect(lost).to_contain_text("No connection, shown is", timeout=10_000)
+        await expect(flying_page.button("Land v4")).to_be_disabled()
+    finally:
+        flying_service.start()
 
     await flying_page.until_live()
     assert await flying_page.run_id() == run_id

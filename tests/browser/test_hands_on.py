@@ -8,6 +8,7 @@ from typing import Any, Final
 
 import aiohttp
 import pytest
+import pytest_asyncio
 from playwright.async_api import Browser, expect
 from playwright.async_api import TimeoutError as PageTimeout
 
@@ -48,7 +49,7 @@ def fleet_and_service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tupl
         yield fleet, service
 
 
-@pytest.fixture
+@pytest_asyncio.fixture(loop_scope="session")
 async def fleet_and_cockpit(
     browser: Browser, fleet_and_service: tuple[SimulatedFleet, ServiceProcess]
 ) -> AsyncIterator[tuple[SimulatedFleet, Cockpit, Dispatcher]]:

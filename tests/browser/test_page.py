@@ -154,6 +154,7 @@ async def test_the_documentation_page_needs_no_other_host(browser: Browser, idle
     dashboard = Dashboard(await browser.new_page(), idle_service.url)
     await dashboard.page.goto(f"{idle_service.url}/api/v1/docs")
     await expect(dashboard.page.get_by_text("/api/v1/vehicles", exact=True).first).to_be_visible(timeout=20_000)
+    await dashboard.page.close()
     assert dashboard.problems == []
 
 
@@ -168,3 +169,4 @@ async def test_a_service_with_tokens_asks_for_one_and_then_lets_in(browser: Brow
         await dashboard.button("Connect").click()
         await dashboard.until_live()
         await expect(dashboard.page.get_by_role("dialog")).to_have_count(0)
+        await dashboard.page.close()

@@ -18,3 +18,4 @@ DRAW_ONE_PIXEL = """() => {
 async def test_webgl_2_draws_in_this_chromium(browser: Browser) -> None:
     page = await browser.new_page()
     assert await page.evaluate(DRAW_ONE_PIXEL) == [255, 128, 0, 255]
+    await page.close()

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from app.domain.plan import parse_plan
+from app.domain.plan import Plan, parse_plan
 from bench.predicted_flight import predicted_and_flown
+from tests.unit.domain.plan_pieces import RETURN, at, land, multicopter, plan, takeoff, waypoint
 
 PLANS = Path(__file__).parents[2] / "plans"
 
@@ -24,8 +25,8 @@ PLANS = Path(__file__).parents[2] / "plans"
 )
 def test_times_and_releases_are_as_predicted(name: str, airframe: str, wind_m_s: tuple[float, float]) -> None:
     """Item times within 15 %, releases within 3 m, of a wing within 15 % of the lead."""
-    plan = parse_plan(json.loads((PLANS / f"{name}.json").read_text(encoding="utf-8")))
-    flown = predicted_and_flown(plan, airframe, wind_m_s=wind_m_s)
+    example = parse_plan(json.loads((PLANS / f"{name}.json").read_text(encoding="utf-8")))
+    flown = predicted_and_flown(example, airframe, wind_m_s=wind_m_s)
     assert not flown.failures
     assert flown.drops
     assert flown.flown_s == pytest.approx(flown.predicted_s, rel=0.1)
@@ -34,5 +35,22 @@ def test_times_and_releases_are_as_predicted(name: str, airframe: str, wind_m_s:
 def test_the_vehicles_own_parameters_are_what_is_predicted_with() -> None:
     """A quad that flies at 3 m/s, climbs at 1 m/s, lands slower and returns lower."""
     params = {"MPC_XY_CRUISE": 3.0, "MPC_Z_V_AUTO_UP": 1.0, "MPC_LAND_SPEED": 0.5, "RTL_RETURN_ALT": 20.0}
-    plan = parse_plan(json.loads((PLANS / "multicopter-embedded.json").read_text(encoding="utf-8")))
-    assert not predicted_and_flown(plan, "quad", params=params).failures
+    example = parse_plan(json.loads((PLANS / "multicopter-embedded.json").read_text(encoding="utf-8")))
+    assert not predicted_and_flown(example, "quad", params=params).failures
+
+
+TO_GARDEN = plan("multicopter", takeoff(), waypoint(120, 0, 15), land(160, 0), waypoint(100, 120, 20), RETURN)
+BY_CORNERS = (waypoint(150, 0, 15), waypoint(150, 120, 15), waypoint(300, 120, 25, hold_s=2))
+IN_TWO_STATES = plan("vtol", takeoff(30, **at(60, 0)), waypoint(400, 0), waypoint(400, 300), RETURN)
+
+
+@pytest.mark.parametrize(
+    ("flight", "airframe", "rtl_type"),
+    [(multicopter(*BY_CORNERS), "quad", 2), (TO_GARDEN, "quad", 4), (IN_TWO_STATES, "vtol", 2)],
+    ids=["back by its corners", "on to its landing", "a wing"],
+)
+def test_a_return_along_the_mission_is_as_long_as_predicted(flight: Plan, airframe: str, rtl_type: int) -> None:
+    """The vehicle counts the items back, so that the return has no time of its own: the whole flight is compared."""
+    flown = predicted_and_flown(flight, airframe, params={"RTL_TYPE": rtl_type, "MIS_TKO_LAND_REQ": 0})
+    returns_s = flown.items[-1].predicted_s
+    assert flown.flown_s == pytest.approx(flown.predicted_s, abs=0.1 * returns_s)

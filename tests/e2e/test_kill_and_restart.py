@@ -51,7 +51,7 @@ class Watcher:
 async def test_a_killed_service_takes_its_run_up_and_the_stream_has_no_gap(
     tmp_path: Path, http: aiohttp.ClientSession
 ) -> None:
-    with SimulatedFleet("quad", speed=2.0) as simulated, ServiceProcess(tmp_path, simulated.connections) as service:
+    with SimulatedFleet("quad", speed=4.0) as simulated, ServiceProcess(tmp_path, simulated.connections) as service:
         dispatcher, watcher = Dispatcher(http, service.url), Watcher(http, service.url)
         await dispatcher.until_vehicles(1)
         run_id = await dispatcher.fly(PLAN, "v1")

@@ -112,8 +112,9 @@ async def fly_and_pause(dispatcher: Dispatcher, simulated: SimulatedFleet) -> No
         await until(lambda: dispatcher.get(TASKS), lambda v: v["report"]["task_list"] == [0], "the path must end", 90)
 
 
-async def entered_with_a_path(dispatcher: Dispatcher, lease: str) -> None:
-    await dispatcher.post(TASKS, {"lease": lease, "task": WING_QUEUE[2]}, expect=201)
+async def entered_with_a_circle(dispatcher: Dispatcher, lease: str) -> None:
+    """Without an end, wherever the wing is."""
+    await dispatcher.post(TASKS, {"lease": lease, "task": {**WING_QUEUE[1], "duration_s": -1.0}}, expect=201)
     await dispatcher.post(f"{OFFBOARD}/enter", {"lease": lease})
 
 
@@ -132,20 +133,25 @@ async def test_a_plane_whose_firmware_follows_no_path_point_is_flown_by_commands
         await dispatcher.post(f"/runs/{run_id}/pause")
         await dispatcher.until_run(run_id, lambda run: run["state"] == "paused", "it must pause", 20)
         async with renewed(dispatcher) as lease:
-            await entered_with_a_path(dispatcher, lease)
-            await dispatcher.post(f"{OFFBOARD}/leave", {"lease": lease, "to": "hold"})
-        order = (await dispatcher.get(OFFBOARD))["offboard"]["order"]
-        assert (order["latitude_deg"], order["result"]) == (None, "ACCEPTED"), "to hold is to circle here"
+            await entered_with_a_circle(dispatcher, lease)
+            await dispatcher.post(f"/runs/{run_id}/pause")
+        ended = await until(
+            lambda: dispatcher.get(OFFBOARD),
+            lambda v: v["offboard"]["order"]["result"] == "ACCEPTED",
+            "somebody else's Hold ends it, though the mode is the same",
+            20,
+        )
+        assert (ended["offboard"]["lease"], ended["offboard"]["order"]["latitude_deg"]) == (None, None), ended
         async with renewed(dispatcher) as lease:
-            await entered_with_a_path(dispatcher, lease)
+            await entered_with_a_circle(dispatcher, lease)
             ordered = await until(
                 lambda: dispatcher.get(OFFBOARD),
                 lambda v: (v["offboard"]["order"] or {}).get("latitude_deg") is not None,
-                "the path is flown",
+                "the circle is flown",
                 30,
             )
             service.kill()
         place = ordered["offboard"]["order"]
-        there = "it goes to where it was last sent, and onto the circle around it"
+        there = "it goes to where it was last sent, and round it"
         circles = await until(lambda: truth(simulated), lambda v: metres_from(place, v) < 100.0, there, 60)
         assert circles["mode"] == "LOITER", "and circles there in Hold: no failsafe is needed"

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from app.domain.compiler.detour_items import add_detour
 from app.domain.compiler.draft import DraftList
 from app.domain.compiler.drop_items import PAUSE_S, add_drop, add_waypoint_with_drop, brakes_at_waypoint
 from app.domain.compiler.fence_items import fence_items, rally_items
 from app.domain.compiler.flight_items import delay_draft, flight_drafts, speed_drafts
 from app.domain.errors import PlanRejectedError
 from app.domain.mission import CompiledDrop, Mission
+from app.domain.plan.detour import alternate_drop
 from app.domain.plan.document import Plan
 from app.domain.plan.drops import DropUse, drops_of
 from app.domain.plan.items import Takeoff, Waypoint
 from app.domain.plan.walk import Step, reference_home, walk
 from app.domain.speeds import speeds_along
-from app.domain.vehicle import VehicleFacts, VehicleType
+from app.domain.vehicle import GlobalPosition, VehicleFacts, VehicleType
 
 
 def compile_plan(plan: Plan, facts: VehicleFacts) -> Mission:
@@ -36,8 +38,7 @@ def compile_plan(plan: Plan, facts: VehicleFacts) -> Mission:
     for step, speed_m_s in zip(steps, speeds, strict=True):
         _add_cruise_speed(drafts, plan, step, facts)
         if step.index in drops:
-            drop = add_drop(drafts, drops[step.index], facts, speed_m_s)
-            compiled += [drop] if drops[step.index].releases else []
+            compiled += _add_drop(drafts, drops[step.index], home, facts, speed_m_s)
         elif step.index in braking:
             _add_braking_waypoint(drafts, step, braking[step.index], plan.vehicle_type)
         else:
@@ -52,6 +53,17 @@ def compile_plan(plan: Plan, facts: VehicleFacts) -> Mission:
         plan_item_of=drafts.plan_item_of(),
         drops=tuple(compiled),
     )
+
+
+def _add_drop(
+    drafts: DraftList, drop: DropUse, home: GlobalPosition, facts: VehicleFacts, speed_m_s: float
+) -> list[CompiledDrop]:
+    """The drop, with its alternate; nothing if it lets no parcel go."""
+    added = add_drop(drafts, drop, facts, speed_m_s)
+    there = alternate_drop(drop, home)
+    if there is not None:
+        added = add_detour(drafts, added, there, facts, speed_m_s)
+    return [added] if drop.releases else []
 
 
 def _add_braking_waypoint(drafts: DraftList, step: Step, drop: DropUse, vehicle_type: VehicleType) -> None:

@@ -12,6 +12,7 @@ from app.domain.compiler.flight_items import delay_draft, waypoint_draft
 from app.domain.default_facts import parameter
 from app.domain.errors import PlanRejectedError
 from app.domain.mission import NAN, CompiledDrop, MavCmd
+from app.domain.plan.detour import LEAVE_S
 from app.domain.plan.drops import DropUse
 from app.domain.plan.items import DropItem, Gripper, Land, Loiter, Waypoint
 from app.domain.plan.walk import Carried
@@ -40,7 +41,7 @@ _WINCH_ACTION = {
 def add_waypoint_with_drop(drafts: DraftList, item: Waypoint, drop: DropUse) -> None:
     """The waypoint of a stopped drop from a rotary wing: it brakes there and waits."""
     hold_s = drop.item.hold_s if drop.supervised else EMBEDDED_HOLD_S
-    drafts.add(item.id, waypoint_draft(item, max(hold_s, item.hold_s), stop_radius_m(item)))
+    drafts.add(item.id, waypoint_draft(item, max(hold_s, item.hold_s) + _leave_s(drop), stop_radius_m(item)))
 
 
 def add_drop(drafts: DraftList, drop: DropUse, facts: VehicleFacts, ground_speed_m_s: float) -> CompiledDrop:
@@ -87,7 +88,7 @@ def brakes_at_waypoint(drop: DropUse) -> bool:
 
 
 def bound_s(drop: DropUse) -> float:
-    """How long the vehicle waits for this drop, unless it is moved on."""
+    """How long a release can be sent to the vehicle that waits for this drop."""
     brakes = brakes_at_waypoint(drop)
     if not drop.supervised:
         return EMBEDDED_HOLD_S if brakes else 0.0
@@ -122,10 +123,14 @@ def _add_hold(drafts: DraftList, drop: DropUse, place: Waypoint | Loiter | Land)
     if drop.first and not drop.supervised:
         return tuple(range(anchor_seqs[-1], drafts.next_seq))
     if drop.carried is Carried.ROTARY_WING and drop.stopped:
-        hold_s = drop.item.hold_s if drop.supervised else PAUSE_S
+        hold_s = drop.item.hold_s + _leave_s(drop) if drop.supervised else PAUSE_S
         return (drafts.add(drop.item.id, waypoint_draft(place, hold_s, stop_radius_m(place))),)
-    own = drafts.add(drop.item.id, delay_draft(drop.item.hold_s if drop.supervised else PAUSE_S))
+    own = drafts.add(drop.item.id, delay_draft(drop.item.hold_s + _leave_s(drop) if drop.supervised else PAUSE_S))
     return (anchor_seqs[-1], own) if anchor_seqs[-1] == own - 1 else (own,)
+
+
+def _leave_s(drop: DropUse) -> float:
+    return 0.0 if drop.alternate is None else LEAVE_S
 
 
 def _place(drop: DropUse) -> Waypoint | Loiter | Land:

@@ -45,19 +45,9 @@ def _start_failed(job: Job, run: Run) -> bool:
 
 def _ended(job: Job, run: Run, now: float) -> Job:
     if run.state is RunState.ABORTED and run.started_at is None:
-        state = JobState.EXPIRED if job.end_asked == "expired" else JobState.CANCELLED
         reason = job.reason if job.end_asked else f"its run was ended: {run.reason}"
-        return job.moved_to(state, now=now, reason=reason)
-    if was_broken_off(run):
-        return _broken_off(job, run, now)
+        return job.moved_to(JobState(job.end_asked or "cancelled"), now=now, reason=reason)
+    if was_broken_off(run) and (job.end_asked or job.state is JobState.PREPARING):
+        return job.requeued(run.reason, now=now)
     bad = why_bad(run)
     return job.moved_to(JobState.COMPLETED if bad is None else JobState.FAILED, now=now, reason=bad or "")
-
-
-def _broken_off(job: Job, run: Run, now: float) -> Job:
-    if job.end_asked:
-        state = JobState.EXPIRED if job.end_asked == "expired" else JobState.CANCELLED
-        return job.moved_to(state, now=now, reason=job.reason)
-    if job.state is JobState.PREPARING:
-        return job.requeued(run.reason, now=now)
-    return job.moved_to(JobState.FAILED, now=now, reason=run.reason)

@@ -143,7 +143,9 @@ class Job(BaseModel):
         return self.moved_to(JobState.PREPARING, now=now, reason=why, **given)
 
     def requeued(self, reason: str, *, now: float) -> Job:
-        """Without its vehicle again; its place is kept."""
+        """Without its vehicle again; its place is kept. One that was to end ends instead."""
+        if self.end_asked:
+            return self.moved_to(JobState(self.end_asked), now=now, reason=self.reason)
         gone = {"vehicle_id": None, "run_id": None, "candidates": (), "start_asked_at": None}
         return self.moved_to(JobState.QUEUED, now=now, reason=reason, **gone)
 

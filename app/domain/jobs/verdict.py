@@ -25,7 +25,7 @@ def why_bad(run: Run) -> str | None:
         return None
     if run.state is not RunState.COMPLETED:
         return f"run {run.id} ended {run.state.value}" + (f": {run.reason}" if run.reason else "")
-    for drop in run.drops:
+    for drop in run.last_drops:
         if drop.outcome is not DropOutcome.RELEASED:
             why = f" ({drop.reason})" if drop.reason else ""
             return f"run {run.id} completed, but drop {drop.plan_item_id} is {drop.outcome.value}{why}"

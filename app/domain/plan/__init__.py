@@ -1,5 +1,6 @@
 """The delivery plan: the document a dispatcher writes, read strictly."""
 
+from app.domain.plan.alternate import Alternate
 from app.domain.plan.document import Contingency, Home, Limits, Order, Plan
 from app.domain.plan.geofence import FenceCircle, FencePolygon, Geofence, RallyPoint
 from app.domain.plan.identity import plan_hash
@@ -24,6 +25,7 @@ from app.domain.plan.moving_target import Target
 from app.domain.plan.parse import PlanInvalid, parse_plan, plan_json_schema
 
 __all__ = [
+    "Alternate",
     "Approach",
     "ChangeSpeed",
     "Contingency",

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
 from pydantic import Field, field_validator
 from pydantic_core import PydanticCustomError
 
 from app.domain.finding import json_pointer
+from app.domain.plan.alternate import Alternate
 from app.domain.plan.fields import AbsoluteAltitudeM, LatitudeDeg, LongitudeDeg, PlanModel, SpeedMS, Text
 from app.domain.plan.geofence import Geofence, RallyPoint
-from app.domain.plan.items import PlanItem
+from app.domain.plan.items import Gripper, PlanItem
 from app.domain.plan.size_limits import MAX_ITEMS, MAX_RALLY_POINTS
 from app.domain.vehicle import VehicleType
+
+ALTERNATE_SUFFIX: Final = "-alternate"
+MAX_ID_LENGTH: Final = 48
+"""Of an id that is made: shorter than 64, so that it can grow until it is unique."""
 
 
 class Home(PlanModel):
@@ -32,12 +37,17 @@ class Order(PlanModel):
 
 
 class Limits(PlanModel):
-    """Bounds that the plan sets itself; the rules hold it to them."""
+    """Bounds that the plan sets itself; the rules hold it to them.
+
+    `min_battery_percent` must be left where the flight ends; a vehicle may declare a higher reserve.
+    """
 
     max_relative_altitude_m: Annotated[float, Field(gt=0, le=20_000)] | None = None
     max_distance_m: Annotated[float, Field(gt=0, le=1_000_000)] | None = None
     max_speed_m_s: SpeedMS | None = None
+    max_drop_height_m: Annotated[float, Field(gt=0, le=20_000)] | None = None
     max_duration_s: Annotated[float, Field(gt=0, le=604_800)] | None = None
+    min_battery_percent: Annotated[float, Field(ge=0, lt=100)] | None = None
 
 
 class Contingency(PlanModel):
@@ -69,25 +79,44 @@ class Plan(PlanModel):
     def _unique_ids(cls, items: tuple[PlanItem, ...]) -> tuple[PlanItem, ...]:
         taken: set[str] = set()
         for index, item in enumerate(items):
-            if item.id and item.id in taken:
-                raise PydanticCustomError(
-                    "duplicate_id",
-                    "the id {id} is used by an earlier item",
-                    {"id": item.id, "pointer": json_pointer("items", index, "id")},
-                )
-            taken.add(item.id)
-        return tuple(
-            item if item.id else item.model_copy(update={"id": _free_id(number, taken)})
+            _take(taken, item.id, "items", index, "id")
+            if isinstance(item, Gripper) and item.alternate is not None:
+                _take(taken, item.alternate.id, "items", index, "alternate", "id")
+        named = [
+            item if item.id else item.model_copy(update={"id": _free_id(f"item-{number}", taken)})
             for number, item in enumerate(items, start=1)
-        )
+        ]
+        return tuple([_with_alternate_named(item, taken) for item in named])
+
+    @property
+    def alternates(self) -> tuple[tuple[Gripper, Alternate], ...]:
+        """The drops with another place, and that place."""
+        drops = [item for item in self.items if isinstance(item, Gripper)]
+        return tuple([(item, item.alternate) for item in drops if item.alternate is not None])
 
     def index_of(self, item_id: str) -> int | None:
         """The index of the item with this id, or None."""
         return next((index for index, item in enumerate(self.items) if item.id == item_id), None)
 
 
-def _free_id(number: int, taken: set[str]) -> str:
-    name = f"item-{number}"
+def _take(taken: set[str], name: str, *path: str | int) -> None:
+    if name and name in taken:
+        raise PydanticCustomError(
+            "duplicate_id",
+            "the id {id} is used by an earlier item",
+            {"id": name, "pointer": json_pointer(*path)},
+        )
+    taken.add(name)
+
+
+def _with_alternate_named(item: PlanItem, taken: set[str]) -> PlanItem:
+    if not isinstance(item, Gripper) or item.alternate is None or item.alternate.id:
+        return item
+    name = _free_id(item.id[: MAX_ID_LENGTH - len(ALTERNATE_SUFFIX)] + ALTERNATE_SUFFIX, taken)
+    return item.model_copy(update={"alternate": item.alternate.model_copy(update={"id": name})})
+
+
+def _free_id(name: str, taken: set[str]) -> str:
     while name in taken:
         name += "x"
     taken.add(name)

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from app.domain.plan.alternate import Alternate
 from app.domain.plan.items import Delay, DropItem, Gripper, Winch
 from app.domain.plan.walk import Carried, Step
 
 CAN_HOLD = frozenset({Carried.GROUND, Carried.ROTARY_WING, Carried.WHEELS})
 """What carries a vehicle that can stand still: a wing or a balloon in the wind cannot."""
 
+CAN_GO_ON = frozenset({Carried.ROTARY_WING, Carried.WHEELS})
+"""What can go from the place of a failed drop to another one with no more than a waypoint: not from the ground."""
 
 _WINCH_RELEASES = frozenset({"deliver", "abandon_line", "relax", "length", "rate"})
 
@@ -34,6 +37,13 @@ class DropUse:
         """It lets a parcel go: only such a drop has an outcome. A grab or a retract has none."""
         action = self.item.action
         return action == "release" if isinstance(self.item, Gripper) else action in _WINCH_RELEASES
+
+    @property
+    def alternate(self) -> Alternate | None:
+        """The other place for the parcel, where there can be one: a supervised release in the air or on wheels."""
+        meant = self.item.alternate if isinstance(self.item, Gripper) else None
+        reachable = self.supervised and self.releases and self.anchor is not None and self.carried in CAN_GO_ON
+        return meant if reachable else None
 
     @property
     def stopped(self) -> bool:

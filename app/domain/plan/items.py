@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from app.domain.consent import SHORTEST_QUESTION_S
+from app.domain.plan.alternate import DEFAULT_DROP_HOLD_S, Alternate, Consent, ConsentTimeoutS, HoldS
 from app.domain.plan.fields import (
     Altitude,
     ItemId,
@@ -22,8 +22,6 @@ from app.domain.plan.fields import (
     YawDeg,
 )
 from app.domain.plan.moving_target import Target
-
-DEFAULT_DROP_HOLD_S = 30.0
 
 
 class Takeoff(Altitude):
@@ -102,25 +100,31 @@ class Drop(PlanModel):
 
     `release_motion`: whether the vehicle stands or flies on while releasing. `mode`: `embedded` is an item of the
     mission, `supervised` is commanded by Waydrop during a hold of at most `hold_s`; null is the default of the vehicle
-    type. `max_offset_m`: no release farther than this from the point. `consent` "operator": a person is asked while the
-    vehicle holds, and has `consent_timeout_s` (null: as long as the hold allows) to answer; no answer is a refusal.
+    type. `max_offset_m`: no release farther than this from the point. `mass_kg` is that of the parcel. `consent`
+    "operator": a person is asked while the vehicle holds, and has `consent_timeout_s` (null: as long as the hold
+    allows) to answer; no answer is a refusal.
     """
 
     id: ItemId = ""
     release_motion: Literal["stopped", "moving"]
     mode: Literal["supervised", "embedded"] | None = None
-    hold_s: Annotated[float, Field(gt=0, le=600)] = DEFAULT_DROP_HOLD_S
+    hold_s: HoldS = DEFAULT_DROP_HOLD_S
     max_offset_m: RadiusM | None = None
-    consent: Literal["none", "operator"] = "none"
-    consent_timeout_s: Annotated[float, Field(ge=SHORTEST_QUESTION_S, le=600)] | None = None
+    mass_kg: Annotated[float, Field(gt=0, le=10_000)] | None = None
+    consent: Consent = "none"
+    consent_timeout_s: ConsentTimeoutS | None = None
     instance: Annotated[int, Field(ge=1, le=16)] = 1
 
 
 class Gripper(Drop):
-    """Release or grab a parcel at the position item before (DO_GRIPPER). With a `target` that place follows it."""
+    """Release or grab a parcel at the position item before (DO_GRIPPER).
+
+    `alternate` is where a supervised release is made if it fails here. With a `target` the place follows it.
+    """
 
     type: Literal["gripper"]
     action: Literal["release", "grab"]
+    alternate: Alternate | None = None
     target: Target | None = None
 
 

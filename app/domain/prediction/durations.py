@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from app.domain.compiler.drop_items import EMBEDDED_HOLD_S, bound_s, settle_s, stop_radius_m
 from app.domain.consent import CONSENT_MARGIN_S
@@ -13,9 +13,10 @@ from app.domain.landing_pattern import landing_pattern
 from app.domain.plan.drops import DropUse
 from app.domain.plan.items import Delay, Land, Loiter, ReturnToLaunch, Takeoff, Transition, Waypoint
 from app.domain.plan.walk import Carried, Place, Step
-from app.domain.prediction import buoyant, return_to_launch, rotary, vtol, wheels, wing
+from app.domain.prediction import buoyant, path_return, return_to_launch, rotary, vtol, wheels, wing
 from app.domain.prediction.effort import Effort, Flight
 from app.domain.prediction.motion import Motion, Point
+from app.domain.prediction.path_return import Passage
 from app.domain.speeds import cruise_speed_m_s
 from app.domain.vehicle import VehicleType
 
@@ -27,11 +28,11 @@ ANSWER_S = 0.2
 
 @dataclass(frozen=True, slots=True)
 class Ahead:
-    """What comes after an item: the next position item without a takeoff between, and all land items of the plan."""
+    """What comes after an item: the next position item without a takeoff between. And all positions of the plan."""
 
     following: Point | None
     following_up_m: float
-    landings: Sequence[tuple[int, Point]]
+    positions: Sequence[Passage]
 
 
 STOPS = Ahead(None, 0.0, ())
@@ -130,7 +131,13 @@ def _first_up_m(flight: Flight, before: Motion, up_m: float) -> float:
 
 
 def _after(first: Effort, then: Effort) -> Effort:
-    return Effort(first.distance_m + then.distance_m, first.duration_s + then.duration_s, then.end, then.unsure_s)
+    return Effort(
+        first.distance_m + then.distance_m,
+        first.duration_s + then.duration_s,
+        then.end,
+        then.unsure_s,
+        first.climbed_m if then.climbed_m is None else then.climbed_m,
+    )
 
 
 def _loiter(flight: Flight, before: Motion, step: Step, speed_m_s: float) -> Effort:
@@ -162,16 +169,20 @@ def _land(flight: Flight, before: Motion, step: Step, speed_m_s: float) -> Effor
 
 
 def _return(flight: Flight, before: Motion, step: Step, speed_m_s: float, ahead: Ahead) -> Effort:
-    to = return_to_launch.destination(flight, before, ahead.landings, step.index)
+    if return_to_launch.follows_mission(flight.facts):
+        return path_return.fly(flight, before, step, ahead.positions, speed_m_s)
+    landing = next((place.point for place in ahead.positions if place.lands), None)
+    to = return_to_launch.destination(flight, before, landing)
     if step.before is Carried.WHEELS:
         return wheels.drive(flight, before, to, None, speed_m_s)
     up_m = return_to_launch.return_up_m(flight, before, to)
     if step.before is Carried.BUOYANCY:
         return buoyant.fly(flight, before, to, up_m, speed_m_s)
+    climbed_m = max(0.0, up_m - before.up_m)
     if step.before is not Carried.FIXED_WING:
-        return rotary.return_home(flight, before, to, up_m, max(speed_m_s, 0.1))
+        return replace(rotary.return_home(flight, before, to, up_m, max(speed_m_s, 0.1)), climbed_m=climbed_m)
     climbing_s = wing.climb_s(flight.facts, max(0.0, up_m - before.up_m - parameter(flight.facts, "NAV_FW_ALT_RAD")))
-    climbed = Effort(climbing_s * speed_m_s, climbing_s, Motion(before.point, up_m))
+    climbed = Effort(climbing_s * speed_m_s, climbing_s, Motion(before.point, up_m), climbed_m=climbed_m)
     home = _after(climbed, wing.fly(flight, climbed.end, to, up_m, max(speed_m_s, 1.0)))
     if flight.facts.vehicle_type is not VehicleType.VTOL:
         return home  # it circles there

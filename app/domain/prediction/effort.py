@@ -12,12 +12,16 @@ from app.domain.vehicle import GlobalPosition, VehicleFacts
 
 @dataclass(frozen=True, slots=True)
 class Effort:
-    """Distance and time of one item, and how the vehicle moves at its end. `unsure_s`: see TimelineEntry."""
+    """Distance and time of one item, and how the vehicle moves at its end. `unsure_s`: see TimelineEntry.
+
+    `climbed_m` is the height that it gains on the way, if not simply that from its beginning to its end.
+    """
 
     distance_m: float
     duration_s: float
     end: Motion
     unsure_s: float = 0.0
+    climbed_m: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,18 +10,23 @@ from dataclasses import replace
 from app.domain.compiler import compile_plan
 from app.domain.compiler.drop_items import brakes_at_waypoint
 from app.domain.errors import PlanRejectedError
+from app.domain.plan.detour import over_alternates
 from app.domain.plan.document import Plan
 from app.domain.plan.drops import DropUse, drops_of
 from app.domain.plan.items import Delay, Land, Loiter, ReturnToLaunch, Takeoff, Waypoint
 from app.domain.plan.walk import Carried, Step, reference_home, walk
+from app.domain.prediction.alternates import with_alternates
 from app.domain.prediction.durations import Ahead, effort, point_of
 from app.domain.prediction.effort import Effort, Flight
+from app.domain.prediction.energy import used_percent
+from app.domain.prediction.flight import flight_of
 from app.domain.prediction.flown_order import flown_order
 from app.domain.prediction.motion import Motion, Point
+from app.domain.prediction.path_return import Passage, is_unsure_path, positions_of
 from app.domain.prediction.release import predicted_drop
-from app.domain.prediction.return_to_launch import follows_mission
 from app.domain.prediction.timeline import PredictedDrop, Timeline, TimelineEntry
 from app.domain.prediction.usable_facts import usable_facts
+from app.domain.prediction.way_home import way_home_percent
 from app.domain.prediction.wind import CALM, Wind
 from app.domain.speeds import speeds_along
 from app.domain.vehicle import VehicleFacts
@@ -33,14 +38,40 @@ AFTER_UNSURE_S, AFTER_UNSURE_MORE_S = 1.0, 4.0
 def predict(plan: Plan, facts: VehicleFacts, wind: Wind = CALM) -> Timeline:
     """The timeline of a plan for a vehicle with these facts. Works for plans with errors too, as far as they go."""
     facts = usable_facts(facts)
-    flight = _flight(plan, facts, wind)
+    timeline = _timeline(plan, facts, wind)
+    detour = over_alternates(plan, reference_home(plan, facts), facts.in_flight)
+    if detour is None:
+        return timeline
+    seqs_of = _seqs_of(plan, facts)
+    return with_alternates(timeline, detour, _timeline(detour.plan, facts, wind), seqs_of)
+
+
+def _timeline(plan: Plan, facts: VehicleFacts, wind: Wind) -> Timeline:
+    flight = flight_of(plan, facts, wind)
     order = flown_order(plan)
-    steps = walk(plan, flight.home, order.indexes, facts.in_flight)
-    speeds = speeds_along(plan, facts, steps)
+    entries, drops = _flown(flight, plan, walk(plan, flight.home, order.indexes, facts.in_flight))
+    used = [entry.battery_used_percent for entry in entries if entry.battery_used_percent is not None]
+    return Timeline(
+        entries=tuple(entries),
+        drops=tuple(drops),
+        order=tuple(entry.item_id for entry in entries),
+        distance_m=sum(entry.distance_m for entry in entries),
+        duration_s=entries[-1].end_s if entries else 0.0,
+        open_ended=order.open_ended,
+        truncated=order.truncated,
+        wind=wind,
+        battery_start_percent=facts.battery_percent,
+        battery_used_percent=sum(used) if used else None,
+    )
+
+
+def _flown(flight: Flight, plan: Plan, steps: Sequence[Step]) -> tuple[list[TimelineEntry], list[PredictedDrop]]:
+    """Item after item, each from where and as the one before it ended."""
+    speeds = speeds_along(plan, flight.facts, steps)
     drops = {id(drop.step): drop for drop in drops_of(steps)}
     braking = {id(drop.anchor): drop for drop in drops.values() if brakes_at_waypoint(drop)}
-    looks_ahead = _ahead(flight, plan, steps)
-    seqs_of = _seqs_of(plan, facts)
+    looks_ahead = _ahead(flight, steps, positions_of(flight, plan))
+    seqs_of = _seqs_of(plan, flight.facts)
     entries: list[TimelineEntry] = []
     found: list[PredictedDrop] = []
     visits: Counter[str] = Counter()
@@ -51,26 +82,20 @@ def predict(plan: Plan, facts: VehicleFacts, wind: Wind = CALM) -> Timeline:
         drop = drops.get(id(step)) or braking.get(id(step))
         fly_m_s = speed_m_s or (speeds[number - 1] if number else 0.0)  # a landing flies at the speed before it
         took = effort(flight, motion, step, fly_m_s, drop, looks_ahead[number])
-        if isinstance(step.item, ReturnToLaunch) and follows_mission(facts):
-            took = replace(took, unsure_s=took.unsure_s + now_s)  # all that was flown may be flown back
+        if isinstance(step.item, ReturnToLaunch) and is_unsure_path(flight.facts):
+            took = replace(took, unsure_s=took.unsure_s + now_s)
         if took.distance_m > 0.0:
             took, was_unsure = _after_unsure(took) if was_unsure else took, took.unsure_s > 0.0
         brakes = _brakes(step, drop, steps[number + 1] if number + 1 < len(steps) else None)
         seqs = tuple(seqs_of[step.item.id])
-        entries.append(_entry(flight, step, seqs, visits[step.item.id], now_s, took, fly_m_s, brakes))
+        used = used_percent(flight.facts, motion, step, took, fly_m_s)
+        entries.append(_entry(flight, step, seqs, visits[step.item.id], now_s, took, fly_m_s, brakes, used))
         anchored = took.end if step.anchor == step.index else anchored
         if drop is not None and drop.step is step and drop.anchor is not None:
-            found.append(predicted_drop(flight, drop, drop.anchor, visits[step.item.id], now_s, anchored))
+            home = way_home_percent(flight, took.end, drop, looks_ahead[number])
+            found.append(predicted_drop(flight, drop, drop.anchor, visits[step.item.id], now_s, anchored, home))
         now_s, motion = now_s + took.duration_s, took.end
-    return Timeline(
-        entries=tuple(entries),
-        drops=tuple(found),
-        order=tuple(entry.item_id for entry in entries),
-        distance_m=sum(entry.distance_m for entry in entries),
-        duration_s=now_s,
-        open_ended=order.open_ended,
-        truncated=order.truncated,
-    )
+    return entries, found
 
 
 def _begins(flight: Flight) -> Motion:
@@ -87,24 +112,13 @@ def _after_unsure(took: Effort) -> Effort:
     return replace(took, duration_s=took.duration_s + AFTER_UNSURE_S, unsure_s=took.unsure_s + AFTER_UNSURE_MORE_S)
 
 
-def _flight(plan: Plan, facts: VehicleFacts, wind: Wind) -> Flight:
-    bare = Flight(facts, reference_home(plan, facts), wind)
-    rally = tuple(bare.to_local(point.latitude_deg, point.longitude_deg) for point in plan.rally_points)
-    return Flight(facts, bare.home, wind, rally)
-
-
-def _ahead(flight: Flight, plan: Plan, steps: Sequence[Step]) -> list[Ahead]:
+def _ahead(flight: Flight, steps: Sequence[Step], positions: Sequence[Passage]) -> list[Ahead]:
     """For each step, seen from the end: PX4 looks at the next position item, and at none beyond a takeoff."""
-    landings = [
-        (index, flight.to_local(item.latitude_deg, item.longitude_deg))
-        for index, item in enumerate(plan.items)
-        if isinstance(item, Land)
-    ]
     found: list[Ahead] = []
     following: Point | None = None
     up_m = 0.0
     for step in reversed(steps):
-        found.append(Ahead(following, up_m, landings))
+        found.append(Ahead(following, up_m, positions))
         if isinstance(step.item, Takeoff | ReturnToLaunch):
             following = None
         elif isinstance(step.item, Waypoint | Loiter | Land):
@@ -133,7 +147,9 @@ def _entry(
     took: Effort,
     speed_m_s: float,
     brakes: bool,
+    percent: float | None,
 ) -> TimelineEntry:
+    performance = flight.facts.performance
     latitude_deg, longitude_deg = step.end.latitude_deg, step.end.longitude_deg
     if isinstance(step.item, ReturnToLaunch):
         latitude_deg, longitude_deg = flight.to_global(took.end.point)
@@ -152,6 +168,8 @@ def _entry(
         relative_altitude_m=step.end.relative_altitude_m,
         brakes=brakes,
         unsure_s=took.unsure_s,
+        battery_used_percent=percent,
+        energy_wh=None if percent is None or performance is None else performance.wh(percent),
     )
 
 

@@ -11,16 +11,16 @@ from app.domain.plan.items import Loiter
 from app.domain.plan.walk import Carried, Step
 from app.domain.prediction.durations import point_of
 from app.domain.prediction.effort import Flight
+from app.domain.prediction.fall import fall
 from app.domain.prediction.motion import Motion
 from app.domain.prediction.timeline import PredictedDrop
 from app.domain.vehicle import VehicleFacts
 
-GRAVITY_M_S2 = 9.80665
 _CIRCLING = (Carried.FIXED_WING, Carried.BUOYANCY)
 
 
 def predicted_drop(
-    flight: Flight, drop: DropUse, anchor: Step, visit: int, at_s: float, there: Motion
+    flight: Flight, drop: DropUse, anchor: Step, visit: int, at_s: float, there: Motion, return_percent: float | None
 ) -> PredictedDrop:
     """The release of one drop. `there` is the motion as its position item ends: a moving drop acts at that moment."""
     circling = isinstance(anchor.item, Loiter) and drop.carried in _CIRCLING
@@ -34,8 +34,12 @@ def predicted_drop(
         offset_m = STOP_RADIUS_M
     moving_m_s = 0.0 if drop.stopped else there.speed_m_s
     height_m = 0.0 if drop.carried in (Carried.GROUND, Carried.WHEELS) else max(0.0, anchor.end.relative_altitude_m)
-    fall_s = math.sqrt(2 * height_m / GRAVITY_M_S2)
-    latitude, longitude = (None, None) if circling else flight.to_global(target if drop.stopped else there.point)
+    along = there.course_rad or 0.0
+    falls = fall(height_m, (moving_m_s * math.sin(along), moving_m_s * math.cos(along)), flight.wind)
+    release = target if drop.stopped else there.point
+    landing = (release[0] + falls.moved[0], release[1] + falls.moved[1])
+    latitude, longitude = (None, None) if circling else flight.to_global(release)
+    landing_latitude, landing_longitude = (None, None) if circling else flight.to_global(landing)
     return PredictedDrop(
         item_id=drop.item.id,
         visit=visit,
@@ -48,8 +52,11 @@ def predicted_drop(
         offset_m=offset_m,
         release_latitude_deg=latitude,
         release_longitude_deg=longitude,
-        fall_s=fall_s,
-        throw_m=moving_m_s * fall_s,
+        fall_s=falls.duration_s,
+        throw_m=falls.throw_m,
+        landing_latitude_deg=landing_latitude,
+        landing_longitude_deg=landing_longitude,
+        return_battery_percent=return_percent,
     )
 
 

@@ -1,12 +1,9 @@
-"""RTL: where PX4 returns to by RTL_TYPE, and how high.
-
-Types 2 and 4 follow the mission's path; their distance and time here are the direct ones, and said to be unsure.
-"""
+"""RTL straight to a place: where PX4 returns to by RTL_TYPE, and how high. Types 2 and 4: see path_return.py."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 from app.domain.default_facts import parameter
 from app.domain.prediction.effort import Flight
@@ -14,6 +11,8 @@ from app.domain.prediction.motion import Motion, Point
 from app.domain.vehicle import VehicleFacts
 
 HOME: Point = (0.0, 0.0)
+NEARLY_M = 20.0
+"""Where the vehicle is as it chooses the nearest is not known better."""
 
 
 def follows_mission(facts: VehicleFacts) -> bool:
@@ -21,27 +20,28 @@ def follows_mission(facts: VehicleFacts) -> bool:
     return int(parameter(facts, "RTL_TYPE")) in (2, 4)
 
 
-def destination(flight: Flight, here: Motion, landings: Sequence[tuple[int, Point]], index: int) -> Point:
-    """The place of the return. `landings` are the plan's land items with their index; `index` is the return's own.
+def destination(flight: Flight, here: Motion, landing: Point | None) -> Point:
+    """The place of the return: the nearest. `landing` is the plan's first land item, also one at a customer's."""
+    return min(destinations(flight, here, landing), key=here.away_m)
 
-    0 home or the nearest rally point, 1 the nearest of rally points and the mission's landing, 2 that landing, 3 the
-    nearest of all, 4 the landing or home, whichever is fewer items away, 5 the nearest rally point; home where there is
-    nothing of that. The first land item is the mission's landing, also one at a customer's.
+
+def destinations(flight: Flight, here: Motion, landing: Point | None) -> Sequence[Point]:
+    """The nearest place of those that RTL_TYPE knows, and all that are so little farther that it may be one of them.
+
+    0 home and the rally points, 1 rally points and the mission's landing, 3 all, 5 rally points; home where there is
+    nothing of that. Not for 2 and 4.
     """
-    rally, landing = flight.rally_points, [point for _, point in landings[:1]]
+    rally, landings = flight.rally_points, () if landing is None else (landing,)
+    places: tuple[Point, ...] = (HOME, *rally)
     match int(parameter(flight.facts, "RTL_TYPE")):
         case 1:
-            return _nearest(here, (*landing, *rally))
-        case 2:
-            return _nearest(here, landing)
+            places = (*landings, *rally)
         case 3:
-            return _nearest(here, (HOME, *landing, *rally))
-        case 4:
-            fewer = bool(landings) and abs(landings[0][0] - index) <= index
-            return _nearest(here, landing if fewer else ())
+            places = (HOME, *landings, *rally)
         case 5:
-            return _nearest(here, rally)
-    return _nearest(here, (HOME, *rally))
+            places = rally
+    nearest_m = min((here.away_m(place) for place in places), default=0.0)
+    return [place for place in places if here.away_m(place) <= nearest_m + NEARLY_M] or [HOME]
 
 
 def return_up_m(flight: Flight, here: Motion, to: Point) -> float:
@@ -54,7 +54,3 @@ def return_up_m(flight: Flight, here: Motion, to: Point) -> float:
         cone_deg = min(89.0, max(1.0, parameter(flight.facts, "RTL_CONE_ANG")))
         height_m = min(height_m, away_m / math.tan(math.radians(cone_deg)))
     return max(here.up_m, height_m, 2.0 * radius_m)
-
-
-def _nearest(here: Motion, places: Iterable[Point]) -> Point:
-    return min(places, key=here.away_m, default=HOME)

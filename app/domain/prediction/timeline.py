@@ -1,4 +1,4 @@
-"""The timeline: what a plan is predicted to do. Times are seconds from the start of the flight, without wind."""
+"""The timeline: what a plan is predicted to do. Times are seconds from the start of the flight."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from collections.abc import Collection
 from typing import Literal
 
 from pydantic import BaseModel, ConfigDict
+
+from app.domain.prediction.wind import CALM, Wind
 
 
 class _Frozen(BaseModel):
@@ -18,6 +20,8 @@ class TimelineEntry(_Frozen):
 
     Position and altitude (above home) are those at the end. `brakes`: the vehicle comes to a stop there. `unsure_s`: by
     so much more than usual the time may be off, either way, because PX4 does something that cannot be predicted.
+    `battery_used_percent` is what the item takes of a full battery, null where the vehicle declares no rate, and
+    `energy_wh` the same in watt hours, null without a declared capacity.
     """
 
     item_id: str
@@ -34,6 +38,8 @@ class TimelineEntry(_Frozen):
     relative_altitude_m: float
     brakes: bool
     unsure_s: float = 0.0
+    battery_used_percent: float | None = None
+    energy_wh: float | None = None
 
 
 class PredictedDrop(_Frozen):
@@ -41,7 +47,9 @@ class PredictedDrop(_Frozen):
 
     `lead_m` is how far before the point, along the track, the release happens; `offset_m` the distance from the point
     (the radius, on a circle). The release position is null on a circle: it can be anywhere there.
-    `fall_s` and `throw_m` are the fall to the height of home without drag, and how far the parcel flies on meanwhile.
+    `fall_s` and `throw_m` are the fall to the height of home, with drag and wind, and how far from the release, over
+    ground, the parcel comes down: at the landing position, null on a circle.
+    `return_battery_percent`: what a return from there takes of a full battery, null where no rate is declared.
     """
 
     item_id: str
@@ -57,12 +65,35 @@ class PredictedDrop(_Frozen):
     release_longitude_deg: float | None
     fall_s: float
     throw_m: float
+    landing_latitude_deg: float | None = None
+    landing_longitude_deg: float | None = None
+    return_battery_percent: float | None = None
+
+
+class PredictedAlternate(_Frozen):
+    """The other place of one drop: no part of the flight that is predicted, only of one in which that drop fails.
+
+    `seqs` are its mission items. Distance and time are of the way there, the time with its drop. The altitude is above
+    home.
+    """
+
+    item_id: str
+    drop_id: str
+    seqs: tuple[int, ...]
+    latitude_deg: float
+    longitude_deg: float
+    relative_altitude_m: float
+    distance_m: float
+    duration_s: float
 
 
 class Timeline(_Frozen):
     """`order` is the ids of the items as flown, jumps unrolled; jumps themselves are not in it, they take no time.
 
     `open_ended`: the last item never ends by itself. `truncated`: more visits than are predicted.
+    `longest_duration_s`, where there are `alternates`: of a flight in which each such drop fails as its hold ends.
+    `wind` is the one that it reckons with. `battery_start_percent` is the charge that was found, null if none is known
+    (then a full battery is taken), `battery_used_percent` what the whole flight takes, null where no rate is declared.
     """
 
     entries: tuple[TimelineEntry, ...]
@@ -72,6 +103,11 @@ class Timeline(_Frozen):
     duration_s: float
     open_ended: bool = False
     truncated: bool = False
+    alternates: tuple[PredictedAlternate, ...] = ()
+    longest_duration_s: float | None = None
+    wind: Wind = CALM
+    battery_start_percent: float | None = None
+    battery_used_percent: float | None = None
 
     def continued(self, flown: Collection[tuple[str, int]], rest: Timeline) -> Timeline:
         """The timeline of a flight whose plan was changed: what was flown of this one, then the rest.
@@ -93,6 +129,7 @@ class Timeline(_Frozen):
         ]
         ahead = {drop.item_id for drop in rest.drops}
         drops = [drop for drop in self.drops if drop.item_id not in ahead]
+        longest_s = rest.longest_duration_s
         moved = [drop.model_copy(update={"at_s": drop.at_s + after_s}) for drop in rest.drops]
         return rest.model_copy(
             update={
@@ -101,6 +138,7 @@ class Timeline(_Frozen):
                 "order": tuple(entry.item_id for entry in (*kept, *entries)),
                 "distance_m": sum(entry.distance_m for entry in kept) + rest.distance_m,
                 "duration_s": after_s + rest.duration_s,
+                "longest_duration_s": None if longest_s is None else after_s + longest_s,
             }
         )
 

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from app.domain.acceptance import switch_distance_m
-from app.domain.fence_area import FenceArea, ground_paths, is_simple_polygon, point_of, polygon_shape
+from app.domain.fence_area import FenceArea, GroundPath, ground_paths, is_simple_polygon, point_of, polygon_shape
 from app.domain.finding import Severity, json_pointer
-from app.domain.plan.items import Jump, Loiter, Waypoint
+from app.domain.plan.items import Jump, Loiter, ReturnToLaunch, Waypoint
 from app.domain.plan.walk import Carried, Place
 from app.domain.rules.places import planned_places
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
+
+_ONLY_WATCHES = {0: "flies on", 1: "only warns and flies on"}
+"""GF_ACTION."""
 
 
 def _simple_polygons(context: RuleContext) -> Iterator[Violation]:
@@ -33,13 +36,16 @@ def _legs_inside(context: RuleContext) -> Iterator[Violation]:
     if area is None:
         return
     broken: set[int] = set()
-    for path in ground_paths(context.steps, context.home, context.facts, context.projection):
+    for path in _paths(context):
         step = path.step
         if step.index in broken or area.allows(path.shape):
             continue
         broken.add(step.index)
         inside = _allows(context, area, step.end) and not isinstance(step.item, Loiter)
         message = "the way to this item leaves the fence" if inside else "this item lies where the fence forbids it"
+        if isinstance(step.item, ReturnToLaunch):
+            rtl_type = int(context.parameter("RTL_TYPE"))
+            message = f"the way of the return leaves the fence (RTL_TYPE {rtl_type} and the rally points say where to)"
         if isinstance(step.item, Jump):
             message = "the way back to the jump's target leaves the fence"
         yield at_item(
@@ -63,7 +69,7 @@ def _room_for_turns(context: RuleContext) -> Iterator[Violation]:
     area = context.fence
     if area is None:
         return
-    for path in ground_paths(context.steps, context.home, context.facts, context.projection):
+    for path in _paths(context):
         step = path.step
         if step.after is not Carried.FIXED_WING or not isinstance(step.item, Waypoint) or not area.allows(path.shape):
             continue
@@ -71,6 +77,13 @@ def _room_for_turns(context: RuleContext) -> Iterator[Violation]:
         if area.room_m(path.shape) < wanted_m:
             message = f"the leg passes {area.room_m(path.shape):.0f} m from the fence; a turn may need {wanted_m:.0f} m"
             yield at_item(step, message, "keep fixed-wing legs farther from the fence")
+
+
+def _fence_enforced(context: RuleContext) -> Iterator[Violation]:
+    action = int(context.parameter("GF_ACTION"))
+    if context.vehicle is not None and context.fence is not None and action in _ONLY_WATCHES:
+        message = f"a vehicle that leaves this fence {_ONLY_WATCHES[action]} (GF_ACTION {action})"
+        yield Violation("/geofence", message, "set GF_ACTION to 2 (hold) or 3 (return)")
 
 
 def _vehicle_distance(context: RuleContext) -> Iterator[Violation]:
@@ -88,6 +101,10 @@ def _vehicle_height(context: RuleContext) -> Iterator[Violation]:
         if 0 < most_m < height_m:
             message = f"{height_m:g} m above home; the vehicle allows {most_m:g} m (GF_MAX_VER_DIST)"
             yield at_item(planned.step, message, "stay lower, or change the parameter")
+
+
+def _paths(context: RuleContext) -> Iterator[GroundPath]:
+    return ground_paths(context.plan, context.steps, context.home, context.facts, context.projection)
 
 
 def _allows(context: RuleContext, area: FenceArea, place: Place) -> bool:
@@ -122,6 +139,13 @@ RULES = (
         "A return to a rally point outside of the fence breaks it.",
         "Ours.",
         _rally_inside,
+    ),
+    Rule(
+        "geofence.not_enforced",
+        Severity.WARNING,
+        "What a vehicle does at its fence is its own setting: with GF_ACTION 0 or 1 it flies on.",
+        "PX4 GF_ACTION.",
+        _fence_enforced,
     ),
     Rule(
         "geofence.little_room",

@@ -8,8 +8,7 @@ from app.domain.compiler import compile_plan
 from app.domain.errors import PlanRejectedError
 from app.domain.finding import Severity
 from app.domain.plan.items import ChangeSpeed, Loiter, ReturnToLaunch, Takeoff, Waypoint
-from app.domain.plan.walk import Step
-from app.domain.prediction import predict
+from app.domain.plan.walk import Carried, Step
 from app.domain.rules.places import planned_places
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 from app.domain.speeds import speed_range_m_s
@@ -98,11 +97,21 @@ def _own_speed(context: RuleContext) -> Iterator[Violation]:
             return
 
 
+def _own_drop_height(context: RuleContext) -> Iterator[Violation]:
+    most_m = context.plan.limits.max_drop_height_m
+    for drop in context.drops:
+        height_m = drop.step.start.relative_altitude_m
+        in_air = drop.carried not in (Carried.GROUND, Carried.WHEELS)
+        if most_m is not None and drop.releases and in_air and height_m > most_m:
+            message = f"let go {height_m:g} m above home; the plan's own limit is {most_m:g} m"
+            yield at_item(drop.step, message, "fly lower there, or raise limits.max_drop_height_m")
+
+
 def _own_duration(context: RuleContext) -> Iterator[Violation]:
     most_s = context.plan.limits.max_duration_s
     if most_s is None:
         return
-    duration_s = predict(context.plan, context.facts).duration_s
+    duration_s = context.timeline().duration_s
     if duration_s > most_s:
         message = f"predicted to take {duration_s:.0f} s; the plan's own limit is {most_s:g} s"
         yield Violation("/limits/max_duration_s", message, "shorten the flight, or raise the limit")
@@ -186,6 +195,13 @@ RULES = (
         "No item is flown faster than the plan allows itself (without wind).",
         _OWN,
         _own_speed,
+    ),
+    Rule(
+        "limits.drop_height",
+        Severity.ERROR,
+        "No parcel falls from higher than the plan allows itself; a winch counts too, its line may break.",
+        _OWN,
+        _own_drop_height,
     ),
     Rule(
         "limits.duration",

@@ -13,6 +13,8 @@ from app.domain.plan.document import Plan
 from app.domain.plan.drops import DropUse
 from app.domain.plan.items import PlanItem
 from app.domain.plan.walk import Step
+from app.domain.prediction import Timeline
+from app.domain.prediction.wind import Wind
 from app.domain.vehicle import GlobalPosition, VehicleFacts
 
 
@@ -20,7 +22,7 @@ from app.domain.vehicle import GlobalPosition, VehicleFacts
 class RuleContext:
     """What every rule looks at. `facts` are the vehicle's, or the defaults of its type when `vehicle` is None.
 
-    `fence` is None when the plan has none; `projection` is around home.
+    `fence` is None when the plan has none; `projection` is around home. `timeline` predicts when it is first called.
     """
 
     plan: Plan
@@ -32,6 +34,8 @@ class RuleContext:
     drops: tuple[DropUse, ...]
     projection: LocalProjection
     fence: FenceArea | None
+    wind: Wind
+    timeline: Callable[[], Timeline]
 
     def parameter(self, name: str) -> float:
         """A PX4 parameter of the vehicle, or its strict default."""

@@ -63,6 +63,16 @@ def _link_loss(context: RuleContext) -> Iterator[Violation]:
         yield Violation("/contingency/on_link_loss", message, "set NAV_DLL_ACT, or change the plan")
 
 
+def _link_loss_set(context: RuleContext) -> Iterator[Violation]:
+    if context.vehicle is None or context.plan.contingency.on_link_loss is not None:
+        return
+    first = next((drop for drop in context.drops if drop.supervised), None)
+    if first is not None and int(context.parameter("NAV_DLL_ACT")) == 0:
+        message = "the link may be lost at this supervised drop, and the vehicle would do nothing (NAV_DLL_ACT 0)"
+        hint = 'set NAV_DLL_ACT to 2 (return), or write "on_link_loss": "continue": it flies on with the parcel'
+        yield at_item(first.step, message, hint)
+
+
 def _command_timeout(context: RuleContext) -> Iterator[Violation]:
     timeout_s = context.parameter("MIS_COMMAND_TOUT")
     for drop in context.drops:
@@ -115,6 +125,13 @@ RULES = (
         "What happens on link loss is the vehicle's setting alone.",
         "PX4 NAV_DLL_ACT.",
         _link_loss,
+    ),
+    Rule(
+        "contingency.link_loss_unset",
+        Severity.WARNING,
+        "Without its link a supervised drop is kept: after its hold the vehicle flies on, unless it is set to return.",
+        "PX4 NAV_DLL_ACT, default 0.",
+        _link_loss_set,
     ),
     Rule(
         "drop.command_timeout",

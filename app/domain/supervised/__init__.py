@@ -1,8 +1,10 @@
 """The supervised drop: a pure state machine that decides when a release is sent, and what became of it."""
 
 from app.domain.supervised.consent_gate import ConsentGate
+from app.domain.supervised.ending import still_waits
 from app.domain.supervised.inputs import (
     ConsentGiven,
+    Divert,
     Finish,
     Observation,
     ReleaseAck,
@@ -21,6 +23,7 @@ from app.domain.supervised.terms import DropTerms
 __all__ = [
     "ConsentGate",
     "ConsentGiven",
+    "Divert",
     "DropMachine",
     "DropTerms",
     "Finish",
@@ -34,4 +37,5 @@ __all__ = [
     "Silence",
     "TargetSight",
     "step",
+    "still_waits",
 ]

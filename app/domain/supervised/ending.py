@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from app.domain.drop import Certainty, DropOutcome, DropPhase
 from app.domain.supervised.checks import is_holding
-from app.domain.supervised.inputs import DropEffect, Finish, Observation, Resume, RunEnding, output_of
+from app.domain.supervised.inputs import Divert, DropEffect, Finish, Observation, Resume, RunEnding, output_of
 from app.domain.supervised.state import DropMachine
 from app.domain.supervised.terms import GRIPPER_CLOSED_US
 
@@ -59,9 +59,18 @@ def finish_and_resume(
     drop: DropMachine, seen: Observation | None, outcome: DropOutcome, certainty: Certainty, reason: str
 ) -> tuple[DropMachine, Effects]:
     """Finish, and move on only if the mission surely waits at this drop for as long as that may take: somebody else's
-    choice is never undone, and an item that the mission has gone on to by itself is never flown to again.
+    choice is never undone, and an item that the mission has gone on to by itself is never flown to again. To the
+    alternate, if there is one and the parcel is surely on board: every release that was sent was refused.
     """
     drop, finished = finish(drop, outcome, certainty, reason)
-    waits = seen is not None and seen.connected and is_holding(seen, drop.terms)
-    waits = waits and seen is not None and drop.hold.left_s(seen, drop.terms) > drop.terms.resume_s
-    return drop, (*finished, Resume(drop.terms.resume_seq)) if waits else finished
+    if seen is None or not still_waits(drop, seen, drop.terms.resume_s):
+        return drop, finished
+    if drop.terms.alternate_seq is not None and outcome is DropOutcome.KEPT and not drop.unsure:
+        return drop, (*finished, Divert(drop.terms.alternate_seq))
+    return drop, (*finished, Resume(drop.terms.resume_seq))
+
+
+def still_waits(drop: DropMachine, seen: Observation, needed_s: float) -> bool:
+    """Whether the vehicle is seen to wait at this drop, and surely does for so long."""
+    waits = seen.connected and is_holding(seen, drop.terms)
+    return waits and drop.hold.waits_longer_than(needed_s, seen, drop.terms)

@@ -31,6 +31,11 @@ class HoldClock:
         vehicle_now_s = seen.boot_s + seen.position_age_s * seen.clock_rate
         return (self.not_begun_at_s + terms.hold_s - vehicle_now_s) / max(seen.clock_rate, 0.01)
 
+    def waits_longer_than(self, needed_s: float, seen: Observation, terms: DropTerms) -> bool:
+        """Whether the vehicle surely still waits for so long, the time to leave for an alternate included."""
+        is_known = self.not_begun_at_s is not None and seen.boot_s is not None and seen.position_age_s is not None
+        return is_known and self.left_s(seen, terms) + terms.leave_s / max(seen.clock_rate, 0.01) > needed_s
+
 
 def _surely_before(seen: Observation, terms: DropTerms) -> float | None:
     """The vehicle's time up to which this observation proves that the hold had not begun; None if it proves nothing."""

@@ -126,6 +126,13 @@ class Resume:
 
 
 @dataclass(frozen=True, slots=True)
+class Divert:
+    """The parcel is surely on board: send the vehicle to the alternate, at `seq`. If it fails, the mission goes on."""
+
+    seq: int
+
+
+@dataclass(frozen=True, slots=True)
 class Finish:
     """The drop is over. Emitted exactly once."""
 
@@ -134,4 +141,4 @@ class Finish:
     reason: str
 
 
-DropEffect = SendRelease | Resume | Finish
+DropEffect = SendRelease | Resume | Divert | Finish

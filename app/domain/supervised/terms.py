@@ -16,6 +16,8 @@ class DropTerms:
     is sent only if that much of the hold is left. `resume_s` is the longest time the order to move on may take.
     `consent_timeout_s`: how long an operator may take to answer; None as long as the hold allows.
     `target_max_speed_m_s`: None if the drop has no moving target.
+    `alternate_seq` leads to the other place for the parcel, None if there is none; the vehicle waits `leave_s` longer
+    than `hold_s` for it, and nothing is released in that time.
     """
 
     hold_seqs: tuple[int, ...]
@@ -28,6 +30,8 @@ class DropTerms:
     consent_timeout_s: float | None = None
     target_max_speed_m_s: float | None = None
     max_target_age_s: float = STALE_S
+    alternate_seq: int | None = None
+    leave_s: float = 0.0
     max_ground_speed_m_s: float = 0.5
     max_attempts: int = 3
     release_latency_s: float = 1.0
@@ -51,6 +55,8 @@ class DropTerms:
             needs_consent=drop.needs_consent,
             consent_timeout_s=drop.consent_timeout_s,
             target_max_speed_m_s=target_max_speed_m_s,
+            alternate_seq=drop.alternate_seq,
+            leave_s=drop.leave_s,
         )
 
 

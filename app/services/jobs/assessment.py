@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -83,7 +84,7 @@ class Assessment:
         """The vehicle's facts; None if it is still asked. Raises WaydropError."""
         task = self._asking.get(vehicle_id)
         if task is None:
-            task = asyncio.create_task(self._fleet.vehicle(vehicle_id).link.read_facts(), name=f"facts {vehicle_id}")
+            task = asyncio.create_task(self._fleet.facts(vehicle_id), name=f"facts {vehicle_id}")
             self._asking[vehicle_id] = task
         await asyncio.wait({task}, timeout=self._facts_s)
         if not task.done():
@@ -94,6 +95,8 @@ class Assessment:
 
     async def _findings(self, key: str, plan: Plan, vehicle_id: str, facts: VehicleFacts) -> tuple[Finding, ...]:
         rate = facts.least_clock_rate  # measured anew each moment, and only this of it matters to the rules
+        charge = facts.battery_percent  # in whole per cent, for the same reason
+        facts = replace(facts, battery_percent=None if charge is None else math.floor(charge))
         alike = replace(facts, least_clock_rate=1.0 if rate is None or not is_too_fast(rate) else 1e3)
         known = self._checked.get((key, vehicle_id))
         if known is None or known.facts != alike:

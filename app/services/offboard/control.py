@@ -27,7 +27,7 @@ from app.services.offboard.setpoint_flow import SENDING, SetpointFlow
 from app.services.offboard.settings import OffboardSettings
 from app.services.offboard.stream import Author
 from app.services.offboard.surroundings import Surroundings
-from app.services.offboard_view import LeaseView, OffboardState, OffboardView
+from app.services.offboard_view import OffboardState, OffboardView
 
 log = structlog.get_logger(__name__)
 _S = OffboardState
@@ -47,7 +47,7 @@ class OffboardControl:
         self._leases = LeaseSlot(vehicle.id, settings.lease_s)
         self.means = Means.SETPOINTS
         self.orders = Orders(vehicle.link, clock, settings.dead_man.gone_s, self.changed)
-        self._flow = SetpointFlow(settings, self._put_out)
+        self.flow = SetpointFlow(settings, self._put_out)
         self._pacer: Pacer | None = None
         self._ticking: asyncio.Task[None] | None = None
         self._holding = Holding(vehicle.id, self.hold, self._hold_unconfirmed)
@@ -72,8 +72,8 @@ class OffboardControl:
         self._end_expired(now_s)
         before = self._leases.lease
         lease = self._leases.take(holder, now_s, override=override)
-        self._flow.clear()
-        self._flow.count_from(now_s)
+        self.flow.clear()
+        self.flow.count_from(now_s)
         if before is not None and self.state is not _S.IDLE:
             if self._is_commanded:
                 self._holding.soon()
@@ -82,7 +82,7 @@ class OffboardControl:
             return lease
         self.surroundings = Surroundings.of(who.vehicle_type, who.firmware, self.settings.fresh_s)
         self.means = self.surroundings.means(self.link.state()) or Means.SETPOINTS
-        self._flow.start(rate_hz)
+        self.flow.start(rate_hz)
         period_s, gap_s = 1.0 / rate_hz, self.settings.gap_s
         self._pacer = Pacer(period_s, gap_s, self._tick, self._on_gap, monotonic=self._clock.monotonic)
         self._ticking = asyncio.create_task(self._pacer.run(), name=f"offboard {self.vehicle.id}")
@@ -145,14 +145,10 @@ class OffboardControl:
         """The lease now."""
         return self._leases.lease
 
-    async def streamed(self, seconds: float) -> None:
-        """Return when so much of the stream has been sent."""
-        await self._flow.streamed(seconds)
-
     def move(self, state: OffboardState, reason: str) -> None:
         """The next state. Under control the dead-man counts from here."""
         if state is _S.ACTIVE:
-            self._flow.count_from(self._clock.monotonic())
+            self.flow.count_from(self._clock.monotonic())
         if state is not self.state or reason != self.reason:
             self.state, self.reason = state, reason
             holder = None if self.lease is None else self.lease.holder
@@ -161,11 +157,11 @@ class OffboardControl:
 
     async def hold(self) -> None:
         """Hold, seen; a commanded wing is in Hold and is told to circle where it is. Raises LinkError."""
-        await (self.orders.circle_here() if self._is_commanded else self.link.hold())
+        await (self.orders.circle_here() if self._is_commanded else self.orders.switch(self.link.hold()))
 
     def forget_setpoint(self) -> None:
         """What was put before does not count any more."""
-        self._flow.clear()
+        self.flow.clear()
 
     def enclose(self, surroundings: Surroundings) -> None:
         """What was read for the entry."""
@@ -174,8 +170,7 @@ class OffboardControl:
     def give_up(self, change: str, reason: str) -> None:
         """End the lease, stop sending, and command Hold if the vehicle follows our stream."""
         mode = FlightMode.HOLD if self._is_commanded else FlightMode.OFFBOARD
-        follows = self.state in SENDING and self.link.state().mode in (mode, None)
-        follows = follows or self.state is _S.SWITCHING
+        follows = self.state is _S.SWITCHING or (self.state in SENDING and self.link.state().mode in (mode, None))
         self.end(change, reason)
         if follows:
             self._holding.soon()
@@ -186,7 +181,7 @@ class OffboardControl:
             self._ticking.cancel()
             self._ticking = None
         lease, self._leases.lease = self._leases.lease, None
-        self._flow.clear()
+        self.flow.clear()
         self.orders.forget()
         if lease is not None:
             self._tell_lease(change, lease.holder, reason)
@@ -200,16 +195,18 @@ class OffboardControl:
     def view(self) -> OffboardView:
         """How it is now."""
         now_s, lease = self._clock.monotonic(), self.lease
-        held = None
-        if lease is not None:
-            left_s = round(max(0.0, lease.expires_s - now_s), 1)
-            held = LeaseView(holder=lease.holder, expires_in_s=left_s, offered_to=lease.offered_to)
         streams = self.state in SENDING and not self._is_commanded
-        sent, cadence = self._flow.views(now_s) if streams else (None, None)
-        order = self.orders.view(now_s) if self._is_commanded else None
-        tasks = None if self.guide is None else self.guide.report()
-        view = OffboardView(state=self.state, lease=held, reason=self.reason, sent=sent, cadence=cadence, tasks=tasks)
-        return view.model_copy(update={"flown_by": None if lease is None else self.means.value, "order": order})
+        sent, cadence = self.flow.views(now_s) if streams else (None, None)
+        return OffboardView(
+            state=self.state,
+            lease=None if lease is None else lease.view(now_s),
+            reason=self.reason,
+            sent=sent,
+            cadence=cadence,
+            tasks=None if self.guide is None else self.guide.report(),
+            flown_by=None if lease is None else self.means.value,
+            order=self.orders.view(now_s),
+        )
 
     def view_if_used(self) -> OffboardView | None:
         """For telemetry: nothing while nobody has ever had a lease."""
@@ -228,7 +225,7 @@ class OffboardControl:
         try:
             if self.guide is not None:
                 self.guide.tick(now_s)
-            if self.surroundings is not None and (gone := self._act(now_s, self.surroundings)):
+            if gone := self._act(now_s):
                 self.give_up("revoked", gone)
         except WaydropError as error:
             self.give_up("revoked", f"cannot send: {error.detail}")
@@ -250,18 +247,20 @@ class OffboardControl:
                 refusal="setpoint.flown_by_commands",
                 hint='leave, and enter with "by": "setpoints"',
             )
-        return self._flow.put(setpoint, self.surroundings, self.link.state(), self._clock.monotonic(), by)
+        return self.flow.put(setpoint, self.surroundings, self.link.state(), self._clock.monotonic(), by)
 
     def _end_expired(self, now_s: float) -> None:
         if self._leases.has_expired(now_s):
             self.give_up("expired", f"not renewed for {self.settings.lease_s:g} s")
 
-    def _act(self, now_s: float, surroundings: Surroundings) -> str:
+    def _act(self, now_s: float) -> str:
         """Send, or give orders. Why the lease must end, in words. Raises LinkError, SetpointRefusedError."""
-        state = self.link.state()
+        if self.surroundings is None:
+            return ""
         if not self._is_commanded:
-            return self._flow.tick(self.state, surroundings, state, now_s)
-        return self.orders.tick(now_s, surroundings.kind(state)) if self.state is _S.ACTIVE else ""
+            return self.flow.tick(self.state, self.surroundings, self.link.state(), now_s)
+        kind = self.surroundings.kind(self.link.state())
+        return self.orders.tick(now_s, kind) if self.state is _S.ACTIVE else ""
 
     def _put_out(self, message: SetpointMessage) -> None:
         """A last look before a message leaves: the process may have stood still in the middle of a tick."""

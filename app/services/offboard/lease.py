@@ -7,6 +7,7 @@ import secrets
 from dataclasses import dataclass, replace
 
 from app.domain.errors import LeaseHeldError, LeaseLostError
+from app.services.offboard_view import LeaseView
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,6 +19,11 @@ class Lease:
     holder: str
     expires_s: float
     offered_to: str | None = None
+
+    def view(self, now_s: float) -> LeaseView:
+        """What everybody may see of it."""
+        left_s = round(max(0.0, self.expires_s - now_s), 1)
+        return LeaseView(holder=self.holder, expires_in_s=left_s, offered_to=self.offered_to)
 
 
 @dataclass(slots=True)

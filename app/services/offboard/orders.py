@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from contextlib import aclosing
 from dataclasses import dataclass, replace
 from typing import Final
 
 from app.domain.commands import CommandRequest, MavResult
 from app.domain.errors import LinkError, LinkTimeoutError, VehicleRefusedError, WaydropError
-from app.domain.mission import MavCmd
+from app.domain.mission import NAN, MavCmd
 from app.domain.ports import VehicleLink
 from app.domain.setpoint.capability import FlightKind
 from app.domain.tasks.order_request import CIRCLE_HERE
@@ -18,6 +18,7 @@ from app.services.clock import Clock
 from app.services.offboard_view import OrderView
 
 EVERY_S: Final = 0.3
+SET_MODE: Final = CommandRequest(MavCmd.DO_SET_MODE, (NAN, NAN, NAN, NAN, NAN, NAN, NAN))
 UNANSWERED: Final = 3
 """So many in a row without an ack, and the vehicle is not ours any more."""
 
@@ -81,6 +82,17 @@ class Orders:
         if sending is not None:
             await asyncio.wait({sending})
         await self._send(CIRCLE_HERE)
+
+    async def switch(self, switching: Awaitable[None]) -> None:
+        """A change of mode: shown with its answer like any order. Raises what it raises."""
+        self._given = Given(SET_MODE, self._clock.monotonic())
+        try:
+            await switching
+        except LinkError as error:
+            unseen = "ACCEPTED, not seen" if "mode" in error.extra else "no answer"
+            self._given = replace(self._given, result=str(error.extra.get("result", unseen)))
+            raise
+        self._given = replace(self._given, result=MavResult.ACCEPTED.name)
 
     def forget(self) -> None:
         """Nothing is wanted any more, and no ack awaited."""

@@ -41,6 +41,7 @@ class Passage:
         self._leaving: asyncio.Task[None] | None = None
         self._leaving_lease_id = ""
         control.subscribe(self._watch)
+        control.vehicle.hold_commanded = self._held_by_others
 
     async def look_ahead(self, *, sticks_held: bool) -> Outlook:
         """What `enter` would find now. Needs no lease. Raises OffboardNotReadyError (type unknown), LinkError."""
@@ -133,9 +134,9 @@ class Passage:
                 control.move(_S.ACTIVE, "")
                 return entries
             control.move(_S.STREAMING, "the stream flows before the mode is asked for")
-            await control.streamed(control.settings.stream_s)
+            await control.flow.streamed(control.settings.stream_s)
             control.move(_S.SWITCHING, "asking for the mode")
-            await control.link.enter_offboard()
+            await control.orders.switch(control.link.enter_offboard())
             if control.lease is not None:
                 control.move(_S.ACTIVE, "")
             return entries
@@ -201,6 +202,12 @@ class Passage:
             return
         if self._leaving is not asyncio.current_task():  # one that has succeeded ends its lease itself
             self._leaving.cancel()
+
+    def _held_by_others(self) -> None:
+        """A commanded wing is in Hold, so that the mode tells nothing; on the way in and out the Hold is ours."""
+        control = self._control
+        if control.means is Means.COMMANDS and control.state is _S.ACTIVE:
+            control.give_up("revoked", "Hold was commanded")
 
     def _has_lease(self, lease_id: str) -> bool:
         return self._control.lease is not None and self._control.lease.id == lease_id

@@ -30,7 +30,7 @@ from app.domain.rules import check_plan
 from app.domain.run import PlanChange, Run
 from app.domain.vehicle import FlightMode, VehicleFacts
 from app.services.clock import Clock
-from app.services.runs.leg import is_concluded
+from app.services.runs.leg import concluded_drops
 from app.services.runs.pending_change import PendingChange
 from app.services.runs.recorder import RunRecorder
 from app.services.runs.settings import RECORDED_VISITS, RunSettings
@@ -116,8 +116,7 @@ class MissionChanger:
         needed: Collection[str],
     ) -> PendingChange:
         plan, run, now = parse_plan(stored.document), self._recorder.run, self._terms().in_flight()
-        concluded = frozenset(drop.plan_item_id for drop in run.drops if is_concluded(drop))
-        flown = Flown(self._watch.leg.plan, run.flown_item_ids, run.item_id, concluded)
+        flown = Flown(self._watch.leg.plan, run.flown_item_ids, run.item_id, concluded_drops(run.drops))
         rest = continued(flown, plan, continue_at, carried_in_flight(flown.plan.vehicle_type, now), needed)
         wanted = continue_at or run.item_id or rest.begins_at
         speed_m_s = asked_speed_before(plan, wanted, carried_in_flight(plan.vehicle_type, now))

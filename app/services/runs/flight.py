@@ -72,9 +72,13 @@ class RunFlight:
 
     def ask_start(self) -> None:
         """Start an uploaded run. Raises WrongStateError."""
+        self.require_startable()
+        self._start_asked.set()
+
+    def require_startable(self) -> None:
+        """Raises WrongStateError unless it may be asked to start."""
         if self._recorder.run.state not in (RunState.CREATED, RunState.UPLOADING, RunState.UPLOADED):
             raise self._wrong("start")
-        self._start_asked.set()
 
     async def abort(self) -> None:
         """Before take-off: cancel and disarm. In flight: return. Raises WrongStateError, LinkError."""

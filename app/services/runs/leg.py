@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 from app.domain.consent import ConsentRecord
 from app.domain.drop import DropOutcome, DropPhase, DropRecord
@@ -22,11 +22,16 @@ _NEVER_AGAIN = frozenset({DropOutcome.RELEASED, DropOutcome.UNKNOWN})
 
 @dataclass(frozen=True, slots=True)
 class Leg:
-    """One mission of a flight. `plan` is the whole plan; `mission` may be only the rest of it."""
+    """One mission of a flight. `plan` is the whole plan; `mission` may be only the rest of it.
+
+    `alternates` are the drops at other places, by the drop that must fail before; among the `releases` are those that
+    the vehicle was sent to.
+    """
 
     plan: Plan
     mission: Mission
     releases: tuple[Release, ...]
+    alternates: Mapping[str, SupervisedRelease] = field(default_factory=dict)
 
     @property
     def supervised(self) -> tuple[SupervisedRelease, ...]:
@@ -37,6 +42,10 @@ class Leg:
     def feeds(self) -> tuple[str, ...]:
         """The feeds of the moving targets of its drops."""
         return tuple(release.feed for release in self.supervised if release.feed is not None)
+
+    def diverted(self, plan_item_id: str) -> Leg:
+        """The leg whose vehicle goes to this drop's alternate."""
+        return replace(self, releases=(*self.releases, self.alternates[plan_item_id]))
 
 
 def leg_of(run: Run, plan: Plan, mission: Mission, settings: RunSettings, *, changed_at: float | None = None) -> Leg:
@@ -52,16 +61,31 @@ def leg_of(run: Run, plan: Plan, mission: Mission, settings: RunSettings, *, cha
     if changed_at is not None:
         waited_at_s, taken_up = changed_at, False
     on_failure = plan.contingency.on_drop_failure
+    offsets |= {alternate.id: alternate.max_offset_m for _, alternate in plan.alternates}
+    alternates: dict[str, SupervisedRelease] = {}
+
+    def supervised(drop: CompiledDrop, record: DropRecord) -> SupervisedRelease:
+        offset_m = offsets.get(drop.plan_item_id) or settings.default_max_offset_m
+        return SupervisedRelease(drop, record, offset_m, on_failure, waited_at_s, targets.get(drop.plan_item_id))
+
     for drop in mission.drops:
         record = run.drop(drop.plan_item_id)
-        if drop.supervised:
-            offset_m = offsets.get(drop.plan_item_id) or settings.default_max_offset_m
-            target = targets.get(drop.plan_item_id)
-            made.append(SupervisedRelease(drop, record, offset_m, on_failure, waited_at_s, target))
-        else:
+        if not drop.supervised:
             turns = GripperTurns.of(drop, mission)
             made.append(EmbeddedRelease(drop, record, on_failure, turns, taken_up=taken_up))
-    return Leg(plan, mission, tuple(made))
+            continue
+        begun = None if drop.alternate is None else run.find_drop(drop.alternate.plan_item_id)
+        if drop.alternate is not None and begun is None:
+            alternates[drop.plan_item_id] = supervised(drop.alternate, _fresh(drop.alternate, to=drop.plan_item_id))
+        made.append(supervised(drop if begun is None else _without_alternate(drop), record))
+        if drop.alternate is not None and begun is not None:
+            made.append(supervised(drop.alternate, begun))
+    return Leg(plan, mission, tuple(made), alternates)
+
+
+def _without_alternate(drop: CompiledDrop) -> CompiledDrop:
+    """It was gone to already: nobody goes there twice."""
+    return replace(drop, alternate=None, alternate_seq=None, leave_s=0.0)
 
 
 def drop_records(mission: Mission) -> tuple[DropRecord, ...]:
@@ -76,8 +100,9 @@ def carried_over(records: Sequence[DropRecord], mission: Mission) -> tuple[DropR
     counts for nothing.
     """
     ahead = {drop.plan_item_id: drop for drop in mission.drops}
+    concluded = concluded_drops(records)
     found = [
-        _fresh(ahead.pop(old.plan_item_id), old) if old.plan_item_id in ahead and not is_concluded(old) else old
+        _fresh(ahead.pop(old.plan_item_id), old) if old.plan_item_id in ahead.keys() - concluded else old
         for old in records
     ]
     told = {old.plan_item_id for old in records}
@@ -100,16 +125,19 @@ def changed_to(run: Run, change: PlanChange, mission: Mission) -> dict[str, obje
     }
 
 
-def is_concluded(record: DropRecord) -> bool:
-    """Whether the drop must never be visited again: it is released, or nobody knows."""
-    return record.phase is DropPhase.DONE and record.outcome in _NEVER_AGAIN
+def concluded_drops(records: Sequence[DropRecord]) -> frozenset[str]:
+    """The drops that must never be visited again: released, there or at the alternate, or nobody knows."""
+    over = [record for record in records if record.phase is DropPhase.DONE and record.outcome in _NEVER_AGAIN]
+    elsewhere = {record.alternate_to for record in over if record.alternate_to is not None}
+    return frozenset({record.plan_item_id for record in over} | elsewhere)
 
 
-def _fresh(drop: CompiledDrop, old: DropRecord | None = None) -> DropRecord:
+def _fresh(drop: CompiledDrop, old: DropRecord | None = None, to: str | None = None) -> DropRecord:
     questions = 0 if old is None or old.consent is None else old.consent.question
     return DropRecord(
         plan_item_id=drop.plan_item_id,
         supervised=drop.supervised,
+        alternate_to=to,
         consent=ConsentRecord(question=questions) if drop.needs_consent else None,
         planned_latitude_deg=drop.latitude_deg,
         planned_longitude_deg=drop.longitude_deg,

@@ -79,6 +79,14 @@ class ResumeOrder:
 
 
 @dataclass(frozen=True, slots=True)
+class DivertOrder:
+    """What must be sent now: the vehicle, which waits at `drop` with its parcel, goes to the alternate at `seq`."""
+
+    drop: CommandedRelease
+    seq: int
+
+
+@dataclass(frozen=True, slots=True)
 class FailureOrder:
     """What must be sent now: a drop did not end released, and the plan says what then ("return" or "hold")."""
 
@@ -86,7 +94,7 @@ class FailureOrder:
     plan_item_id: str
 
 
-Order = ReleaseOrder | ResumeOrder | FailureOrder
+Order = ReleaseOrder | ResumeOrder | DivertOrder | FailureOrder
 
 
 def failure_order(record: DropRecord, on_failure: str, state: VehicleState) -> FailureOrder | None:

@@ -10,15 +10,15 @@ import structlog
 
 from app.domain.compiler import compile_plan
 from app.domain.consent import Answer
-from app.domain.errors import ConflictError, NotFoundError, PlanRejectedError, VehicleBusyError, WrongStateError
+from app.domain.errors import ConflictError, NotFoundError, VehicleBusyError, WrongStateError
 from app.domain.events import EventKind
 from app.domain.mission import Mission, mission_hash
 from app.domain.plan import Plan, parse_plan
 from app.domain.ports import PlanStore, RunStore, StoredPlan, VehicleLink
-from app.domain.prediction import Timeline, predict
-from app.domain.rules import Severity, check_plan
+from app.domain.prediction import CALM, Timeline, Wind, predict
 from app.domain.run import Run, RunState
 from app.domain.run_filter import ALL_RUNS, RunFilter
+from app.domain.vehicle import VehicleFacts
 from app.services.clock import Clock
 from app.services.fleet import Fleet, FleetVehicle
 from app.services.journal import Journal
@@ -26,6 +26,7 @@ from app.services.runs.assembly import assemble
 from app.services.runs.consents import without_flight
 from app.services.runs.flight import RunFlight
 from app.services.runs.leg import drop_records
+from app.services.runs.plan_gate import refuse_unfit_plan
 from app.services.runs.settings import RECORDED_VISITS, RunSettings
 from app.services.runs.take_up import TakeUp
 from app.services.targets import Targets
@@ -70,8 +71,11 @@ class Runs:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
 
-    async def create(self, plan_id: str, vehicle_id: str, *, start: bool, by: str, run_id: str | None = None) -> Run:
-        """A new run, on its way to the vehicle. `run_id`: a new id that the caller has stored before.
+    async def create(
+        self, plan_id: str, vehicle_id: str, *, start: bool, by: str, wind: Wind = CALM, run_id: str | None = None
+    ) -> Run:
+        """A new run, on its way to the vehicle. Check and prediction reckon with the wind. `run_id`: a new id that the
+        caller has stored before.
 
         Raises:
             NotFoundError, VehicleBusyError, VehicleQuarantinedError, ConflictError, PlanRejectedError, LinkError,
@@ -84,7 +88,7 @@ class Runs:
         run_id = run_id or new_run_id()
         vehicle.run_id = run_id  # taken before the first await: a second request meets a busy vehicle
         try:
-            return await self._create(run_id, stored, vehicle, link, start=start, by=by)
+            return await self._create(run_id, stored, vehicle, link, wind, start=start, by=by)
         except BaseException:
             vehicle.run_id = None
             raise
@@ -110,14 +114,24 @@ class Runs:
         return [*(flight.run for flight in self._flights.values()), *waiting]
 
     async def start(self, run_id: str, by: str) -> Run:
-        """Start an uploaded run, or as soon as it is uploaded. Raises NotFoundError, WrongStateError."""
+        """Start an uploaded run, or as soon as it is uploaded. Its plan is checked anew: the battery may be another.
+
+        Raises:
+            NotFoundError, WrongStateError, PlanRejectedError, LinkError, StorageError.
+        """
         flight = await self._flight(run_id)
+        flight.require_startable()
+        stored = await self._plans.get(flight.run.plan_id)
+        if stored is not None:
+            facts = await self._fleet.facts(flight.run.vehicle_id)
+            await refuse_unfit_plan(parse_plan(stored.document), facts, flight.run.wind or CALM)
         flight.ask_start()
         return flight.run
 
     async def pause(self, run_id: str, by: str) -> Run:
         """Hold. Raises NotFoundError, WrongStateError, LinkError."""
         flight = await self._flight(run_id)
+        self._fleet.vehicle(flight.run.vehicle_id).hold_commanded()
         await flight.pause()
         return flight.run
 
@@ -172,10 +186,18 @@ class Runs:
         return await flight.consents.answer(plan_item_id, answer, by)
 
     async def _create(
-        self, run_id: str, stored: StoredPlan, vehicle: FleetVehicle, link: VehicleLink, *, start: bool, by: str
+        self,
+        run_id: str,
+        stored: StoredPlan,
+        vehicle: FleetVehicle,
+        link: VehicleLink,
+        wind: Wind,
+        *,
+        start: bool,
+        by: str,
     ) -> Run:
         plan = parse_plan(stored.document)
-        mission, timeline = await self._compile(plan, link)
+        mission, timeline = await self._compile(plan, await self._fleet.facts(vehicle.id), wind)
         now = self._clock.now()
         run = Run(
             id=run_id,
@@ -188,6 +210,7 @@ class Runs:
             mission_hash=mission_hash(mission),
             requested_by=by,
             start_requested=start,
+            wind=wind,
             drops=drop_records(mission),
             created_at=now,
             updated_at=now,
@@ -215,17 +238,10 @@ class Runs:
                 self._fleet.release(vehicle.id, run.id)
         return vehicle.run_id
 
-    async def _compile(self, plan: Plan, link: VehicleLink) -> tuple[Mission, Timeline]:
+    async def _compile(self, plan: Plan, facts: VehicleFacts, wind: Wind) -> tuple[Mission, Timeline]:
         """The mission, and what the vehicle is predicted to do with it, by its own parameters."""
-        facts = await link.read_facts()
-        findings = await asyncio.to_thread(check_plan, plan, facts)
-        if any(finding.severity is Severity.ERROR for finding in findings):
-            raise PlanRejectedError(
-                "the plan cannot be flown by this vehicle",
-                hint="mend what the findings name, and post it as a new plan",
-                findings=[finding.model_dump(mode="json") for finding in findings],
-            )
-        timeline = await asyncio.to_thread(predict, plan, facts)
+        await refuse_unfit_plan(plan, facts, wind)
+        timeline = await asyncio.to_thread(predict, plan, facts, wind)
         return compile_plan(plan, facts), timeline.first(RECORDED_VISITS)
 
     async def _take_up(self, run: Run) -> None:

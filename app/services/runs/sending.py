@@ -6,17 +6,22 @@ import asyncio
 import contextlib
 import math
 from collections.abc import Coroutine, Sequence
+from typing import Final
 
 from app.domain.commands import CommandAck, CommandRequest
 from app.domain.errors import CommandExpiredError, ConflictError, LinkError, StorageError, WaydropError
 from app.domain.events import EventKind
 from app.domain.mission import NAN
 from app.domain.ports import VehicleLink
+from app.domain.supervised import still_waits
 from app.domain.vehicle import FlightMode
-from app.services.runs.orders import FailureOrder, Order, ReleaseOrder, ResumeOrder
+from app.services.runs.orders import DivertOrder, FailureOrder, Order, ReleaseOrder, ResumeOrder
 from app.services.runs.recorder import RunRecorder
 from app.services.runs.settings import RunSettings
 from app.services.runs.watch import FlightWatch
+
+LEAVE_WITHIN_S: Final = 1.0
+"""Of the hold that must be left when a vehicle is sent to an alternate: the command arrives while it still waits."""
 
 
 class OrderSender:
@@ -37,6 +42,8 @@ class OrderSender:
                     self._spawn(self._release(order), f"release {order.drop.record.plan_item_id} #{order.attempt}")
                 case ResumeOrder():
                     self._spawn(self._resume_at(order.seq, order.waiting_at), f"resume at {order.seq}")
+                case DivertOrder():
+                    self._spawn(self._divert(order), f"to the alternate of {order.drop.record.plan_item_id}")
                 case FailureOrder():
                     self._spawn(self._on_failure(order), f"{order.action} after {order.plan_item_id}")
 
@@ -120,12 +127,29 @@ class OrderSender:
         self._watch.record(order.drop)
         self.carry_out(following)
 
+    async def _divert(self, order: DivertOrder) -> None:
+        """Send the vehicle to the alternate, once that is stored. If it fails, the bounded hold ends by itself, and the
+        drop at the alternate ends as one that was passed.
+        """
+        drop = order.drop
+        self._watch.divert(drop.record.plan_item_id)
+        try:
+            await self._recorder.flush()
+        except StorageError:
+            return
+        look = self._watch.now()
+        if still_waits(drop.machine, drop.observe(look), LEAVE_WITHIN_S):
+            await self._set_current(order.seq, because=f"{drop.record.plan_item_id} failed with its parcel on board")
+
     async def _resume_at(self, seq: int, waiting_at: tuple[int, ...]) -> None:
         """Move the mission on after a drop. If it fails the bounded hold ends by itself."""
         seen = self._watch.now()
         if seen.mode_for_drops is not FlightMode.MISSION or seen.state.mission_seq not in waiting_at:
             return  # a person has it, or it moved on by itself: a late command would move it back
-        self._recorder.note(EventKind.RUN_COMMAND, command="set_current", params=[seq])
+        await self._set_current(seq)
+
+    async def _set_current(self, seq: int, **why: object) -> None:
+        self._recorder.note(EventKind.RUN_COMMAND, command="set_current", params=[seq], **why)
         try:
             await self._link.set_current(seq)
             result = "accepted"

@@ -12,6 +12,7 @@ from app.domain.plan import Target
 from app.domain.progress import Progress
 from app.domain.supervised import (
     ConsentGiven,
+    Divert,
     DropMachine,
     DropTerms,
     Finish,
@@ -30,7 +31,7 @@ from app.domain.supervised.inputs import DropInput
 from app.domain.supervised.terms import GRIPPER_OPEN_US
 from app.services.runs.consent_evidence import LEFT_HOLD, RESTARTED, answered, asked, closed, withdrawn
 from app.services.runs.evidence import Look, commanded, finished, offset_m
-from app.services.runs.orders import Order, ReleaseOrder, ResumeOrder, failure_order
+from app.services.runs.orders import DivertOrder, Order, ReleaseOrder, ResumeOrder, failure_order
 
 
 class SupervisedRelease:
@@ -187,6 +188,8 @@ class SupervisedRelease:
         self._note_output(seen)
         self._take(effects)
         self._note_consent(seen)
+        if diverted := next((e for e in effects if isinstance(e, Divert)), None):
+            return (DivertOrder(self, diverted.seq),)  # what the plan says of a failure is for the alternate then
         if failure := failure_order(self.record, self._on_failure, seen.state):
             return (failure,)  # instead of moving on
         sends = [ReleaseOrder(self, e.attempt) for e in effects if isinstance(e, SendRelease)]

@@ -87,8 +87,9 @@ class FlightWatch:
 
     @property
     def drop_is_busy(self) -> bool:
-        """Whether the vehicle waits at a drop, or what a release did is not known yet."""
-        return any(release.is_active or release.is_busy for release in self.leg.releases if not release.is_over)
+        """Whether the vehicle waits at a drop or was sent to an alternate, or what a release did is not known yet."""
+        open_ones = [release for release in self.leg.releases if not release.is_over]
+        return any(one.is_active or one.is_busy or one.record.alternate_to is not None for one in open_ones)
 
     def take_change(self, change: PendingChange) -> None:
         """The vehicle carries the changed mission: follow that one from here on."""
@@ -189,6 +190,11 @@ class FlightWatch:
         if self._progress.is_complete and unasked:
             self._mission_done = True
 
+    def divert(self, plan_item_id: str) -> None:
+        """The vehicle is about to be sent to this drop's alternate: from now on the drop there is looked at too."""
+        self.leg = self.leg.diverted(plan_item_id)
+        self._recorder.change(drops=(*self._recorder.run.drops, self.leg.alternates[plan_item_id].record))
+
     def _look_at_drops(self, seen: Look) -> tuple[Order, ...]:
         orders: list[Order] = []
         for release in self.leg.releases:
@@ -209,9 +215,12 @@ class FlightWatch:
         """Take a drop's new record in; a supervised drop that is over counts as flown."""
         was_over = self._recorder.run.drop(release.record.plan_item_id).phase == "done"
         self._recorder.drop(release.record)
-        at_hold = self._progress.current is not None and self._progress.current >= min(release.compiled.hold_seqs)
+        current, hold_seqs = self._progress.current, release.compiled.hold_seqs
+        at_hold = current is not None and current >= min(hold_seqs)
+        if release.record.alternate_to is not None:  # the mission may have gone on past it without a visit
+            at_hold = current in hold_seqs
         if release.is_over and not was_over and release.compiled.supervised and at_hold:
-            through = max(release.compiled.hold_seqs)
+            through = max(hold_seqs)
             self._advance(self._progress.also_flown(release.record.plan_item_id, through_seq=through))
 
     def _follow_phase(self, seen: Look) -> None:

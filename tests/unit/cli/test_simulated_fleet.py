@@ -22,7 +22,7 @@ def test_four_ports_in_a_row_take_a_vehicle_each() -> None:
 
 def test_a_lost_offboard_stream_is_hold_for_nobody_holds_sticks_here() -> None:
     arguments = fleet("udpin://0.0.0.0:14540").arguments()
-    assert arguments[arguments.index("--params") + 1] == "COM_OBL_RC_ACT=5"
+    assert arguments[arguments.index("--params") + 1] == "COM_OBL_RC_ACT=5,COM_LOW_BAT_ACT=3"
 
 
 def test_one_port_takes_them_all() -> None:

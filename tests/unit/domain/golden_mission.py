@@ -59,6 +59,7 @@ def _drop(drop: CompiledDrop) -> dict[str, object]:
     return {name: getattr(drop, name) for name in CompiledDrop.__slots__} | {
         "command": drop.command.name,
         "params": _floats(drop.params),
+        "alternate": None if drop.alternate is None else _drop(drop.alternate),
     }
 
 

@@ -63,7 +63,15 @@ LOITER = st.tuples(_positioned("loiter", radius_m=st.sampled_from([None, 60, -80
 _TARGET = st.fixed_dictionaries(
     {"feed": st.just("ship-1"), "max_move_m": st.floats(1, 500), "max_speed_m_s": st.floats(0.5, 30)}
 )
-GRIPPER = _item("gripper", action=st.sampled_from(["release", "grab"]), target=st.none() | st.none() | _TARGET, **_DROP)
+_TERMS = {name: _DROP[name] for name in ("hold_s", "max_offset_m", "consent", "consent_timeout_s")}
+_ALTERNATE = st.tuples(_PLACE, _ALTITUDE, st.fixed_dictionaries(_TERMS)).map(lambda p: p[0] | p[1] | p[2])
+GRIPPER = _item(
+    "gripper",
+    action=st.sampled_from(["release", "grab"]),
+    alternate=st.none() | st.none() | _ALTERNATE,
+    target=st.none() | st.none() | _TARGET,
+    **_DROP,
+)
 ITEM = st.one_of(
     WAYPOINT,
     WAYPOINT,
@@ -116,6 +124,7 @@ def sensible_plans(draw: st.DrawFn) -> Plan:
             items[-1]["action"] = action
             if action == "grab":
                 items[-1]["mode"] = None  # a grab is never supervised
+                items[-1].pop("alternate", None)
             action = "grab" if action == "release" else "release"
         if kind == "landed":
             items.append({"type": "waypoint", **place, "relative_altitude_m": 40})
@@ -151,6 +160,8 @@ def _stop(kind: str, place: Json, draw: st.DrawFn) -> list[Json]:
     moving = kind.endswith("moving")
     mode = "embedded" if moving else draw(st.sampled_from([None, "supervised", "embedded"]))
     drop = {"type": "gripper", "action": "release", "release_motion": "moving" if moving else "stopped", "mode": mode}
+    if not moving and kind != "landed" and mode != "embedded" and draw(st.booleans()):
+        drop["alternate"] = {**draw(_NEARBY), "relative_altitude_m": 40}
     return [position, *([{"type": "delay", "duration_s": 2}] if kind == "delayed" else []), drop]
 
 

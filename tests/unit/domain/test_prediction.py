@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from app.domain.default_facts import default_facts
 from app.domain.geo import distance_m
 from app.domain.plan import Plan
-from app.domain.prediction import PredictedDrop, Timeline, Wind, predict
+from app.domain.prediction import CALM, PredictedDrop, Timeline, Wind, predict
 from app.domain.prediction.smooth_speed import Limits, travel_s
 from tests.unit.domain.plan_pieces import (
     HOME,
@@ -122,8 +122,25 @@ def test_a_fixed_wing_releases_one_switch_distance_early(
 
 def test_a_parcel_flies_on_while_it_falls() -> None:
     drop = _drop(fixed_wing(waypoint(400, 0, 45), gripper("moving")))
-    assert drop.fall_s == pytest.approx(3.03, abs=0.01)
-    assert drop.throw_m == pytest.approx(45.4, abs=0.1)
+    assert 3.03 < drop.fall_s < 4.0  # without drag 3.03 s and 45.4 m
+    assert 30.0 < drop.throw_m < 45.4
+
+
+def test_the_wind_carries_a_parcel_from_where_it_was_let_go() -> None:
+    flight = multicopter(waypoint(100, 0, 60), gripper())
+    (drop,) = predict(flight, facts(), Wind(east_m_s=8.0)).drops
+    assert drop.release_latitude_deg == pytest.approx(drop.landing_latitude_deg)
+    assert drop.release_longitude_deg is not None
+    assert drop.landing_longitude_deg is not None
+    east_m = distance_m(47.4, drop.release_longitude_deg, 47.4, drop.landing_longitude_deg)
+    assert east_m == pytest.approx(drop.throw_m, rel=0.01)
+    assert 0.2 * 8.0 * drop.fall_s < drop.throw_m < 8.0 * drop.fall_s
+
+
+def test_a_timeline_says_the_wind_that_it_reckons_with() -> None:
+    wind = Wind(east_m_s=8.0)
+    assert predict(multicopter(waypoint()), facts(), wind).wind == wind
+    assert predict(multicopter(waypoint()), facts()).wind == CALM
 
 
 def test_a_drop_from_a_circle_is_one_radius_away_and_nobody_knows_where() -> None:
@@ -219,11 +236,21 @@ def test_a_return_goes_home_where_nothing_else_is() -> None:
         assert distance_m(HOME.latitude_deg, HOME.longitude_deg, *there) == pytest.approx(0.0, abs=0.01)
 
 
-@pytest.mark.parametrize(("rtl_type", "unsure"), [(0, False), (1, False), (2, True), (3, False), (4, True), (5, False)])
-def test_a_return_along_the_mission_is_said_to_be_unsure_by_all_that_was_flown(rtl_type: int, unsure: bool) -> None:
-    last = predict(multicopter(waypoint(300)), facts(home=HOME, RTL_TYPE=rtl_type)).entries[-1]
-    assert last.type == "return_to_launch"
-    assert last.unsure_s == (last.start_s if unsure else 0.0)
+def test_a_return_along_the_mission_takes_its_corners_back() -> None:
+    """Out by a corner 300 m to the north; straight home it would be 300 m to the west."""
+    flight = multicopter(waypoint(300), waypoint(300, 300), waypoint(0, 300))
+    straight, back = (predict(flight, facts(home=HOME, RTL_TYPE=rtl_type)).entries[-1] for rtl_type in (0, 2))
+    assert straight.distance_m == pytest.approx(300.0, abs=20.0)
+    assert back.distance_m == pytest.approx(900.0, abs=60.0)
+    assert back.unsure_s == 0.0
+
+
+@pytest.mark.parametrize("vehicle_type", ["fixed_wing", "rover", "airship"])
+def test_how_other_types_end_a_return_along_the_mission_is_said_to_be_unsure(vehicle_type: str) -> None:
+    first = [] if vehicle_type == "rover" else [takeoff(30, **at(160, 0))]
+    flight = plan(vehicle_type, *first, waypoint(300), RETURN)
+    last = predict(flight, facts(vehicle_type, home=HOME, RTL_TYPE=2)).entries[-1]
+    assert last.unsure_s == last.start_s > 0.0
 
 
 def test_a_headwind_makes_a_pass_slower_and_its_lead_shorter() -> None:

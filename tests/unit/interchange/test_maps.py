@@ -22,7 +22,7 @@ KML = "{http://www.opengis.net/kml/2.2}"
 SLOW_DATA = settings(suppress_health_check=[HealthCheck.too_slow], deadline=None, max_examples=60)
 PLAN = multicopter(
     waypoint(100, 0, id="door"),
-    gripper(id="drop"),
+    gripper(id="drop", alternate=at(100, 40, relative_altitude_m=25, id="locker")),
     delay(3),
     order={"id": "RX-1"},
     geofence={"polygons": [square("inclusion", 0, 0, 300)], "circles": [circle("exclusion", 100, 100, 30)]},
@@ -77,6 +77,10 @@ def test_geojson_has_legs_drops_releases_fence_rally_points_and_home() -> None:
     assert place.type == "waypoint"
     assert drop["geometry"]["coordinates"] == [place.longitude_deg, place.latitude_deg]
     assert drop["properties"]["supervised"] is True
+    (alternate,) = features(PLAN, "alternate")
+    there = PLAN.alternates[0][1]
+    assert alternate["geometry"]["coordinates"] == [there.longitude_deg, there.latitude_deg]
+    assert (alternate["properties"]["item_id"], alternate["properties"]["drop"]) == ("locker", "drop")
     (release,) = features(PLAN, "predicted_release")
     assert release["properties"]["offset_m"] > 0
     assert [fence["properties"]["fence"] for fence in features(PLAN, "fence")] == ["inclusion", "exclusion"]
@@ -134,7 +138,7 @@ def test_kml_has_items_in_order_route_drops_fence_and_rally_points() -> None:
     found = folders(PLAN)
     assert names(found["Items"]) == ["1 item-1", "2 door", "3 drop", "4 item-4", "5 item-5"]
     assert names(found["Predicted route"]) == ["to item-1", "to door", "to item-5"]
-    assert names(found["Drops"]) == ["drop"]
+    assert names(found["Drops"]) == ["drop", "locker"]
     assert names(found["Geofence"]) == ["inclusion 1", "exclusion circle 1"]
     assert names(found["Rally points"]) == ["rally point 1"]
 

@@ -122,8 +122,9 @@ async def test_commands_outside_a_run_are_recorded_with_who_gave_them() -> None:
         with pytest.raises(ConflictError, match="not armed"):
             await commands.hold("v1", "anna")
         vehicle.put(armed=True, mode=FlightMode.MISSION)
+        fleet.vehicle("v1").hold_commanded = lambda: vehicle.sent.append("whoever flies it by hand is told")
         await commands.hold("v1", "anna")
-        assert vehicle.sent == ["hold"]
+        assert vehicle.sent == ["whoever flies it by hand is told", "hold"]
         fleet.vehicle("v1").run_id = "run-1"
         with pytest.raises(ConflictError, match="run-1"):
             await commands.land("v1", "anna")

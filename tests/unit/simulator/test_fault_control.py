@@ -44,6 +44,7 @@ async def ask(fleet: Fleet, **request: Any) -> dict[str, Any]:
         ("refuse_upload", 4, lambda v: v.faults.refuse_upload == 4),
         ("lost_ack", 2, lambda v: v.faults.lost_acks == 2),
         ("stuck_gripper", True, lambda v: v.faults.stuck_gripper),
+        ("no_gripper", True, lambda v: v.faults.no_gripper),
         ("slow_gripper", 3, lambda v: v.faults.slow_gripper_s == 3.0),
         ("gps_loss", True, lambda v: v.faults.gps_lost),
         ("range_loss", True, lambda v: v.faults.range_lost),

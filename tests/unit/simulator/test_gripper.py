@@ -166,6 +166,13 @@ def test_a_stuck_gripper_looks_on_the_link_like_one_that_opened(cockpit: Cockpit
     assert not cockpit.vehicle.state.gripper.is_open
 
 
+def test_a_gripper_that_is_gone_in_flight_refuses_and_drops_nothing(cockpit: Cockpit) -> None:
+    cockpit.arm()
+    cockpit.vehicle.faults.no_gripper = True
+    assert gripper(cockpit, 0) == [Result.FAILED]
+    assert not cockpit.vehicle.state.gripper.is_open
+
+
 def test_a_slow_gripper_takes_longer(cockpit: Cockpit) -> None:
     cockpit.vehicle.faults.slow_gripper_s = 2.0
     assert gripper(cockpit, 0, wait_s=1.5) == [Result.IN_PROGRESS]

@@ -27,6 +27,7 @@ LASTING: dict[str, tuple[Any, Any]] = {
     "refuse_upload": (15, 0),
     "lost_ack": (1000, 0),
     "stuck_gripper": (True, False),
+    "no_gripper": (True, False),
     "slow_gripper": (600.0, 0.0),
     "stuck_winch": (True, False),
     "gps_loss": (True, False),

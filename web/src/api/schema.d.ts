@@ -1535,6 +1535,67 @@ export interface components {
             outputs: number[];
         };
         /**
+         * Alternate
+         * @description Where the vehicle goes with the parcel if the drop fails and the parcel is surely still on board.
+         *
+         *     It flies there straight, holds for at most `hold_s`, and a second supervised drop is made, with a record of its own
+         *     under this `id` (`<drop>-alternate` if not given). The other fields mean what they mean for a drop.
+         */
+        Alternate: {
+            /**
+             * Relative Altitude M
+             * @default null
+             */
+            relative_altitude_m: number | null;
+            /**
+             * Absolute Altitude M
+             * @default null
+             */
+            absolute_altitude_m: number | null;
+            /**
+             * Latitude Deg
+             * @description WGS84 latitude
+             */
+            latitude_deg: number;
+            /**
+             * Longitude Deg
+             * @description WGS84 longitude
+             */
+            longitude_deg: number;
+            /**
+             * Id
+             * @description stable name; made if missing
+             * @default
+             */
+            id: string;
+            /**
+             * Yaw Deg
+             * @default null
+             */
+            yaw_deg: number | null;
+            /**
+             * Hold S
+             * @default 30
+             */
+            hold_s: number;
+            /**
+             * Max Offset M
+             * @default null
+             */
+            max_offset_m: number | null;
+            /**
+             * Consent
+             * @default none
+             * @enum {string}
+             */
+            consent: "none" | "operator";
+            /**
+             * Consent Timeout S
+             * @default null
+             */
+            consent_timeout_s: number | null;
+        };
+        /**
          * Approach
          * @description Where a fixed wing descends on a circle before it lands along the tangent. The sign of the radius: direction.
          */
@@ -2149,12 +2210,19 @@ export interface components {
          *     go. They are never merged. PX4's grippers have no sensor: `sensed_at` stays None for them.
          *
          *     `consent` is None if the plan asks for none; `target` if the drop has no moving target, or none was reported of.
+         *     `alternate_to` is the drop that failed before this one was tried at its
+         *     alternate; such a record is there only once the vehicle was sent on.
          */
         DropRecord: {
             /** Plan Item Id */
             plan_item_id: string;
             /** Supervised */
             supervised: boolean;
+            /**
+             * Alternate To
+             * @default null
+             */
+            alternate_to: string | null;
             /** @default waiting */
             phase: components["schemas"]["DropPhase"];
             /** @default null */
@@ -2640,7 +2708,9 @@ export interface components {
         };
         /**
          * Gripper
-         * @description Release or grab a parcel at the position item before (DO_GRIPPER). With a `target` that place follows it.
+         * @description Release or grab a parcel at the position item before (DO_GRIPPER).
+         *
+         *     `alternate` is where a supervised release is made if it fails here. With a `target` the place follows it.
          */
         Gripper: {
             /**
@@ -2670,6 +2740,11 @@ export interface components {
              */
             max_offset_m: number | null;
             /**
+             * Mass Kg
+             * @default null
+             */
+            mass_kg: number | null;
+            /**
              * Consent
              * @default none
              * @enum {string}
@@ -2695,6 +2770,8 @@ export interface components {
              * @enum {string}
              */
             action: "release" | "grab";
+            /** @default null */
+            alternate: components["schemas"]["Alternate"] | null;
             /** @default null */
             target: components["schemas"]["Target"] | null;
         };
@@ -3150,6 +3227,8 @@ export interface components {
         /**
          * Limits
          * @description Bounds that the plan sets itself; the rules hold it to them.
+         *
+         *     `min_battery_percent` must be left where the flight ends; a vehicle may declare a higher reserve.
          */
         Limits: {
             /**
@@ -3168,10 +3247,20 @@ export interface components {
              */
             max_speed_m_s: number | null;
             /**
+             * Max Drop Height M
+             * @default null
+             */
+            max_drop_height_m: number | null;
+            /**
              * Max Duration S
              * @default null
              */
             max_duration_s: number | null;
+            /**
+             * Min Battery Percent
+             * @default null
+             */
+            min_battery_percent: number | null;
         };
         /**
          * LocalPoint
@@ -3419,7 +3508,7 @@ export interface components {
          * OffboardView
          * @description Offboard control of one vehicle. `reason` says why it is so, or why the last lease ended.
          *
-         *     `flown_by`: setpoints in OFFBOARD mode, or commands in Hold: then `order` is the newest of them. Null: no lease.
+         *     `flown_by`: setpoints in OFFBOARD mode, or commands in Hold. Null: no lease. `order` is the newest command.
          */
         OffboardView: {
             state: components["schemas"]["OffboardState"];
@@ -3457,10 +3546,11 @@ export interface components {
         };
         /**
          * OrderView
-         * @description The newest command of a vehicle that is flown by commands, and its answer.
+         * @description The newest command of whoever flies by hand, and its answer.
          *
-         *     `command`: DO_REPOSITION (without a place: circle here) or DO_ORBIT; `altitude_m` is AMSL, a positive `radius_m`
-         *     clockwise. `result`: `sent`, `no answer`, or the MAV_RESULT of its COMMAND_ACK.
+         *     `command`: DO_SET_MODE on the way in and out; of a wing flown by commands DO_REPOSITION (without a place: circle
+         *     here) or DO_ORBIT; `altitude_m` is AMSL, a positive `radius_m` clockwise. `result`: `sent`, `no answer`, or the
+         *     MAV_RESULT of its COMMAND_ACK.
          */
         OrderView: {
             /** Command */
@@ -3525,6 +3615,50 @@ export interface components {
             points: (components["schemas"]["LocalPoint"] | components["schemas"]["GlobalPoint"])[];
         };
         /**
+         * Performance
+         * @description Of one vehicle as it flies deliveries, loaded. null: not declared.
+         *
+         *     Either watts with the battery's usable capacity, or one rate in per cent a minute for all of the flight. A
+         *     `hover_w` or `climb_w` that is not given is the highest rate that is. `reserve_percent` is what must be left.
+         */
+        Performance: {
+            /**
+             * Payload Max Kg
+             * @default null
+             */
+            payload_max_kg: number | null;
+            /**
+             * Battery Capacity Wh
+             * @default null
+             */
+            battery_capacity_wh: number | null;
+            /**
+             * Cruise W
+             * @default null
+             */
+            cruise_w: number | null;
+            /**
+             * Hover W
+             * @default null
+             */
+            hover_w: number | null;
+            /**
+             * Climb W
+             * @default null
+             */
+            climb_w: number | null;
+            /**
+             * Battery Percent Per Min
+             * @default null
+             */
+            battery_percent_per_min: number | null;
+            /**
+             * Reserve Percent
+             * @default 20
+             */
+            reserve_percent: number;
+        };
+        /**
          * Plan
          * @description A delivery plan, version 1. Items without an id get `item-<number>`; ids are unique.
          */
@@ -3553,7 +3687,9 @@ export interface components {
              *       "max_relative_altitude_m": null,
              *       "max_distance_m": null,
              *       "max_speed_m_s": null,
-             *       "max_duration_s": null
+             *       "max_drop_height_m": null,
+             *       "max_duration_s": null,
+             *       "min_battery_percent": null
              *     }
              */
             limits: components["schemas"]["Limits"];
@@ -3613,7 +3749,8 @@ export interface components {
         };
         /**
          * PlanCheckRequest
-         * @description Check `plan` (see the plan schema) against the vehicle's type, or against the facts of one vehicle.
+         * @description Check `plan` (see the plan schema) against the vehicle's type, or against the facts of one vehicle, in this wind
+         *     (null: in calm air).
          */
         PlanCheckRequest: {
             /** Plan */
@@ -3623,6 +3760,8 @@ export interface components {
              * @default null
              */
             vehicle: string | null;
+            /** @default null */
+            wind: components["schemas"]["WindGiven"] | null;
         };
         /**
          * PlanConversion
@@ -4004,12 +4143,39 @@ export interface components {
             altitude_m: number;
         };
         /**
+         * PredictedAlternate
+         * @description The other place of one drop: no part of the flight that is predicted, only of one in which that drop fails.
+         *
+         *     `seqs` are its mission items. Distance and time are of the way there, the time with its drop. The altitude is above
+         *     home.
+         */
+        PredictedAlternate: {
+            /** Item Id */
+            item_id: string;
+            /** Drop Id */
+            drop_id: string;
+            /** Seqs */
+            seqs: number[];
+            /** Latitude Deg */
+            latitude_deg: number;
+            /** Longitude Deg */
+            longitude_deg: number;
+            /** Relative Altitude M */
+            relative_altitude_m: number;
+            /** Distance M */
+            distance_m: number;
+            /** Duration S */
+            duration_s: number;
+        };
+        /**
          * PredictedDrop
          * @description Where and how one drop is predicted to act.
          *
          *     `lead_m` is how far before the point, along the track, the release happens; `offset_m` the distance from the point
          *     (the radius, on a circle). The release position is null on a circle: it can be anywhere there.
-         *     `fall_s` and `throw_m` are the fall to the height of home without drag, and how far the parcel flies on meanwhile.
+         *     `fall_s` and `throw_m` are the fall to the height of home, with drag and wind, and how far from the release, over
+         *     ground, the parcel comes down: at the landing position, null on a circle.
+         *     `return_battery_percent`: what a return from there takes of a full battery, null where no rate is declared.
          */
         PredictedDrop: {
             /** Item Id */
@@ -4041,6 +4207,21 @@ export interface components {
             fall_s: number;
             /** Throw M */
             throw_m: number;
+            /**
+             * Landing Latitude Deg
+             * @default null
+             */
+            landing_latitude_deg: number | null;
+            /**
+             * Landing Longitude Deg
+             * @default null
+             */
+            landing_longitude_deg: number | null;
+            /**
+             * Return Battery Percent
+             * @default null
+             */
+            return_battery_percent: number | null;
         };
         /**
          * PrincipalView
@@ -4332,6 +4513,7 @@ export interface components {
          *     mode again, or "" for the mission itself;
          *     "contingency" when a drop failed and the plan says to return; "refused" when the vehicle holds because it found a
          *     changed mission infeasible.
+         *     `wind` is the one that its checks and its prediction reckon with.
          *     A plan may be changed in flight: `plan_id` to `mission_hash` are of the newest that the vehicle carries, `change`
          *     says where it went on, `changes` counts. `changing` is a change whose arrival on board is not known yet.
          *     `reached_seq` is the highest mission item known to be done: after a reboot of the vehicle nothing before it is
@@ -4405,6 +4587,8 @@ export interface components {
              * @default false
              */
             start_requested: boolean;
+            /** @default null */
+            wind: components["schemas"]["Wind"] | null;
             /**
              * Asked
              * @default
@@ -4442,6 +4626,8 @@ export interface components {
         /**
          * RunRequest
          * @description Fly this plan with this vehicle. `start` false: upload and verify only, and wait for the start.
+         *
+         *     `wind` is what the check and the prediction of the run reckon with; null is calm air.
          */
         RunRequest: {
             /** Plan */
@@ -4453,6 +4639,8 @@ export interface components {
              * @default false
              */
             start: boolean;
+            /** @default null */
+            wind: components["schemas"]["WindGiven"] | null;
         };
         /**
          * RunState
@@ -4756,7 +4944,7 @@ export interface components {
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
              */
-            fault: "duplicate_sysid" | "gps_loss" | "link_cut" | "range_loss" | "stuck_gripper" | "stuck_winch";
+            fault: "duplicate_sysid" | "gps_loss" | "link_cut" | "no_gripper" | "range_loss" | "stuck_gripper" | "stuck_winch";
             /**
              * Value
              * @description true sets it, false clears it
@@ -5013,6 +5201,9 @@ export interface components {
          * @description `order` is the ids of the items as flown, jumps unrolled; jumps themselves are not in it, they take no time.
          *
          *     `open_ended`: the last item never ends by itself. `truncated`: more visits than are predicted.
+         *     `longest_duration_s`, where there are `alternates`: of a flight in which each such drop fails as its hold ends.
+         *     `wind` is the one that it reckons with. `battery_start_percent` is the charge that was found, null if none is known
+         *     (then a full battery is taken), `battery_used_percent` what the whole flight takes, null where no rate is declared.
          */
         Timeline: {
             /** Entries */
@@ -5035,6 +5226,33 @@ export interface components {
              * @default false
              */
             truncated: boolean;
+            /**
+             * Alternates
+             * @default []
+             */
+            alternates: components["schemas"]["PredictedAlternate"][];
+            /**
+             * Longest Duration S
+             * @default null
+             */
+            longest_duration_s: number | null;
+            /**
+             * @default {
+             *       "north_m_s": 0,
+             *       "east_m_s": 0
+             *     }
+             */
+            wind: components["schemas"]["Wind"];
+            /**
+             * Battery Start Percent
+             * @default null
+             */
+            battery_start_percent: number | null;
+            /**
+             * Battery Used Percent
+             * @default null
+             */
+            battery_used_percent: number | null;
         };
         /**
          * TimelineEntry
@@ -5042,6 +5260,8 @@ export interface components {
          *
          *     Position and altitude (above home) are those at the end. `brakes`: the vehicle comes to a stop there. `unsure_s`: by
          *     so much more than usual the time may be off, either way, because PX4 does something that cannot be predicted.
+         *     `battery_used_percent` is what the item takes of a full battery, null where the vehicle declares no rate, and
+         *     `energy_wh` the same in watt hours, null without a declared capacity.
          */
         TimelineEntry: {
             /** Item Id */
@@ -5075,6 +5295,16 @@ export interface components {
              * @default 0
              */
             unsure_s: number;
+            /**
+             * Battery Used Percent
+             * @default null
+             */
+            battery_used_percent: number | null;
+            /**
+             * Energy Wh
+             * @default null
+             */
+            energy_wh: number | null;
         };
         /**
          * Transition
@@ -5229,6 +5459,8 @@ export interface components {
         /**
          * VehicleView
          * @description A vehicle as shown. `quarantined` says why no command may be sent to it, null if it may.
+         *
+         *     `performance` is what the operator declares of it, null if nothing is declared.
          */
         VehicleView: {
             /** Id */
@@ -5246,6 +5478,7 @@ export interface components {
             quarantined: string | null;
             /** Run Id */
             run_id: string | null;
+            performance: components["schemas"]["Performance"] | null;
             state: components["schemas"]["StateView"];
         };
         /**
@@ -5564,6 +5797,11 @@ export interface components {
              */
             max_offset_m: number | null;
             /**
+             * Mass Kg
+             * @default null
+             */
+            mass_kg: number | null;
+            /**
              * Consent
              * @default none
              * @enum {string}
@@ -5601,6 +5839,22 @@ export interface components {
             rate_m_s: number | null;
         };
         /**
+         * Wind
+         * @description Where the air goes, over ground. A prediction without wind is one for calm air.
+         */
+        Wind: {
+            /**
+             * North M S
+             * @default 0
+             */
+            north_m_s: number;
+            /**
+             * East M S
+             * @default 0
+             */
+            east_m_s: number;
+        };
+        /**
          * WindFault
          * @description Moves the air.
          */
@@ -5620,6 +5874,33 @@ export interface components {
                 number,
                 number
             ];
+        };
+        /**
+         * WindGiven
+         * @description A steady wind: `from_deg` (clockwise from north, where it comes from) and `speed_m_s`, as in weather reports,
+         *     or `north_m_s` and `east_m_s`, where the air goes.
+         */
+        WindGiven: {
+            /**
+             * From Deg
+             * @default null
+             */
+            from_deg: number | null;
+            /**
+             * Speed M S
+             * @default null
+             */
+            speed_m_s: number | null;
+            /**
+             * North M S
+             * @default null
+             */
+            north_m_s: number | null;
+            /**
+             * East M S
+             * @default null
+             */
+            east_m_s: number | null;
         };
         /**
          * Wish
@@ -10149,7 +10430,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `request.invalid`: The body does not fit this request */
+            /** @description `plan.rejected`: The plan cannot be flown; `request.invalid`: The body does not fit this request */
             422: {
                 headers: {
                     [name: string]: unknown;

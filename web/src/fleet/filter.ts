@@ -7,7 +7,7 @@ import { STALE_S } from "../map/features";
 export const GROUPS = ["all", "air", "run", "attention"] as const;
 export type Group = (typeof GROUPS)[number];
 
-export const GROUP_NAMES: Readonly<Record<Group, string>> = { all: "All", air: "In the air", run: "In a run", attention: "Needs a look" };
+export const GROUP_NAMES: Readonly<Record<Group, string>> = { all: "All", air: "In the air", run: "In a run", attention: "To look at" };
 
 const LOW_BATTERY_PERCENT = 20;
 const AIRBORNE: ReadonlySet<string> = new Set(["in_air", "taking_off", "landing"]);

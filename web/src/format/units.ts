@@ -19,8 +19,6 @@ interface System {
   readonly long_from_m: number;
   readonly speed: Unit;
   readonly climb: Unit;
-  /** As MapLibre calls its scale. */
-  readonly scale: "metric" | "imperial" | "nautical";
 }
 
 const M: Unit = { name: "m", is: 1 };
@@ -35,9 +33,9 @@ const FT_MIN: Unit = { name: "ft/min", is: 0.3048 / 60 };
 
 /** What operators use: SI; feet and knots as in aviation; feet and miles per hour. */
 export const SYSTEMS = {
-  metric: { label: "m, m/s", short: M, long: KM, long_from_m: 10_000, speed: M_S, climb: M_S, scale: "metric" },
-  aviation: { label: "ft, kn", short: FT, long: NM, long_from_m: NM.is, speed: KN, climb: FT_MIN, scale: "nautical" },
-  miles: { label: "ft, mph", short: FT, long: MI, long_from_m: MI.is, speed: MPH, climb: FT_MIN, scale: "imperial" },
+  metric: { label: "m, m/s", short: M, long: KM, long_from_m: 10_000, speed: M_S, climb: M_S },
+  aviation: { label: "ft, kn", short: FT, long: NM, long_from_m: NM.is, speed: KN, climb: FT_MIN },
+  miles: { label: "ft, mph", short: FT, long: MI, long_from_m: MI.is, speed: MPH, climb: FT_MIN },
 } as const satisfies Record<string, System>;
 export type SystemName = keyof typeof SYSTEMS;
 
@@ -85,10 +83,6 @@ export function roundDistance(wish_m: number): number {
   const wish = wish_m / unit;
   const power = 10 ** Math.floor(Math.log10(Math.max(wish, 0.1)));
   return ([1, 2, 5, 10].find((n) => n * power >= wish * 0.999) ?? 10) * power * unit;
-}
-
-export function scaleUnit(): System["scale"] {
-  return system().scale;
 }
 
 /** A field of a plan, which is in metres or m/s, as it is in the chosen units; empty if these are the plan's own. */

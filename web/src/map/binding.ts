@@ -1,7 +1,7 @@
 /** Ties the scene to the signals: each source is drawn anew when, and only when, what it shows has changed. */
 
 import { computed, effect, signal, untracked } from "@preact/signals";
-import { roundDistance, scaleUnit } from "../format/units";
+import { roundDistance, systemName } from "../format/units";
 import { viewPlan, type PlanView } from "../plan/document";
 import type { Run, Timeline } from "../api/types";
 import { draftTimeline } from "../state/draft";
@@ -18,6 +18,7 @@ import { live, tracks, vehicles } from "../state/store";
 import { draftTask, placeTask, taskPlaces } from "../state/task-draft";
 import { taskQueue } from "../state/task-queue";
 import { theme } from "../state/theme";
+import { tiles } from "../state/tiles";
 import { boundsAround, following, homeOf, planPoints, vehiclePoint, viewed } from "./camera";
 import { destinationFeatures, dropFeatures, fenceFeatures, handleFeatures, itemProgress, pathFeatures, placeFeatures, ringFeatures, sketchFeatures, trackFeatures, vehicleFeatures, collection } from "./features";
 import { metresBetween } from "./geometry";
@@ -52,7 +53,7 @@ const TAILS_MS = 500;
 const tails = slowed(tracks, TAILS_MS);
 
 const textSize_px = signal(rootTextSize());
-const look = computed<Look>(() => ({ palette: PALETTES[theme.value], scale: Math.max(1, textSize_px.value / 15.5) }));
+const look = computed<Look>(() => ({ palette: PALETTES[theme.value], theme: theme.value, tiles, scale: Math.max(1, textSize_px.value / 15.5) }));
 
 function rootTextSize(): number {
   return Number.parseFloat(getComputedStyle(document.documentElement).fontSize);
@@ -86,9 +87,9 @@ export function bindScene(container: HTMLElement, onLabels: (labels: readonly La
     effect(() => scene.setData("destination", destinationFeatures(goTo.value?.at ?? null, goTo.value === null ? null : vehiclePoint(handsVehicle.value)))),
     effect(() => {
       void homeKey.value;
+      void systemName.value; // rings are at round distances of the chosen unit
       grid.home(scene);
     }),
-    effect(() => scene.setScale(scaleUnit())),
     effect(() => follow(scene)),
     effect(() => lookAtItem(scene)),
     lookAtNews(scene),

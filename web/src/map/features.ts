@@ -3,7 +3,7 @@
 import type { Feature, FeatureCollection, Geometry } from "geojson";
 import type { Run, RunState, Vehicle } from "../api/types";
 import { distance, wholeAltitude } from "../format/units";
-import { dropPlaces, isDrop, type PlanItemView, type PlanView } from "../plan/document";
+import { alternateOf, dropPlaces, isDrop, type PlanItemView, type PlanView } from "../plan/document";
 import type { Handle } from "../plan/handles";
 import { trackLines, type Tracks } from "../state/tracks";
 import { circleRing, offset, type Point } from "./geometry";
@@ -49,7 +49,8 @@ export type Progress = "ahead" | "current" | "done";
 export function itemProgress(plan: PlanView, run: Run | null): Map<string, Progress> {
   const done = new Set(run?.flown_item_ids ?? []);
   const current = run === null ? null : currentItem(plan, run);
-  return new Map(plan.items.map(({ id }) => [id, id === current ? "current" : done.has(id) ? "done" : "ahead"]));
+  const isCurrent = (item: PlanItemView) => current !== null && (item.id === current || alternateOf(item)?.id === current); // at its other place
+  return new Map(plan.items.map((item) => [item.id, isCurrent(item) ? "current" : done.has(item.id) ? "done" : "ahead"]));
 }
 
 const IN_MISSION: ReadonlySet<RunState> = new Set(["starting", "flying", "at_drop", "paused"]);
@@ -60,15 +61,22 @@ function currentItem(plan: PlanView, run: Run): string | null {
   return IN_MISSION.has(run.state) ? run.item_id : null;
 }
 
-/** One line for each leg; the leg to an item has the item's progress. A take-off without a position starts at home. */
+/** One line for each leg; the leg to an item has the item's progress. The legs over an alternate are lines of their own. A take-off without a position starts at home. */
 export function pathFeatures(plan: PlanView, home: Point | null, progress: ReadonlyMap<string, Progress>): FeatureCollection {
   const legs: Feature[] = [];
   let last = home;
+  let elsewhere: Point | null = null;
+  const lead = (from: Point, to: Point, state: string) => legs.push(feature({ type: "LineString", coordinates: [from, to] }, { state }));
   for (const item of plan.items) {
+    const other = alternateOf(item)?.at ?? null;
+    if (other !== null && last !== null) lead(last, other, "alternate");
+    elsewhere = other ?? elsewhere;
     const to = item.type === "return_to_launch" ? home : item.at;
     if (to === null) continue;
-    if (last !== null) legs.push(feature({ type: "LineString", coordinates: [last, to] }, { state: progress.get(item.id) ?? "ahead" }));
+    if (last !== null) lead(last, to, progress.get(item.id) ?? "ahead");
+    if (elsewhere !== null) lead(elsewhere, to, "alternate");
     last = to;
+    elsewhere = null;
   }
   return collection(legs);
 }
@@ -94,8 +102,10 @@ export function dropFeatures(plan: PlanView, run: Run | null): FeatureCollection
   const outcomes = new Map(run?.drops.map((drop) => [drop.plan_item_id, drop.outcome]));
   return collection(
     plan.items.filter(isDrop).flatMap((item) => {
-      const at = places.get(item.id);
-      return at ? feature({ type: "Point", coordinates: at }, { id: item.id, label: item.id, outcome: outcomes.get(item.id) ?? "pending" }) : [];
+      const other = alternateOf(item);
+      return [{ id: item.id, at: places.get(item.id) }, { id: other?.id ?? "", at: other?.at }].flatMap(({ id, at }) =>
+        at ? feature({ type: "Point", coordinates: at }, { id, label: id, outcome: outcomes.get(id) ?? "pending" }) : [],
+      );
     }),
   );
 }

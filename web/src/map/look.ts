@@ -1,7 +1,9 @@
 /** What all layers of the map have in common: colours and scale, lines and text. */
 
 import type { ExpressionSpecification, LineLayerSpecification } from "maplibre-gl";
+import type { Theme } from "../state/theme";
 import type { Palette } from "./palette";
+import type { Tiles } from "./tiles";
 
 /** Without a glyph server MapLibre draws text with the page's own fonts. */
 const FONT = ["Inter", "system-ui", "sans-serif"];
@@ -10,6 +12,9 @@ export const ROUND: LineLayerSpecification["layout"] = { "line-cap": "round", "l
 /** How the map looks: its colours, and how large it draws (1 with the text of a laptop, more on a wall). */
 export interface Look {
   readonly palette: Palette;
+  readonly theme: Theme;
+  /** The map under ours; null without one. */
+  readonly tiles: Tiles | null;
   readonly scale: number;
 }
 

@@ -111,6 +111,19 @@ describe("a plan on the map", () => {
     expect(feature?.properties?.["outcome"]).toBe("kept");
   });
 
+  it("shows the other place of a drop, the ways over it, and a run that goes there", () => {
+    const locker = { id: "locker", latitude_deg: 47.2, longitude_deg: 8.2, relative_altitude_m: 10 };
+    const withOther = viewPlan({ items: plan.items.map(({ fields }) => (fields["id"] === "drop" ? { ...fields, alternate: locker } : fields)) });
+    const legs = pathFeatures(withOther, [8, 47], itemProgress(withOther, null)).features.filter(({ properties }) => properties?.["state"] === "alternate");
+    expect(legs.map(({ geometry }) => "coordinates" in geometry && geometry.coordinates)).toEqual([
+      [[8.1, 47.1], [8.2, 47.2]],
+      [[8.2, 47.2], [8, 47]],
+    ]);
+    const run = sampleRun({ item_id: "locker", drops: [sampleDrop({ plan_item_id: "drop", outcome: "kept" }), sampleDrop({ plan_item_id: "locker", outcome: "pending" })] });
+    expect(dropFeatures(withOther, run).features.map(({ properties }) => [properties?.["id"], properties?.["outcome"]])).toEqual([["drop", "kept"], ["locker", "pending"]]);
+    expect(itemProgress(withOther, run).get("drop")).toBe("current");
+  });
+
   it("draws its fences", () => {
     expect(fenceFeatures(plan).features[0]?.properties).toEqual({ kind: "exclusion" });
   });

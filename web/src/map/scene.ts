@@ -1,6 +1,6 @@
 /** The MapLibre map behind a small face: data in by source, view changes out. Draws at most once per frame. */
 
-import { Map as GlMap, ScaleControl, setWorkerUrl, type GeoJSONSource } from "maplibre-gl";
+import { Map as GlMap, setWorkerUrl, type GeoJSONSource } from "maplibre-gl";
 import workerUrl from "maplibre-gl/dist/maplibre-gl-worker.mjs?url";
 import type { FeatureCollection } from "geojson";
 import type { Point } from "./geometry";
@@ -36,7 +36,6 @@ export class Scene {
   readonly #data: MapData = { ...NO_DATA };
   readonly #texts = new Map<SourceId, string>();
   readonly #dirty = new Set<SourceId>();
-  readonly #scale = new ScaleControl({ maxWidth: 120 });
   #look: Look;
   #frame = 0;
   readonly #pacing = new Pacing(() => this.#dirty.size > 0 && this.#flushSoon());
@@ -58,7 +57,6 @@ export class Scene {
     });
     this.#map.touchZoomRotate.disableRotation();
     this.#map.keyboard.disableRotation();
-    this.#map.addControl(this.#scale, "bottom-left");
     this.#map.setMissingStyleImageResolver((name) => this.#addIcon(name));
     this.#listen();
   }
@@ -77,10 +75,6 @@ export class Scene {
     if (look.palette === this.#look.palette && look.scale === this.#look.scale) return;
     this.#look = look;
     this.#map.setStyle(buildStyle(look, this.#data), { diff: false }); // icons are coloured: all are drawn anew
-  }
-
-  setScale(unit: "metric" | "imperial" | "nautical"): void {
-    this.#scale.setUnit(unit);
   }
 
   fit(bounds: [number, number, number, number]): void {
@@ -119,6 +113,9 @@ export class Scene {
   #listen(): void {
     const map = this.#map;
     map.on("style.load", () => this.#flush());
+    map.on("error", (event) => {
+      if (!("sourceId" in event && event.sourceId === "tiles")) console.error(event.error); // without its map the page works as before
+    });
     const tellView = () => this.events.onView(this.#view());
     map.on("load", tellView);
     map.on("move", tellView);

@@ -1,9 +1,10 @@
-/** The map's style: our own sources and layers only. No tiles, no sprite, no glyph server: nothing is ever fetched. */
+/** The map's style: our own sources and layers. No sprite, no glyph server; tiles only where they are configured. */
 
 import type { ExpressionSpecification, LayerSpecification, StyleSpecification } from "maplibre-gl";
 import type { FeatureCollection } from "geojson";
 import { ROUND, text, textPaint, type Look } from "./look";
 import { taskLayers } from "./task-layers";
+import { tileLayers, tileSources } from "./tiles";
 
 export const SOURCES = ["gridMinor", "gridMajor", "rings", "fences", "tracks", "path", "release", "handles", "places", "drops", "sketch", "destination", "tasks", "vehicles"] as const;
 export type SourceId = (typeof SOURCES)[number];
@@ -15,9 +16,10 @@ export const NO_DATA: MapData = Object.fromEntries(SOURCES.map((id) => [id, NOTH
 export function buildStyle(look: Look, data: MapData): StyleSpecification {
   return {
     version: 8,
-    sources: Object.fromEntries(SOURCES.map((id) => [id, { type: "geojson", data: data[id], tolerance: 0.1 }])),
+    sources: { ...tileSources(look.tiles), ...Object.fromEntries(SOURCES.map((id) => [id, { type: "geojson" as const, data: data[id], tolerance: 0.1 }])) },
     layers: [
       { id: "background", type: "background", paint: { "background-color": look.palette.background } },
+      ...tileLayers(look.tiles, look.theme),
       ...backgroundLayers(look),
       ...planLayers(look),
       ...destinationLayers(look),
@@ -51,21 +53,24 @@ function backgroundLayers({ palette: p, scale }: Look): LayerSpecification[] {
   ];
 }
 
-function planLayers({ palette: p, scale }: Look): LayerSpecification[] {
+function planLayers(look: Look): LayerSpecification[] {
+  const { palette: p, scale } = look;
   const state: ExpressionSpecification = ["get", "state"];
   return [
-    { id: "pathCasing", type: "line", source: "path", layout: { ...ROUND }, paint: { "line-color": p.pathCasing, "line-width": 6 * scale, "line-opacity": 0.8 } },
+    { id: "pathCasing", type: "line", source: "path", filter: ["!=", state, "alternate"], layout: { ...ROUND }, paint: { "line-color": p.pathCasing, "line-width": 6 * scale, "line-opacity": 0.8 } },
     {
       id: "path",
       type: "line",
       source: "path",
+      filter: ["!=", state, "alternate"],
       layout: { ...ROUND },
       paint: { "line-color": ["match", state, "done", p.pathDone, p.path], "line-width": ["match", state, "current", 4 * scale, 2.5 * scale] },
     },
+    { id: "pathElse", type: "line", source: "path", filter: ["==", state, "alternate"], layout: { ...ROUND }, paint: { "line-color": p.drop, "line-width": 1.8 * scale, "line-dasharray": [1.5, 2.5] } },
     { id: "tracks", type: "line", source: "tracks", layout: { ...ROUND }, paint: { "line-color": p.track, "line-width": 2 * scale, "line-opacity": 0.75 } },
     { id: "ringText", type: "symbol", source: "rings", filter: ["==", ["get", "kind"], "label"], layout: text("label", 11 * scale), paint: textPaint(p.ringText, p) },
-    ...releaseLayers({ palette: p, scale }),
-    ...handleLayers({ palette: p, scale }),
+    ...releaseLayers(look),
+    ...handleLayers(look),
     {
       id: "places",
       type: "circle",
@@ -140,8 +145,8 @@ function handleLayers({ palette: p, scale }: Look): LayerSpecification[] {
       source: "handles",
       paint: {
         "circle-radius": ["match", role, "middle", 3.5 * scale, 5.5 * scale],
-        "circle-color": ["match", role, ["rally", "home", "approach"], p.path, p.background],
-        "circle-stroke-color": ["match", role, ["rally", "home", "approach"], p.halo, p.text],
+        "circle-color": ["match", role, ["rally", "home", "approach"], p.path, "alternate", p.drop, p.background],
+        "circle-stroke-color": ["match", role, ["rally", "home", "approach", "alternate"], p.halo, p.text],
         "circle-stroke-width": 1.8 * scale,
         "circle-opacity": ["match", role, "middle", 0.6, 1],
         "circle-stroke-opacity": ["match", role, "middle", 0.6, 1],

@@ -1,7 +1,7 @@
 /** A plan item in a few words, as the lists show it. Pure. */
 
 import { altitude, distance, seconds, speed } from "../format/units";
-import type { PlanItemView } from "./document";
+import { alternateOf, type PlanItemView } from "./document";
 
 const TITLES: Readonly<Record<string, string>> = {
   takeoff: "Take off",
@@ -43,10 +43,16 @@ export function itemSummary(item: PlanItemView): string {
     f["release_motion"] === "stopped" ? "while stopped" : f["release_motion"] === "moving" ? "while moving" : null,
     words(f["mode"]) || null,
     f["consent"] === "operator" ? "with an operator's consent" : null,
+    alternateWords(item),
     item.type === "jump" ? `to ${words(f["target"])}` : null,
     num(f["repeats"], (n) => (n === 1 ? "once" : `${n} times`)),
   ];
   return parts.filter((part) => part !== null && part !== "").join(" · ");
+}
+
+function alternateWords(item: PlanItemView): string | null {
+  const other = alternateOf(item);
+  return other === null ? null : `else at ${other.id}`;
 }
 
 function num(value: unknown, say: (value: number) => string | null): string | null {

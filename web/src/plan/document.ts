@@ -67,6 +67,17 @@ export function itemOfFinding(finding: { item_id: string | null; pointer: string
   return index === undefined ? null : (items[Number(index)] ?? null);
 }
 
+export interface AlternateView {
+  readonly id: string;
+  readonly at: Point | null;
+}
+
+/** Where the parcel of a drop goes if the drop fails; null if nowhere. */
+export function alternateOf(item: PlanItemView): AlternateView | null {
+  const other = item.type === "gripper" ? item.fields["alternate"] : null;
+  return isRecord(other) ? { id: textOf(other["id"]) ?? `${item.id}-alternate`, at: pointOf(other) } : null;
+}
+
 /** Where each drop item happens: at the last position before it. */
 export function dropPlaces(items: readonly PlanItemView[]): Map<string, Point> {
   const places = new Map<string, Point>();

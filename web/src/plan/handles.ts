@@ -6,7 +6,7 @@ import { place, rounded } from "./edits";
 import { isRecord, valueAt, withEntry, withValue } from "./pointer";
 
 /** `middle` makes a new corner of a fence, `edge` sets a circle's radius; all others move what they stand on. */
-export type HandleRole = "item" | "approach" | "corner" | "middle" | "centre" | "edge" | "rally" | "home";
+export type HandleRole = "item" | "approach" | "alternate" | "corner" | "middle" | "centre" | "edge" | "rally" | "home";
 
 export interface Handle {
   readonly role: HandleRole;
@@ -22,6 +22,7 @@ export function handlesOf(plan: PlanDocument): Handle[] {
     ...placed(plan, "rally", "/rally_points"),
     ...placed(plan, "item", "/items"),
     ...listAt(plan, "/items").flatMap((_, i) => placedAt(plan, "approach", `/items/${i}/approach`)),
+    ...listAt(plan, "/items").flatMap((_, i) => placedAt(plan, "alternate", `/items/${i}/alternate`)),
     ...placedAt(plan, "home", "/home"),
   ];
 }

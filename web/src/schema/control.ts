@@ -30,6 +30,7 @@ const UNITS: readonly (readonly [string, string])[] = [
   ["_m_s", "m/s"],
   ["_percent", "%"],
   ["_deg", "°"],
+  ["_kg", "kg"],
   ["_m", "m"],
   ["_s", "s"],
 ];

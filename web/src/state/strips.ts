@@ -17,7 +17,7 @@ export interface Sample {
 }
 
 export class Strips {
-  readonly #samples = new Map<string, Sample[]>();
+  readonly #samples = new Map<string, readonly Sample[]>();
 
   /** True if something was added. `time` is Unix seconds; one that is not later than what is known adds nothing. */
   add(states: Readonly<Record<string, VehicleState>>, time: number): boolean {
@@ -26,9 +26,7 @@ export class Strips {
       const known = this.#samples.get(id) ?? [];
       const last = known.at(-1);
       if (!state.connected || (last !== undefined && time - last.time < STEP_S)) continue;
-      known.push(sampleOf(state, time));
-      if (known.length > KEPT) known.shift();
-      this.#samples.set(id, known);
+      this.#samples.set(id, [...known.slice(1 - KEPT), sampleOf(state, time)]); // a new list: components look at nothing else
       grown = true;
     }
     return grown;

@@ -46,6 +46,7 @@ export function sampleVehicle(fields: Partial<Vehicle> = {}): Vehicle {
     connection: "udpin://127.0.0.1:14540",
     quarantined: null,
     run_id: null,
+    performance: null,
     state: sampleState(),
     ...fields,
   };
@@ -55,6 +56,7 @@ export function sampleDrop(fields: Partial<DropRecord> = {}): DropRecord {
   return {
     plan_item_id: "drop",
     supervised: true,
+    alternate_to: null,
     phase: "waiting",
     outcome: "pending",
     certainty: "none",
@@ -109,6 +111,7 @@ export function sampleRun(fields: Partial<Run> = {}): Run {
     upload_percent: null,
     requested_by: "local",
     start_requested: false,
+    wind: null,
     asked: "",
     change: null,
     changing: null,

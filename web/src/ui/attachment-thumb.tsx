@@ -22,9 +22,12 @@ export function AttachmentThumb({ run, attachment, onShow }: Props) {
   const { url, problem } = useAttachedFile(run, attachment, picture && seen);
   const { name, by, at, size_bytes } = attachment;
   return (
-    <button type="button" class="attachment" ref={button} title={`${name}, ${bytes(size_bytes)}, by ${by}, ${fullTime(at)}`} aria-label={`${picture ? "Show" : "Save"} ${name}`} onClick={picture ? onShow : () => void saveAttachment(run, attachment)}>
+    <button type="button" class="attachment" ref={button} title={`${name}, ${bytes(size_bytes)}, by ${by}, ${fullTime(at)}`} onClick={picture ? onShow : () => void saveAttachment(run, attachment)}>
       <span class="attachment-picture">{url === null ? <Icon name={problem === "" ? "file" : "error"} size={26} /> : <img src={url} alt="" />}</span>
-      <span class="attachment-name">{name}</span>
+      <span class="attachment-name">
+        <span class="visually-hidden">{picture ? "Show" : "Save"} </span>
+        {name}
+      </span>
       <small>{problem === "" ? `${by} · ${clockTime(at)}` : problem}</small>
     </button>
   );

@@ -58,8 +58,9 @@ function Picker({ drop, disabled, onFiles }: { drop: string; disabled: boolean; 
   };
   return (
     <>
-      <button type="button" class="small" disabled={disabled} aria-label={`Attach a file to ${drop}`} title="JPEG, PNG or PDF, at most 8 MiB; or drop it here" onClick={() => input.current?.click()}>
+      <button type="button" class="small" disabled={disabled} title="JPEG, PNG or PDF, at most 8 MiB; or drop it here" onClick={() => input.current?.click()}>
         <Icon name="attach" size={15} /> Attach a photo, signature or PDF
+        <span class="visually-hidden"> to {drop}</span>
       </button>
       <input type="file" hidden multiple accept={TAKEN.join(",")} ref={input} onChange={pick} />
     </>

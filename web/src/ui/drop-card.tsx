@@ -12,7 +12,7 @@ export function DropCard({ run, drop, allowed_m }: { run: string; drop: DropReco
     <article class={`drop-card tone-${outcomeTone(drop.outcome)}`} aria-label={`Drop ${drop.plan_item_id}`}>
       <header>
         <b>{drop.plan_item_id}</b>
-        <small>{drop.supervised ? "supervised" : "embedded in the mission"}</small>
+        <small>{drop.alternate_to !== null ? `instead of ${drop.alternate_to}` : drop.supervised ? "supervised" : "embedded in the mission"}</small>
         <Badge tone={outcomeTone(drop.outcome)}>{drop.outcome === "pending" ? plain(drop.phase) : outcomeName(drop.outcome)}</Badge>
       </header>
       <ol class="evidence">

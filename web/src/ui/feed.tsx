@@ -13,32 +13,29 @@ const PAGE = 80;
 export function Feed() {
   const [rows, setRows] = useState(PAGE);
   const all = feed.value;
-  const [every, setEvery] = useState(false);
-  const [choice, setChoice] = useState<FeedChoice>("all");
+  const [choice, setChoice] = useState<FeedChoice>("news");
   const vehicle = vehicleId.value;
-  const wanted = useMemo(() => (choice === "all" ? all : all.filter((event) => isWanted(event, choice, vehicle))), [all, choice, vehicle]);
+  const wanted = useMemo(() => (choice === "all" || choice === "news" ? all : all.filter((event) => isWanted(event, choice, vehicle))), [all, choice, vehicle]);
   const shown = useMemo(() => wanted.slice(0, rows), [wanted, rows]);
   const quiet = useMemo(() => quietSeqs(all), [all]);
   return (
     <section class="card feed" aria-labelledby="feed-title">
       <h2 id="feed-title">
         Events <small>{all.length}</small>
-        <select class="small" aria-label="Which events" value={choice} onChange={(event) => setChoice(FEEDS.find((one) => one === event.currentTarget.value) ?? "all")}>
-          <option value="all">All</option>
+        <select class="small" aria-label="Which events" value={choice} onChange={(event) => setChoice(FEEDS.find((one) => one === event.currentTarget.value) ?? "news")}>
+          <option value="news">News</option>
+          <option value="all">Every event</option>
           <option value="vehicle" disabled={vehicle === null}>
             {vehicle === null ? "Of the chosen vehicle" : `Of ${vehicle}`}
           </option>
           <option value="delivery">Commands and drops</option>
           <option value="problems">Problems</option>
         </select>
-        <button type="button" class="toggle" aria-pressed={every} onClick={() => setEvery(!every)}>
-          Show every event
-        </button>
       </h2>
       {wanted.length === 0 && <p class="empty">{all.length === 0 ? "Nothing has happened yet." : "Nothing like that has happened."}</p>}
       <ol class="rows" tabIndex={0} aria-labelledby="feed-title">
         {shown.map((event) => (
-          <FeedRow key={event.seq} event={event} hidden={!every && quiet.has(event.seq)} />
+          <FeedRow key={event.seq} event={event} hidden={choice === "news" && quiet.has(event.seq)} />
         ))}
       </ol>
       {wanted.length > rows && (

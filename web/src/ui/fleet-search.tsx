@@ -5,7 +5,7 @@ import { fleetGroup, fleetQuery } from "../state/fleet-filter";
 export function FleetSearch() {
   return (
     <div class="fleet-search" role="search" aria-label="Find">
-      <input type="search" aria-label="Find in the fleet" placeholder="Find by name, type, mode…" autocomplete="off" spellcheck={false} value={fleetQuery.value} onInput={(event) => (fleetQuery.value = event.currentTarget.value)} />
+      <input type="search" aria-label="Find in the fleet" placeholder="Find…" autocomplete="off" spellcheck={false} value={fleetQuery.value} onInput={(event) => (fleetQuery.value = event.currentTarget.value)} />
       <select class="small" aria-label="Show of the fleet" value={fleetGroup.value} onChange={(event) => (fleetGroup.value = GROUPS.find((group) => group === event.currentTarget.value) ?? "all")}>
         {GROUPS.map((group) => (
           <option key={group} value={group}>

@@ -24,6 +24,8 @@ interface Props {
  */
 export function HoldButton({ verb, vehicle, tone = "info", disabled = false, onConfirm }: Props) {
   const [phase, setPhase] = useState<Phase>("idle");
+  /** When it was pressed, by the clock of its events; null: it is not held. */
+  const began = useRef<number | null>(null);
   const timer = useRef<ReturnType<typeof setTimeout>>(undefined);
   useEffect(() => () => clearTimeout(timer.current), []);
   const ref = useFocusBack();
@@ -34,19 +36,29 @@ export function HoldButton({ verb, vehicle, tone = "info", disabled = false, onC
     if (afterMs !== undefined) timer.current = setTimeout(then ?? (() => setPhase("idle")), afterMs);
   };
   const confirm = () => {
+    began.current = null;
     enter("idle");
     onConfirm();
   };
-  const press = () => {
-    if (!disabled && phase !== "holding") enter("holding", HOLD_MS, confirm);
+  const press = ({ timeStamp }: Event) => {
+    if (disabled || began.current !== null) return;
+    began.current = timeStamp;
+    enter("holding", HOLD_MS, confirm);
   };
-  const release = () => {
-    if (phase === "holding") enter("hint", HINT_MS);
+  /** Held long enough counts, even where the page was too busy to notice it in time. */
+  const letGo = ({ timeStamp }: Event) => {
+    if (began.current !== null && timeStamp - began.current >= HOLD_MS && !disabled) confirm();
+    else interrupt();
+  };
+  const interrupt = () => {
+    if (began.current === null) return;
+    began.current = null;
+    enter("hint", HINT_MS);
   };
   const onKeyDown = (event: KeyboardEvent) => {
     if (event.key !== " " && event.key !== "Enter") return;
     event.preventDefault(); // else the browser makes a click of it
-    if (!event.repeat) press();
+    if (!event.repeat) press(event);
   };
   const onClick = (event: MouseEvent) => {
     if (event.detail !== 0 || disabled) return; // a real pointer: it holds
@@ -63,13 +75,13 @@ export function HoldButton({ verb, vehicle, tone = "info", disabled = false, onC
       style={{ "--hold-ms": `${HOLD_MS}ms` }}
       disabled={disabled}
       aria-label={phase === "armed" ? `Press again: ${name}` : `${name}, hold to confirm`}
-      onPointerDown={(event) => event.button === 0 && press()}
-      onPointerUp={release}
-      onPointerLeave={release}
-      onPointerCancel={release}
-      onBlur={release}
+      onPointerDown={(event) => event.button === 0 && press(event)}
+      onPointerUp={letGo}
+      onPointerLeave={interrupt}
+      onPointerCancel={interrupt}
+      onBlur={interrupt}
       onKeyDown={onKeyDown}
-      onKeyUp={release}
+      onKeyUp={letGo}
       onClick={onClick}
       onContextMenu={(event) => event.preventDefault()}
     >

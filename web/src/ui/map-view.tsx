@@ -7,12 +7,14 @@ import { planPoints } from "../map/camera";
 import { selectedVehicle } from "../state/selection";
 import { vehicles } from "../state/store";
 import { mapToolInHand } from "../state/map-tool";
+import { MapScale } from "./map-scale";
 import { MapToolbar } from "./map-toolbar";
 import { useEditorKeys } from "./use-editor-keys";
 import { useGoToKeys } from "./use-go-to-keys";
 import { useTaskKeys } from "./use-task-keys";
 import { GoToHint } from "./go-to-hint";
 import { TaskHint } from "./task-hint";
+import { tiles } from "../state/tiles";
 import { Icon, type IconName } from "./icons";
 
 export function MapView() {
@@ -36,6 +38,8 @@ export function MapView() {
       <MapToolbar />
       <GoToHint />
       <TaskHint />
+      {tiles !== null && tiles.by !== "" && <small class="map-makers">{tiles.by}</small>}
+      <MapScale />
       <MapTools scene={() => scene.current} />
     </section>
   );

@@ -38,11 +38,11 @@ function Strip({ quantity: { name, of, say, least_range }, samples }: { quantity
   const now = last === undefined ? null : of(last);
   const range = drawn === null ? "" : `${say(drawn.low)} to ${say(drawn.high)}`;
   return (
-    <figure class="strip" role="img" aria-label={`${name}: now ${say(now)}, in the last minutes ${range}`} title={range}>
+    <figure class="strip" title={range}>
       <figcaption>
         {name} <b>{say(now)}</b>
       </figcaption>
-      <svg viewBox={`0 -2 ${WIDTH} ${HEIGHT + 4}`} preserveAspectRatio="none" aria-hidden="true">
+      <svg viewBox={`0 -2 ${WIDTH} ${HEIGHT + 4}`} preserveAspectRatio="none" role="img" aria-label={`${name} of the last minutes: ${range || "not known"}`}>
         {drawn !== null && <path d={drawn.path} />}
       </svg>
     </figure>

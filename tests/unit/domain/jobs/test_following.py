@@ -52,6 +52,13 @@ def test_a_run_that_was_taken_off_ends_the_job_as_was_asked() -> None:
         assert (ended.state, ended.reason, ended.end_asked) == (state, "because", "")
 
 
+def test_a_job_that_was_cancelled_while_its_run_was_made_ends_and_does_not_wait_again() -> None:
+    asked = GIVEN.model_copy(update={"end_asked": "cancelled", "reason": "cancelled by desk"})
+    broken_off = a_run(RunState.FAILED, reason=NOTHING_STARTED)
+    for ended in (after(asked, None, NOW), after(asked, broken_off, NOW), asked.requeued("taken", now=NOW)):
+        assert (ended.state, ended.reason) == (JobState.CANCELLED, "cancelled by desk")
+
+
 def test_only_a_run_that_nobody_told_to_start_is_taken_off() -> None:
     ending = PREPARED.model_copy(update={"end_asked": "cancelled"})
     late = PREPARED.model_copy(update={"deadline": NOW})

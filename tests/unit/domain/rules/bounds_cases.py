@@ -1,4 +1,4 @@
-"""Cases of the rules about fence, limits, speeds and the vehicle's settings."""
+"""Cases of the rules about limits, speeds and the vehicle's settings."""
 
 from __future__ import annotations
 
@@ -16,121 +16,18 @@ from tests.unit.domain.plan_pieces import (
     fixed_wing,
     gripper,
     land,
-    loiter,
     multicopter,
     plan,
-    square,
     takeoff,
     waypoint,
 )
 from tests.unit.domain.rules.case import Case
+from tests.unit.domain.rules.fence_cases import NEAR_FENCE
 
 FLIGHT = multicopter(waypoint())
-WING_FLIGHT = plan("fixed_wing", takeoff(40, **at(160, 0)), waypoint(200, 0), waypoint(200, 90), land())
-NEAR_FENCE = {"polygons": [square("inclusion", 50, 0, 100)]}
-BOW_TIE: Json = {"kind": "inclusion", "vertices": [at(-50, -50), at(150, 50), at(150, -50), at(-50, 50)]}
 SMALL = replace(default_facts(VehicleType.MULTICOPTER), max_mission_items=3, max_fence_items=4, max_rally_points=1)
 ELSEWHERE = GlobalPosition(47.40, 8.545594, 488.0)
 
-
-GEOFENCE_CASES = [
-    Case(
-        "geofence.self_crossing",
-        "/geofence/polygons/0/vertices",
-        multicopter(waypoint(), geofence={"polygons": [BOW_TIE]}),
-        multicopter(waypoint(), geofence=NEAR_FENCE),
-    ),
-    Case(
-        "geofence.home_outside",
-        "/geofence",
-        multicopter(waypoint(), geofence={"polygons": [square("inclusion", 200, 0, 150)]}),
-        multicopter(waypoint(), geofence=NEAR_FENCE),
-    ),
-    Case(
-        "geofence.home_outside",
-        "/geofence",
-        multicopter(waypoint(), geofence={"circles": [circle("exclusion", 0, 10, 15)]}),
-        multicopter(waypoint(), geofence={"circles": [circle("exclusion", 0, 40, 15)]}),
-        about="in an exclusion",
-    ),
-    Case(
-        "geofence.leg_outside",
-        "/items/1",
-        plan("multicopter", takeoff(), waypoint(200), geofence=NEAR_FENCE),
-        plan("multicopter", takeoff(), waypoint(140), geofence=NEAR_FENCE),
-        about="a waypoint outside",
-    ),
-    Case(
-        "geofence.leg_outside",
-        "/items/1",
-        multicopter(waypoint(100), waypoint(100, 60), geofence={"circles": [circle("exclusion", 50, 5, 10)]}),
-        multicopter(waypoint(100), waypoint(100, 60), geofence={"circles": [circle("exclusion", 50, -15, 10)]}),
-        about="a leg through an exclusion",
-    ),
-    Case(
-        "geofence.leg_outside",
-        "/items/3",
-        multicopter(waypoint(60), waypoint(60, 90), geofence={"polygons": [square("exclusion", 30, 45, 5)]}),
-        multicopter(waypoint(60), waypoint(60, 90), geofence={"polygons": [square("exclusion", 15, 45, 5)]}),
-        about="the way home",
-    ),
-    Case(
-        "geofence.leg_outside",
-        "/items/1",
-        fixed_wing(loiter(radius_m=100), geofence={"circles": [circle("exclusion", 390, 0, 20)]}),
-        fixed_wing(loiter(radius_m=60), geofence={"circles": [circle("exclusion", 390, 0, 20)]}),
-        about="a circle over an exclusion",
-    ),
-    Case(
-        "geofence.leg_outside",
-        "/items/4",
-        multicopter(
-            waypoint(100, 0, id="a"),
-            waypoint(50, 60),
-            waypoint(100, 100),
-            {"type": "jump", "target": "a", "repeats": 1},
-            geofence={"polygons": [square("exclusion", 100, 50, 5)]},
-        ),
-        multicopter(
-            waypoint(100, 0, id="a"),
-            waypoint(50, 60),
-            waypoint(100, 100),
-            {"type": "jump", "target": "a", "repeats": 1},
-            geofence={"polygons": [square("exclusion", 130, 50, 5)]},
-        ),
-        about="the way back of a jump",
-    ),
-    Case(
-        "geofence.rally_outside",
-        "/rally_points/0",
-        multicopter(waypoint(), geofence=NEAR_FENCE, rally_points=[at(0, 200, relative_altitude_m=20)]),
-        multicopter(waypoint(), geofence=NEAR_FENCE, rally_points=[at(0, 50, relative_altitude_m=20)]),
-    ),
-    Case(
-        "geofence.little_room",
-        "/items/1",
-        fixed_wing(waypoint(400), geofence={"circles": [circle("exclusion", 250, -30, 10)]}),
-        fixed_wing(waypoint(400), geofence={"circles": [circle("exclusion", 250, -60, 10)]}),
-    ),
-    Case(
-        "geofence.vehicle_distance",
-        "/items/1",
-        FLIGHT,
-        FLIGHT,
-        facts(GF_MAX_HOR_DIST=90),
-        facts(GF_MAX_HOR_DIST=110),
-    ),
-    Case(
-        "geofence.vehicle_distance",
-        "/items/3",
-        WING_FLIGHT,
-        WING_FLIGHT,
-        facts("fixed_wing", GF_MAX_HOR_DIST=250),
-        facts("fixed_wing", GF_MAX_HOR_DIST=400),
-        about="the computed approach counts",
-    ),
-    Case("geofence.vehicle_height", "/items/1", FLIGHT, FLIGHT, facts(GF_MAX_VER_DIST=20), facts(GF_MAX_VER_DIST=40)),
-]
 
 LIMIT_CASES = [
     Case("limits.mission_items", "/items", multicopter(waypoint(), waypoint(50)), FLIGHT, SMALL, SMALL),
@@ -193,6 +90,19 @@ LIMIT_CASES = [
         multicopter(waypoint(), limits={"max_speed_m_s": 4}, cruise_speed_m_s=4),
     ),
     Case(
+        "limits.drop_height",
+        "/items/2",
+        multicopter(waypoint(100, 0, 30), gripper(), limits={"max_drop_height_m": 20}),
+        multicopter(waypoint(100, 0, 20), gripper(), limits={"max_drop_height_m": 20}),
+    ),
+    Case(
+        "limits.drop_height",
+        "/items/2",
+        multicopter(waypoint(100, 0, 30), gripper("moving"), waypoint(0), limits={"max_drop_height_m": 20}),
+        multicopter(land(100), gripper(), waypoint(0), limits={"max_drop_height_m": 20}),
+        about="not of a landed one",
+    ),
+    Case(
         "limits.duration",
         "/limits/max_duration_s",
         multicopter(waypoint(), limits={"max_duration_s": 60}),
@@ -242,6 +152,23 @@ VEHICLE_CASES = [
         replace(facts(), least_clock_rate=50.0),
         replace(facts(), least_clock_rate=50.0),
         about="embedded drops may",
+    ),
+    Case(
+        "contingency.link_loss_unset",
+        "/items/2",
+        multicopter(waypoint(), gripper()),
+        multicopter(waypoint(), gripper()),
+        facts(NAV_DLL_ACT=0),
+        facts(NAV_DLL_ACT=2),
+    ),
+    Case(
+        "contingency.link_loss_unset",
+        "/items/2",
+        multicopter(waypoint(), gripper()),
+        multicopter(waypoint(), gripper(), contingency={"on_link_loss": "continue"}),
+        facts(NAV_DLL_ACT=0),
+        facts(NAV_DLL_ACT=0),
+        about="unless the plan wants it so",
     ),
     Case(
         "contingency.link_loss_differs",

@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from app.domain.plan import Plan
+from app.domain.prediction import CALM, Wind
 from app.domain.rules import check_plan
 from app.domain.vehicle import VehicleFacts
 
 
 @dataclass(frozen=True)
 class Case:
-    """`code` is found in `wrong`, at `pointer`, and not in `right`. Facts of both, if a vehicle is needed."""
+    """`code` is found in `wrong`, at `pointer`, and not in `right`. Facts and wind of both, if they are needed."""
 
     code: str
     pointer: str
@@ -20,14 +21,16 @@ class Case:
     wrong_facts: VehicleFacts | None = None
     right_facts: VehicleFacts | None = None
     about: str = ""
+    wrong_wind: Wind = CALM
+    right_wind: Wind = CALM
 
     def __str__(self) -> str:
         return f"{self.code} {self.about}".strip()
 
 
-def codes(plan: Plan, facts: VehicleFacts | None = None) -> set[str]:
+def codes(plan: Plan, facts: VehicleFacts | None = None, wind: Wind = CALM) -> set[str]:
     """The codes of all findings."""
-    return {finding.code for finding in check_plan(plan, facts)}
+    return {finding.code for finding in check_plan(plan, facts, wind)}
 
 
 def errors(plan: Plan, facts: VehicleFacts | None = None) -> list[str]:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import pytest
 
 from app.domain.rules import RULES, Severity, check_plan
-from tests.unit.domain.rules.bounds_cases import GEOFENCE_CASES, LIMIT_CASES, VEHICLE_CASES
+from tests.unit.domain.rules.alternate_cases import ALTERNATE_CASES, DETOUR_CASES
+from tests.unit.domain.rules.bounds_cases import LIMIT_CASES, VEHICLE_CASES
 from tests.unit.domain.rules.case import Case, codes
 from tests.unit.domain.rules.drop_cases import BRAKING_CASES, CONSENT_CASES, POSITION_CASES
+from tests.unit.domain.rules.fence_cases import GEOFENCE_CASES
 from tests.unit.domain.rules.flight_cases import (
     COMMAND_CASES,
     FIXED_WING_CASES,
@@ -15,12 +17,15 @@ from tests.unit.domain.rules.flight_cases import (
     VTOL_CASES,
 )
 from tests.unit.domain.rules.target_cases import TARGET_CASES
+from tests.unit.domain.rules.payload_cases import BATTERY_CASES, PAYLOAD_CASES, WIND_CASES
 
 CASES = [
     *POSITION_CASES,
     *BRAKING_CASES,
     *CONSENT_CASES,
     *TARGET_CASES,
+    *ALTERNATE_CASES,
+    *DETOUR_CASES,
     *TAKEOFF_LANDING_CASES,
     *VTOL_CASES,
     *FIXED_WING_CASES,
@@ -28,13 +33,17 @@ CASES = [
     *GEOFENCE_CASES,
     *LIMIT_CASES,
     *VEHICLE_CASES,
+    *PAYLOAD_CASES,
+    *BATTERY_CASES,
+    *WIND_CASES,
 ]
 BY_CASE = pytest.mark.parametrize("case", CASES, ids=str)
 
 
 @BY_CASE
 def test_the_wrong_plan_is_found_where_it_is_wrong(case: Case) -> None:
-    found = [finding for finding in check_plan(case.wrong, case.wrong_facts) if finding.code == case.code]
+    findings = check_plan(case.wrong, case.wrong_facts, case.wrong_wind)
+    found = [finding for finding in findings if finding.code == case.code]
     assert [finding.pointer for finding in found] == [case.pointer]
     assert found[0].message
     assert found[0].hint
@@ -42,7 +51,7 @@ def test_the_wrong_plan_is_found_where_it_is_wrong(case: Case) -> None:
 
 @BY_CASE
 def test_the_right_plan_is_left_alone(case: Case) -> None:
-    assert case.code not in codes(case.right, case.right_facts)
+    assert case.code not in codes(case.right, case.right_facts, case.right_wind)
 
 
 @BY_CASE

@@ -9,6 +9,7 @@ from app.domain.consent import ConsentState
 from app.domain.mission import MavCmd
 from app.domain.supervised import (
     ConsentGiven,
+    Divert,
     DropMachine,
     DropTerms,
     Finish,
@@ -69,7 +70,8 @@ class Flight:
             self.offset_m = max(0.2, self.offset_m - 1.0)
             if self.offset_m <= self.terms.acceptance_radius_m and self.hold_began_s is None:
                 self.hold_began_s = self.now_s
-            if self.hold_began_s is not None and self.now_s >= self.hold_began_s + self.terms.hold_s:
+            waits_s = self.terms.hold_s + self.terms.leave_s
+            if self.hold_began_s is not None and self.now_s >= self.hold_began_s + waits_s:
                 self.seq, self.hold_began_s = self.terms.resume_seq, None
         elif self.seq > self.terms.hold_seqs[0]:
             self.offset_m += 0.5
@@ -100,7 +102,7 @@ class Flight:
             self.effects.append(effect)
             if isinstance(effect, SendRelease):
                 self._sent()
-            if isinstance(effect, Resume) and self.connected:
+            if isinstance(effect, Resume | Divert) and self.connected:
                 self.seq, self.hold_began_s = effect.seq, None
         return effects
 
@@ -148,6 +150,10 @@ class Flight:
         found = [e for e in self.effects if isinstance(e, Finish)]
         assert len(found) <= 1, "a drop must finish once"
         return found[0] if found else None
+
+    @property
+    def diverted(self) -> bool:
+        return any(isinstance(e, Divert) for e in self.effects)
 
     @property
     def resumed(self) -> bool:

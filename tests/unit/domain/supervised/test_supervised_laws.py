@@ -122,10 +122,29 @@ class AnyFlight(RuleBasedStateMachine):
             assert sent <= self.refused, "kept, though a release that nobody refused may have acted"
 
 
-class AnyConsentedFlight(AnyFlight):
+class AnyFlightWithAnAlternate(AnyFlight):
+    """The same with another place for the parcel."""
+
+    terms = replace(TERMS, resume_seq=5, alternate_seq=4, leave_s=5.0)
+
+    @rule()
+    def the_hold_ends_in_vain(self) -> None:
+        self.flight.tick(self.terms.hold_s)
+
+    @invariant()
+    def only_a_parcel_that_is_surely_on_board_goes_on_to_the_alternate(self) -> None:
+        if self.flight.diverted:
+            assert self.flight.finish is not None
+            assert self.flight.finish.outcome is DropOutcome.KEPT
+            assert set(range(1, len(self.flight.sends_s) + 1)) <= self.refused
+            assert not self.accepted
+            assert not self.executed
+
+
+class AnyConsentedFlight(AnyFlightWithAnAlternate):
     """The same with an operator, who may say anything at any time."""
 
-    terms = replace(TERMS, needs_consent=True, consent_timeout_s=10.0)
+    terms = replace(AnyFlightWithAnAlternate.terms, needs_consent=True, consent_timeout_s=10.0)
 
     @rule(ticks=st.integers(1, 200))
     def it_is_asked_soon(self, ticks: int) -> None:
@@ -154,5 +173,7 @@ class AnyConsentedFlight(AnyFlight):
 
 AnyConsentedFlight.TestCase.settings = settings(max_examples=100, stateful_step_count=30, deadline=None)
 TestConsentedDropLaws = AnyConsentedFlight.TestCase
+AnyFlightWithAnAlternate.TestCase.settings = settings(max_examples=100, stateful_step_count=30, deadline=None)
+TestDropWithAnAlternateLaws = AnyFlightWithAnAlternate.TestCase
 AnyFlight.TestCase.settings = settings(max_examples=100, stateful_step_count=30, deadline=None)
 TestSupervisedDropLaws = AnyFlight.TestCase

@@ -42,6 +42,9 @@ async def test_hold_comes_before_the_first_setpoint_and_a_second_of_stream_befor
         assert sent_at["mode"] >= SETTINGS.stream_s * 50.0
         states = [event["state"] for event in await quad.told("offboard.changed")]
         assert states == ["leased", "checking", "holding", "streaming", "switching", "active"]
+        order = quad.control.view().order
+        assert order is not None
+        assert (order.command, order.result) == ("DO_SET_MODE", "ACCEPTED")
 
 
 @pytest.mark.parametrize(
@@ -113,13 +116,17 @@ async def test_the_vehicles_refusal_is_given_back_with_its_reasons() -> None:
     async with cockpit() as quad:
 
         async def refuse() -> None:
-            raise VehicleRefusedError("refused", texts=("Switching to Offboard is currently not available",))
+            texts = ("Switching to Offboard is currently not available",)
+            raise VehicleRefusedError("refused", result="DENIED", texts=texts)
 
         quad.vehicle.enter_offboard = refuse  # type: ignore[method-assign]
         quad.take()
         with pytest.raises(VehicleRefusedError) as refused:
             await quad.enter()
         assert refused.value.extra["texts"]
+        order = quad.control.view().order
+        assert order is not None
+        assert (order.command, order.result) == ("DO_SET_MODE", "DENIED"), "the ack is shown to everybody"
         assert quad.control.state is OffboardState.LEASED
         assert await quad.quiet() == 0
 

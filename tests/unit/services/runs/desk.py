@@ -12,6 +12,7 @@ from pathlib import Path
 from app.domain.compiler import compile_plan
 from app.domain.drop import DropRecord
 from app.domain.mission import Mission
+from app.domain.performance import Performance
 from app.domain.plan import Plan, parse_plan, plan_hash
 from app.domain.ports import StoredPlan, Unsubscribe, VehicleLink
 from app.domain.run import Run, RunState
@@ -125,7 +126,10 @@ class Desk:
 
 @contextlib.asynccontextmanager
 async def desk(
-    plan_file: str = "clinic-run.json", *, changes: Callable[[dict[str, object]], None] | None = None
+    plan_file: str = "clinic-run.json",
+    *,
+    changes: Callable[[dict[str, object]], None] | None = None,
+    performance: Performance | None = None,
 ) -> AsyncIterator[Desk]:
     """A running service around one scripted vehicle."""
     document = json.loads((PLANS / plan_file).read_text())
@@ -139,7 +143,7 @@ async def desk(
     plans = MemoryPlans({"plan-1": stored})
     journal = Journal(events, clock)
     await journal.start()
-    fleet = Fleet(OneVehicle(vehicle), journal)
+    fleet = Fleet(OneVehicle(vehicle), journal, None if performance is None else {"v1": performance})
     await fleet.start()
     runs = Runs(fleet, plans, MemoryRuns(events), journal, clock, FAST)
     mission = compile_plan(plan, vehicle.facts)

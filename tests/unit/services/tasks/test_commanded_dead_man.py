@@ -107,6 +107,14 @@ async def test_an_override_stops_what_was_flown() -> None:
         assert (await ordered(wing, 3)).command is MavCmd.DO_ORBIT
 
 
+async def test_somebody_elses_hold_ends_it_though_the_mode_shows_no_change() -> None:
+    async with plane() as wing:
+        await flying(wing, "goto", **FAR)
+        wing.fleet.vehicle("v1").hold_commanded()
+        await wing.until(lambda: wing.vehicle.orders[-1] == CIRCLE_HERE, "it circles where it is")
+        assert (wing.control.lease, report(wing).reason) == (None, "Hold was commanded")
+
+
 @pytest.mark.parametrize(("to", "mode"), [("hold", FlightMode.HOLD), ("return", FlightMode.RETURN)])
 async def test_leaving_to_hold_circles_here_and_any_other_way_is_its_mode(to: Any, mode: FlightMode) -> None:
     async with plane() as wing:

@@ -1,0 +1,46 @@
+"""What the items of a flight take from the battery, by the rates that the operator declares of the vehicle.
+
+Wind counts through time: against it a wing takes longer for a leg. What a vehicle that hovers takes in wind is one with
+what it takes in calm air, as is what it takes after its drop: the declared rates are those of the loaded vehicle.
+"""
+
+from __future__ import annotations
+
+from app.domain.default_facts import parameter
+from app.domain.performance import Phase
+from app.domain.plan.items import Takeoff
+from app.domain.plan.walk import Carried, Step
+from app.domain.prediction import wing
+from app.domain.prediction.effort import Effort
+from app.domain.prediction.motion import Motion
+from app.domain.prediction.vertical import takes_off_s
+from app.domain.vehicle import VehicleFacts, VehicleType
+
+
+def used_percent(facts: VehicleFacts, before: Motion, step: Step, took: Effort, speed_m_s: float) -> float | None:
+    """Of the full battery; None if no rate is declared. What is neither climb nor way is time in hover."""
+    performance = facts.performance
+    if performance is None or not performance.tells_energy:
+        return None
+    climb_s = min(took.duration_s, _climb_s(facts, before, step, took))
+    level_s = took.duration_s - climb_s
+    cruise_s = level_s if _is_on_wing(facts, step) else min(level_s, took.distance_m / max(speed_m_s, 0.1))
+    spent = {Phase.CLIMB: climb_s, Phase.CRUISE: cruise_s, Phase.HOVER: level_s - cruise_s}
+    return sum(seconds * performance.percent_per_s(phase) for phase, seconds in spent.items())
+
+
+def _climb_s(facts: VehicleFacts, before: Motion, step: Step, took: Effort) -> float:
+    rise_m = took.climbed_m if took.climbed_m is not None else max(0.0, took.end.up_m - before.up_m)
+    if rise_m <= 0.0 or Carried.WHEELS in (step.before, step.after):
+        return 0.0
+    if isinstance(step.item, Takeoff):
+        return took.duration_s if facts.vehicle_type is VehicleType.FIXED_WING else takes_off_s(facts, rise_m)
+    if _is_on_wing(facts, step):
+        return wing.climb_s(facts, rise_m)
+    return rise_m / max(parameter(facts, "MPC_Z_V_AUTO_UP"), 0.1)
+
+
+def _is_on_wing(facts: VehicleFacts, step: Step) -> bool:
+    if facts.vehicle_type is VehicleType.FIXED_WING:
+        return True
+    return step.before is Carried.FIXED_WING and step.after is Carried.FIXED_WING

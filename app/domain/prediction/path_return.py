@@ -1,0 +1,123 @@
+"""A return along the mission (RTL_TYPE 2 and 4): on to its landing, or back through its positions and home.
+
+PX4's RtlMissionFast and RtlMissionFastReverse: positions are passed without their hold, drops and jumps are left out,
+and nothing climbs to RTL_RETURN_ALT first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from app.domain.default_facts import parameter
+from app.domain.plan.document import Plan
+from app.domain.plan.items import Land, Loiter, Takeoff, Waypoint
+from app.domain.plan.walk import Carried, Place, Step, place_of
+from app.domain.prediction import buoyant, rotary, vtol, wheels, wing
+from app.domain.prediction.effort import Effort, Flight
+from app.domain.prediction.motion import Motion, Point
+from app.domain.prediction.return_to_launch import HOME, follows_mission
+from app.domain.speeds import cruise_speed_m_s
+from app.domain.vehicle import VehicleFacts, VehicleType
+
+
+@dataclass(frozen=True, slots=True)
+class Passage:
+    """A position item of the plan, by its index. `radius_m` is its own acceptance radius, None the vehicle's."""
+
+    index: int
+    point: Point
+    up_m: float
+    radius_m: float | None = None
+    lands: bool = False
+
+
+def positions_of(flight: Flight, plan: Plan) -> tuple[Passage, ...]:
+    """The positions of a plan in the order of its items, from its takeoff to its last."""
+    place = Place(flight.home.latitude_deg, flight.home.longitude_deg, 0.0)
+    found: list[Passage] = []
+    for index, item in enumerate(plan.items):
+        place = place_of(item, flight.home, place)
+        if isinstance(item, Takeoff | Waypoint | Loiter | Land):
+            radius_m = item.acceptance_radius_m if isinstance(item, Waypoint) else None
+            point = flight.to_local(place.latitude_deg, place.longitude_deg)
+            found.append(Passage(index, point, place.relative_altitude_m, radius_m, isinstance(item, Land)))
+    return tuple(found)
+
+
+def is_unsure_path(facts: VehicleFacts) -> bool:
+    """A plane, a rover and an airship end such a return in ways that are not predicted: only the path there is."""
+    return follows_mission(facts) and facts.vehicle_type not in (VehicleType.MULTICOPTER, VehicleType.VTOL)
+
+
+def lands_ahead(rtl_type: int, positions: Sequence[Passage], index: int) -> bool:
+    """Whether it flies on to the mission's landing; 4 goes back if that is fewer items."""
+    landing = next((place.index for place in positions if place.lands), None)
+    return landing is not None and (rtl_type == 2 or landing - index < index)
+
+
+def fly(flight: Flight, before: Motion, step: Step, positions: Sequence[Passage], speed_m_s: float) -> Effort:
+    """From the item at which the return begins to the ground; a wing that cannot hover circles where it ends."""
+    ahead = lands_ahead(int(parameter(flight.facts, "RTL_TYPE")), positions, step.index)
+    passed, end = _way(positions, step.index, ahead=ahead)
+    distance_m, seconds, motion = 0.0, 0.0, before
+    carried = step.before
+    if carried is Carried.ROTARY_WING and flight.facts.vehicle_type is VehicleType.VTOL and not ahead:
+        changed = vtol.to_wing(flight, motion, passed[0].point if passed else end.point)
+        distance_m, seconds, motion, carried = changed.distance_m, changed.duration_s, changed.end, Carried.FIXED_WING
+        speed_m_s = cruise_speed_m_s(flight.facts, carried)
+    for number, place in enumerate(passed):
+        following = passed[number + 1] if number + 1 < len(passed) else None
+        leg = _leg(flight, motion, carried, place, following, speed_m_s)
+        distance_m, seconds, motion = distance_m + leg.distance_m, seconds + leg.duration_s, leg.end
+    last = _land(flight, motion, carried, end, speed_m_s)
+    return Effort(
+        distance_m + last.distance_m, seconds + last.duration_s, last.end, climbed_m=_climbed_m(before, passed)
+    )
+
+
+def _way(positions: Sequence[Passage], index: int, *, ahead: bool) -> tuple[Sequence[Passage], Passage]:
+    """What is passed, and where it lands."""
+    if not ahead:
+        return [place for place in reversed(positions) if place.index < index], Passage(-1, HOME, 0.0)
+    landing = next(place for place in positions if place.lands)
+    return [place for place in positions if index < place.index < landing.index], landing
+
+
+def _leg(
+    flight: Flight, before: Motion, carried: Carried, place: Passage, following: Passage | None, speed_m_s: float
+) -> Effort:
+    match carried:
+        case Carried.FIXED_WING:
+            return wing.fly(flight, before, place.point, place.up_m, max(speed_m_s, 1.0))
+        case Carried.WHEELS:
+            return wheels.drive(flight, before, place.point, None if following is None else following.point, speed_m_s)
+        case Carried.BUOYANCY:
+            return buoyant.fly(flight, before, place.point, place.up_m, speed_m_s)
+    radius_m = place.radius_m or parameter(flight.facts, "NAV_ACC_RAD")
+    target = rotary.Target(place.point, place.up_m, radius_m)
+    if following is not None:
+        target = rotary.Target(place.point, place.up_m, radius_m, following.point, following.up_m)
+    return rotary.fly(flight, before, target, max(speed_m_s, 0.1))
+
+
+def _land(flight: Flight, before: Motion, carried: Carried, place: Passage, speed_m_s: float) -> Effort:
+    """At the height that it has; who cannot land is over the place."""
+    target = rotary.Target(place.point, place.up_m, parameter(flight.facts, "NAV_ACC_RAD"))
+    match carried:
+        case Carried.WHEELS:
+            return wheels.drive(flight, before, place.point, None, speed_m_s)
+        case Carried.BUOYANCY:
+            return buoyant.fly(flight, before, place.point, before.up_m, speed_m_s)
+        case Carried.FIXED_WING if flight.facts.vehicle_type is VehicleType.VTOL:
+            hover_m_s = max(0.1, cruise_speed_m_s(flight.facts, Carried.ROTARY_WING))
+            return vtol.land(flight, before, target, max(speed_m_s, 1.0), hover_m_s)
+        case Carried.FIXED_WING:
+            return wing.fly(flight, before, place.point, before.up_m, max(speed_m_s, 1.0))
+    return rotary.land(flight, before, target, max(speed_m_s, 0.1))
+
+
+def _climbed_m(before: Motion, passed: Sequence[Passage]) -> float:
+    heights = [before.up_m, *(place.up_m for place in passed)]
+    return sum(max(0.0, after - one) for one, after in pairwise(heights))

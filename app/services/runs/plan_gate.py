@@ -1,0 +1,23 @@
+"""A plan that the vehicle would not fly, as it is now, is refused: before the upload, and again at each start."""
+
+from __future__ import annotations
+
+import asyncio
+
+from app.domain.errors import PlanRejectedError
+from app.domain.plan import Plan
+from app.domain.prediction import Wind
+from app.domain.rules import Severity, check_plan
+from app.domain.vehicle import VehicleFacts
+
+
+async def refuse_unfit_plan(plan: Plan, facts: VehicleFacts, wind: Wind) -> None:
+    """Raises PlanRejectedError with all findings; slow plans are checked in a thread."""
+    findings = await asyncio.to_thread(check_plan, plan, facts, wind)
+    errors = [finding for finding in findings if finding.severity is Severity.ERROR]
+    if errors:
+        raise PlanRejectedError(
+            f"the plan cannot be flown by this vehicle: {errors[0].message}",
+            hint="mend what the findings name, and post it as a new plan",
+            findings=[finding.model_dump(mode="json") for finding in findings],
+        )

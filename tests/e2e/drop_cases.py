@@ -1,0 +1,251 @@
+"""What can go wrong at a drop, how it is brought about, and how run and drop must end then."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from tests.service import Dispatcher
+from tests.simulated import SimulatedFleet
+from tests.unit.domain.plan_pieces import RETURN, at, gripper, plan_json, takeoff, waypoint
+
+SPEED = 4.0
+FLIGHT_S = 120.0
+LONG_HOLD_S, SHORT_HOLD_S, ASKING_HOLD_S = 40.0, 12.0, 160.0
+"""Of vehicle time: the long one leaves a busy machine ten seconds to look and to command, the longest one also some for
+an answer.
+"""
+
+
+class Branch:
+    """One vehicle's flight: its faults, and waiting for what its drop does."""
+
+    def __init__(self, number: int, fleet: SimulatedFleet, desk: Dispatcher) -> None:
+        self._number = number
+        self._fleet = fleet
+        self._desk = desk
+        self.run_id = ""
+
+    async def fault(self, name: str, value: object) -> None:
+        await asyncio.to_thread(self._fleet.control, name, value, system_id=self._number)
+
+    async def phase(self, *phases: str) -> None:
+        """Until the drop is in one of these phases."""
+        promise = f"the drop of v{self._number} must be {phases}"
+        await self._desk.until_run(self.run_id, lambda run: run["drops"][0]["phase"] in phases, promise, FLIGHT_S)
+
+    async def on_the_way(self) -> None:
+        """Until it flies to the drop."""
+        promise = f"v{self._number} must fly to its drop"
+        await self._desk.until_run(self.run_id, lambda run: run["item_id"] == "item-2", promise, FLIGHT_S)
+
+    async def tell(self, action: str) -> None:
+        await self._desk.post(f"/runs/{self.run_id}/{action}")
+
+    async def answer(self, *, grant: bool) -> None:
+        """Until an operator is asked; then the answer."""
+        await self.phase("asking")
+        await self._desk.post(f"/runs/{self.run_id}/drops/item-3/consent", {"grant": grant, "question": 1})
+
+    async def unanswered(self) -> None:
+        """Until the time to answer is over: it does not wait for the link."""
+        promise = f"the question of v{self._number} must time out"
+        await self._desk.until_run(
+            self.run_id, lambda run: run["drops"][0]["consent"]["state"] == "timed_out", promise, FLIGHT_S
+        )
+
+    async def start(self, drop: dict[str, Any], on_failure: str) -> None:
+        items = takeoff(12), waypoint(30, 0, 12), gripper(**drop), RETURN
+        plan = plan_json("multicopter", *items, contingency={"on_drop_failure": on_failure})
+        self.run_id = await self._desk.fly(plan, f"v{self._number}")
+
+    async def end(self) -> Any:
+        return await self._desk.until_over(self.run_id, FLIGHT_S)
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """What is done before the start and in flight, and how run and drop must end: any of the named ways.
+
+    `at_alternate` is how the drop there ended; None: the vehicle never went there, whether the drop has one or not.
+    `after` is the case whose vehicle flies this one when it is back: one process takes at most 15.
+    """
+
+    name: str
+    before: Callable[[Branch], Awaitable[None]]
+    flight: Callable[[Branch], Awaitable[None]]
+    states: tuple[str, ...]
+    outcomes: tuple[tuple[str, str], ...]
+    attempts: range
+    is_acknowledged: bool | None
+    hold_s: float = LONG_HOLD_S
+    asks: dict[str, Any] = field(default_factory=dict)
+    on_failure: str = "continue"
+    consent: str | None = None
+    has_alternate: bool = False
+    at_alternate: tuple[str, str] | None = None
+    after: str = ""
+
+
+async def nothing(_: Branch) -> None:
+    """All goes well."""
+
+
+async def stuck(branch: Branch) -> None:
+    await branch.fault("stuck_gripper", True)
+
+
+async def slow(branch: Branch) -> None:
+    await branch.fault("slow_gripper", 3.0)
+
+
+async def lost_ack(branch: Branch) -> None:
+    await branch.phase("holding")
+    await branch.fault("lost_ack", 2)
+
+
+async def refused_upload(branch: Branch) -> None:
+    await branch.fault("refuse_upload", 4)
+
+
+async def upload_again(branch: Branch) -> None:
+    await branch.fault("refuse_upload", 0)
+
+
+async def cut_on_the_way(branch: Branch) -> None:
+    await branch.on_the_way()
+    await branch.fault("link_cut", True)
+    await asyncio.sleep(40.0 / SPEED)  # the hold passes unseen: this is the time that the link is away
+    await branch.fault("link_cut", False)
+
+
+async def cut_while_asked(branch: Branch) -> None:
+    await branch.phase("asking")
+    await branch.fault("link_cut", True)
+    await branch.unanswered()
+    await branch.fault("link_cut", False)
+
+
+async def cut_while_releasing(branch: Branch) -> None:
+    await branch.phase("releasing")
+    await branch.fault("link_cut", True)
+    await asyncio.sleep(24.0 / SPEED)
+    await branch.fault("link_cut", False)
+
+
+async def cut_after(branch: Branch) -> None:
+    await branch.phase("done")
+    await branch.fault("link_cut", True)
+    await asyncio.sleep(24.0 / SPEED)
+    await branch.fault("link_cut", False)
+
+
+async def gripper_is_gone(branch: Branch) -> None:
+    await branch.on_the_way()
+    await branch.fault("no_gripper", True)
+
+
+async def reboot(branch: Branch) -> None:
+    await branch.on_the_way()
+    await branch.fault("reboot", True)
+
+
+async def pilot_takes_over(branch: Branch) -> None:
+    await branch.on_the_way()
+    await branch.fault("mode", "RTL")
+
+
+async def low_battery(branch: Branch) -> None:
+    await branch.on_the_way()
+    await branch.fault("battery_percent", 6.0)
+
+
+async def operator_consents(branch: Branch) -> None:
+    await branch.answer(grant=True)
+
+
+async def operator_refuses(branch: Branch) -> None:
+    await branch.answer(grant=False)
+
+
+async def operator_returns(branch: Branch) -> None:
+    await branch.on_the_way()
+    await branch.tell("return")
+
+
+RELEASED = ("released", "acknowledged")
+SEEN = ("released", "inferred")
+KEPT = ("kept", "inferred")
+REFUSED = ("kept", "acknowledged")
+ASKS: dict[str, Any] = {"consent": "operator"}
+ALTERNATE = {"alternate": at(30, 25, relative_altitude_m=12, id="locker", hold_s=LONG_HOLD_S)}
+CASES = (
+    Case("all is well", nothing, nothing, ("completed",), (RELEASED,), range(1, 2), True),
+    Case("stuck", stuck, nothing, ("completed",), (RELEASED,), range(1, 2), True, has_alternate=True),
+    Case("slow", slow, nothing, ("completed",), (RELEASED,), range(1, 2), True),
+    Case("lost ack", nothing, lost_ack, ("completed",), (SEEN, RELEASED), range(1, 4), None),
+    Case("refused upload", refused_upload, nothing, ("failed",), (KEPT,), range(1), False),
+    Case(
+        *("link cut on the way", nothing, cut_on_the_way, ("completed",), (KEPT,), range(1), False),
+        hold_s=SHORT_HOLD_S,
+        has_alternate=True,
+    ),
+    Case(
+        "link cut while releasing",
+        slow,
+        cut_while_releasing,
+        ("completed",),
+        (("unknown", "none"), SEEN),
+        range(1, 2),
+        False,
+        has_alternate=True,
+    ),
+    Case("link cut after", nothing, cut_after, ("completed",), (RELEASED,), range(1, 2), True),
+    Case("reboot", nothing, reboot, ("aborted", "failed"), (KEPT,), range(1), False, has_alternate=True),
+    Case("a pilot returns", nothing, pilot_takes_over, ("failed",), (KEPT,), range(1), False, has_alternate=True),
+    Case("the operator returns", nothing, operator_returns, ("aborted",), (KEPT,), range(1), False, has_alternate=True),
+    Case("low battery", nothing, low_battery, ("failed",), (KEPT,), range(1), False, has_alternate=True),
+    Case(
+        *("the vehicle refuses", nothing, gripper_is_gone, ("aborted",), (KEPT, REFUSED), range(1, 2), True),
+        on_failure="return",
+        after="all is well",
+    ),
+    Case(
+        *("an operator consents", nothing, operator_consents, ("completed",), (RELEASED,), range(1, 2), True),
+        hold_s=ASKING_HOLD_S,
+        asks=ASKS,
+        consent="granted",
+    ),
+    Case(
+        *("an operator says no", nothing, operator_refuses, ("aborted",), (KEPT,), range(1), False),
+        hold_s=ASKING_HOLD_S,
+        asks=ASKS,
+        on_failure="return",
+        consent="refused",
+    ),
+    Case(
+        *("no operator answers", nothing, nothing, ("completed",), (KEPT,), range(1), False),
+        hold_s=ASKING_HOLD_S,
+        asks={**ASKS, "consent_timeout_s": 5},
+        consent="timed_out",
+    ),
+    Case(
+        *("link cut while asked", upload_again, cut_while_asked, ("completed",), (KEPT,), range(1), False),
+        hold_s=ASKING_HOLD_S,
+        asks={**ASKS, "consent_timeout_s": 5},
+        consent="timed_out",
+        after="refused upload",
+    ),
+    Case(
+        *("no, but at the alternate", nothing, operator_refuses, ("completed",), (KEPT,), range(1), False),
+        hold_s=ASKING_HOLD_S,
+        asks=ASKS,
+        on_failure="return",
+        consent="refused",
+        has_alternate=True,
+        at_alternate=RELEASED,
+        after="the operator returns",
+    ),
+)

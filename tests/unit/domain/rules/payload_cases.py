@@ -1,0 +1,134 @@
+"""Cases of the rules about payload, battery and wind."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from app.domain.performance import Performance
+from app.domain.prediction import Wind
+from app.domain.vehicle import VehicleFacts
+from tests.unit.domain.plan_pieces import airship, facts, fixed_wing, gripper, multicopter, waypoint, winch
+from tests.unit.domain.rules.case import Case
+
+SMALL = Performance(payload_max_kg=2.0, battery_percent_per_min=4.0)
+FAR = multicopter(waypoint(2000), gripper())
+"""Fifteen minutes: 60 % at 4 % a minute."""
+
+
+def declared(performance: Performance = SMALL, charge: float | None = 100.0, **parameters: float) -> VehicleFacts:
+    return replace(facts(**parameters), performance=performance, battery_percent=charge)
+
+
+PAYLOAD_CASES = [
+    Case(
+        "payload.too_heavy",
+        "/items/2/mass_kg",
+        multicopter(waypoint(), gripper(mass_kg=2.1)),
+        multicopter(waypoint(), gripper(mass_kg=2.0)),
+        declared(),
+        declared(),
+    ),
+    Case(
+        "payload.too_heavy",
+        "/items/2/mass_kg",
+        multicopter(waypoint(), gripper(mass_kg=1.5), winch(mass_kg=0.4)),
+        multicopter(waypoint(), gripper(mass_kg=1.5), winch(mass_kg=0.4)),
+        declared(Performance(payload_max_kg=1.8)),
+        declared(Performance(payload_max_kg=1.9)),
+        about="both devices together",
+    ),
+    Case(
+        "payload.too_heavy",
+        "/items/4/mass_kg",
+        multicopter(waypoint(), gripper(mass_kg=1), waypoint(200), gripper(action="grab", mass_kg=3)),
+        multicopter(waypoint(), gripper(mass_kg=1), waypoint(200), gripper(action="grab", mass_kg=2)),
+        declared(),
+        declared(),
+        about="taken on the way",
+    ),
+    Case(
+        "payload.mass_unknown",
+        "/items/2",
+        multicopter(waypoint(), gripper()),
+        multicopter(waypoint(), gripper(mass_kg=1)),
+        declared(),
+        declared(),
+    ),
+    Case(
+        "payload.limit_unknown",
+        "/items/2/mass_kg",
+        multicopter(waypoint(), gripper(mass_kg=1)),
+        multicopter(waypoint(), gripper(mass_kg=1)),
+        facts(),
+        declared(),
+    ),
+]
+BATTERY_CASES = [
+    Case("battery.reserve_at_home", "/items/3", FAR, FAR, declared(charge=70.0), declared(charge=90.0)),
+    Case(
+        "battery.reserve_at_home",
+        "/items/3",
+        multicopter(waypoint(2000), gripper(), limits={"min_battery_percent": 60}),
+        multicopter(waypoint(2000), gripper(), limits={"min_battery_percent": 20}),
+        declared(),
+        declared(),
+        about="the plan's own",
+    ),
+    Case(
+        "battery.reserve_at_home",
+        "/items/3",
+        FAR,
+        FAR,
+        declared(BAT_CRIT_THR=0.5, COM_LOW_BAT_ACT=3),
+        declared(BAT_CRIT_THR=0.5, COM_LOW_BAT_ACT=0),
+        about="where the vehicle acts by itself",
+    ),
+    Case(
+        "battery.reserve_at_home",
+        "/items/3",
+        FAR,
+        FAR,
+        declared(Performance(battery_capacity_wh=100.0, cruise_w=400.0)),
+        declared(Performance(battery_capacity_wh=200.0, cruise_w=400.0)),
+        about="in watts",
+    ),
+    Case(
+        "battery.reserve_at_drop",
+        "/items/2",
+        multicopter(waypoint(1000), gripper(hold_s=600)),
+        multicopter(waypoint(1000), gripper(hold_s=30)),
+        declared(charge=60.0),
+        declared(charge=60.0),
+    ),
+    Case(
+        "battery.reserve_at_drop",
+        "/items/2",
+        multicopter(waypoint(1500), gripper(hold_s=300), waypoint(300), contingency={"on_drop_failure": "return"}),
+        multicopter(waypoint(1500), gripper(hold_s=30), waypoint(300), contingency={"on_drop_failure": "return"}),
+        declared(charge=75.0),
+        declared(charge=75.0),
+        about="the return",
+    ),
+    Case("battery.rate_unknown", "", FAR, FAR, facts(), declared()),
+    Case("battery.charge_unknown", "", FAR, FAR, declared(charge=None), declared()),
+    Case("battery.no_action", "", FAR, FAR, declared(), declared(COM_LOW_BAT_ACT=3)),
+]
+WIND_CASES = [
+    Case(
+        "wind.too_strong",
+        "/items/0",
+        fixed_wing(waypoint(400)),
+        fixed_wing(waypoint(400)),
+        wrong_wind=Wind(north_m_s=15.0),
+        right_wind=Wind(north_m_s=12.0),
+    ),
+    Case(
+        "wind.too_strong",
+        "/items/0",
+        airship(waypoint(400)),
+        multicopter(waypoint(400)),
+        wrong_wind=Wind(east_m_s=5.0),
+        right_wind=Wind(east_m_s=5.0),
+        about="an airship",
+    ),
+]

@@ -1,0 +1,153 @@
+"""A drop that fails with its parcel on board is made again at its alternate, and only then."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from typing import Any
+
+import pytest
+
+from app.domain.commands import MavResult
+from app.domain.consent import Answer
+from app.domain.drop import DropOutcome, DropPhase
+from app.domain.errors import DropInProgressError, LinkTimeoutError
+from app.domain.run import RunState
+from app.domain.vehicle import FlightMode
+from app.services.runs.leg import concluded_drops
+from tests.unit.domain.plan_pieces import at
+from tests.unit.services.runs.desk import Desk, desk, restarted
+
+ALTERNATE = at(0, 120, relative_altitude_m=20, id="locker", hold_s=20)
+
+
+def _asks(document: dict[str, Any]) -> None:
+    drop = next(item for item in document["items"] if item["type"] == "gripper")
+    drop.update(alternate=ALTERNATE, consent="operator", hold_s=60)
+    document["contingency"]["on_drop_failure"] = "return"
+
+
+def _plain(document: dict[str, Any]) -> None:
+    _asks(document)
+    next(item for item in document["items"] if item["type"] == "gripper")["consent"] = "none"
+
+
+@pytest.fixture
+async def asking() -> AsyncIterator[Desk]:
+    """A run that asks for consent at its drop, in flight."""
+    async with desk(changes=_asks) as made:
+        await made.create()
+        await made.fly_to_drop()
+        await made.until(lambda: made.drop.phase is DropPhase.ASKING, "an operator must be asked")
+        yield made
+
+
+@pytest.fixture
+async def plain() -> AsyncIterator[Desk]:
+    """A run with an alternate and without consent, created."""
+    async with desk(changes=_plain) as made:
+        await made.create()
+        yield made
+
+
+async def _refuse(made: Desk) -> None:
+    await made.runs.answer_consent(made.run_id, made.drop.plan_item_id, Answer(grant=False, question=1), "pilot")
+
+
+def _outcomes(made: Desk) -> list[tuple[str, str]]:
+    return [(drop.plan_item_id, drop.outcome.value) for drop in made.run.drops]
+
+
+def _sent_to(made: Desk) -> list[str]:
+    return [sent for sent in made.vehicle.sent if sent.startswith("set_current") and sent != "set_current 0"]
+
+
+async def _fly_on_to_the_alternate(made: Desk) -> None:
+    there = made.mission.drops[0].alternate
+    assert there is not None
+    await made.until(lambda: f"set_current {there.hold_seqs[0]}" in made.vehicle.sent, "it must be sent on")
+    await made.vehicle.fly_to_hold(there.latitude_deg, there.longitude_deg, there.hold_seqs[0])
+
+
+async def test_a_refused_drop_is_made_at_its_alternate_with_a_record_of_its_own(asking: Desk) -> None:
+    await _refuse(asking)
+    await _fly_on_to_the_alternate(asking)
+    await asking.until(lambda: len(asking.run.drops) == 2 and asking.run.drops[1].phase is DropPhase.DONE, "a 2nd drop")
+    first, second = asking.run.drops
+    assert (first.outcome, second.outcome) == (DropOutcome.KEPT, DropOutcome.RELEASED)
+    assert (second.plan_item_id, second.alternate_to) == ("locker", first.plan_item_id)
+    assert (first.attempts, second.attempts, len(asking.vehicle.releases)) == (0, 1, 1)
+    assert second.latitude_deg == pytest.approx(ALTERNATE["latitude_deg"])
+    assert "return" not in asking.vehicle.sent, "what the plan says of a failure is for the alternate"
+    await asking.until(
+        lambda: _sent_to(asking)[-1] == f"set_current {asking.mission.drops[0].resume_seq}", "it goes on"
+    )
+    assert asking.run.flown_item_ids[-2:] == (first.plan_item_id, "locker")
+
+
+async def test_a_release_that_was_refused_is_tried_at_the_alternate(plain: Desk) -> None:
+    plain.vehicle.answers = [[MavResult.DENIED]]
+    await plain.fly_to_drop()
+    await _fly_on_to_the_alternate(plain)
+    await plain.until(lambda: _outcomes(plain)[-1] == ("locker", "released"), "it must be released there")
+    assert _outcomes(plain)[0][1] == "kept"
+
+
+async def test_a_parcel_that_may_be_gone_is_never_flown_on(plain: Desk) -> None:
+    plain.vehicle.answers = [LinkTimeoutError("no answer")] * 3
+    await plain.fly_to_drop()
+    await plain.until(lambda: plain.drop.outcome is DropOutcome.UNKNOWN, "nobody knows what became of it")
+    await plain.until(lambda: "return" in plain.vehicle.sent, "the plan says return")
+    assert len(plain.run.drops) == 1
+    assert _sent_to(plain) == []
+
+
+async def test_a_released_parcel_needs_no_alternate(plain: Desk) -> None:
+    await plain.fly_to_drop()
+    await plain.until(lambda: plain.drop.outcome is DropOutcome.RELEASED, "it must be released")
+    await plain.until(lambda: _sent_to(plain) == [f"set_current {plain.mission.drops[0].resume_seq}"], "it goes on")
+    assert len(plain.run.drops) == 1
+    plain.vehicle.put(mission_seq=plain.mission.drops[0].resume_seq)
+    await plain.until(lambda: plain.run.item_id != plain.mission.drops[0].plan_item_id, "it flies on")
+    assert "locker" not in plain.run.flown_item_ids
+
+
+async def test_a_vehicle_that_somebody_took_is_not_sent_to_the_alternate(asking: Desk) -> None:
+    asking.vehicle.put(mode=FlightMode.POSITION)
+    await asking.until_state(RunState.PAUSED)
+    asking.vehicle.put(mode=FlightMode.RETURN)
+    asking.vehicle.touch_down(complete=False, last_seq=0)
+    await asking.until(lambda: asking.run.is_over, "the run must end")
+    assert _outcomes(asking) == [(asking.drop.plan_item_id, "kept")]
+    assert _sent_to(asking) == []
+
+
+async def test_if_the_alternate_fails_too_the_plan_says_what_then(asking: Desk) -> None:
+    await _refuse(asking)
+    await asking.until(lambda: len(asking.run.drops) == 2 and bool(_sent_to(asking)), "it must be sent on")
+    asking.vehicle.put(mission_seq=asking.mission.drops[0].resume_seq)  # it passes the alternate without a hold
+    await asking.until(lambda: "return" in asking.vehicle.sent, "the plan says return")
+    assert [outcome for _, outcome in _outcomes(asking)] == ["kept", "kept"]
+
+
+async def test_the_plan_is_not_changed_on_the_way_to_the_alternate_and_its_drop_never_made_again(asking: Desk) -> None:
+    await _refuse(asking)
+    await asking.until(lambda: len(asking.run.drops) == 2 and bool(_sent_to(asking)), "it must be sent on")
+    asking.vehicle.put(relative_altitude_m=15.0)
+    with pytest.raises(DropInProgressError):
+        await asking.runs.change_mission(asking.run_id, "plan-1", None, "ann")
+    await _fly_on_to_the_alternate(asking)
+    await asking.until(lambda: _outcomes(asking)[1] == ("locker", "released"), "it must be released there")
+    assert concluded_drops(asking.run.drops) == {asking.drop.plan_item_id, "locker"}
+
+
+async def test_after_a_restart_the_drop_at_the_alternate_goes_on(asking: Desk) -> None:
+    await _refuse(asking)
+    await asking.until(lambda: len(asking.run.drops) == 2 and bool(_sent_to(asking)), "it must be sent on")
+    asking.vehicle.put(latitude_deg=47.0)
+    await asking.until(lambda: asking.run.item_id == "locker", "it flies there")
+    await restarted(asking)
+    there = asking.mission.drops[0].alternate
+    assert there is not None
+    await asking.vehicle.fly_to_hold(there.latitude_deg, there.longitude_deg, there.hold_seqs[0])
+    await asking.until(lambda: asking.run.drops[1].phase is DropPhase.DONE, "it must end")
+    assert _outcomes(asking)[1] == ("locker", "released")

@@ -1,0 +1,55 @@
+"""A run is refused for a vehicle whose battery would not last: as it is made, and again as it is started."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.domain.errors import PlanRejectedError, WrongStateError
+from app.domain.events import EventKind
+from app.domain.performance import Performance
+from app.domain.prediction import Wind
+from app.domain.run import RunState
+from tests.unit.services.runs.desk import desk
+
+THIRSTY = Performance(battery_percent_per_min=10.0, reserve_percent=20.0)
+
+
+def codes(error: PlanRejectedError) -> set[str]:
+    return {finding["code"] for finding in error.extra["findings"] if finding["severity"] == "error"}
+
+
+async def test_a_run_needs_a_battery_that_lasts() -> None:
+    async with desk(performance=THIRSTY) as at:
+        at.vehicle.put(battery_percent=30.0)
+        with pytest.raises(PlanRejectedError) as refused:
+            await at.create()
+        assert "battery.reserve_at_home" in codes(refused.value)
+        at.vehicle.put(battery_percent=95.0)
+        assert (await at.create(start=False)).state is RunState.CREATED
+
+
+async def test_a_battery_that_emptied_while_the_run_waited_keeps_it_from_starting() -> None:
+    async with desk(performance=THIRSTY) as at:
+        at.vehicle.put(battery_percent=95.0)
+        await at.create(start=False)
+        await at.until_state(RunState.UPLOADED)
+        at.vehicle.put(battery_percent=30.0)
+        with pytest.raises(PlanRejectedError) as refused:
+            await at.runs.start(at.run_id, "test")
+        assert "battery.reserve_at_home" in codes(refused.value)
+        assert at.run.state is RunState.UPLOADED
+        at.vehicle.put(battery_percent=95.0)
+        await at.runs.start(at.run_id, "test")
+        await at.until_state(RunState.FLYING)
+        with pytest.raises(WrongStateError):
+            await at.runs.start(at.run_id, "test")
+
+
+async def test_a_run_keeps_the_wind_that_it_was_checked_with() -> None:
+    async with desk(performance=THIRSTY) as at:
+        wind = Wind(north_m_s=3.0)
+        run = await at.runs.create("plan-1", "v1", start=False, by="test", wind=wind)
+        assert run.wind == wind
+        (predicted,) = [event for event in at.events.events if event.kind is EventKind.RUN_PREDICTED]
+        assert predicted.data["wind"] == {"north_m_s": 3.0, "east_m_s": 0.0}
+        assert predicted.data["battery_used_percent"] > 0.0

@@ -1,0 +1,49 @@
+"""`verify-journal` holds jobs against the events that tell of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from app.domain.events import EventKind, NewEvent
+from app.storage import open_storage, verify_journal
+from tests.contract.storage.samples import plan
+from tests.unit.domain.jobs.examples import a_job
+from tests.unit.storage.test_verify import alter
+
+
+@pytest.fixture
+async def journal(tmp_path: Path) -> Path:
+    """A journal with one job."""
+    path, job = tmp_path / "journal.db", a_job()
+    data = {"change": "queued", "by": "desk", "job": job.model_dump(mode="json")}
+    async with open_storage(path) as storage:
+        await storage.events.append([], plans=[plan()])
+        await storage.events.append([NewEvent(kind=EventKind.JOB_CHANGED, time=1.0, data=data)], jobs=[job])
+    return path
+
+
+async def said(path: Path) -> list[str]:
+    return [one for one in (await verify_journal(path)).alterations if one.startswith("job ")]
+
+
+@pytest.mark.parametrize(
+    ("statement", "words"),
+    [
+        ("UPDATE jobs SET state = state", []),
+        ("UPDATE jobs SET state = 'completed'", ["job job-1 is not as its events left it"]),
+        (
+            "UPDATE jobs SET document = replace(document, '\"auto_start\":false', '\"auto_start\":true')",
+            ["job job-1 is not as its events left it"],
+        ),
+        (
+            "UPDATE jobs SET id = 'job-2'",
+            ["job job-2 is told of by no event", "job job-1 is told of by events, and is missing"],
+        ),
+        ("DELETE FROM jobs", ["job job-1 is told of by events, and is missing"]),
+    ],
+)
+async def test_what_was_altered_of_a_job_is_named(journal: Path, statement: str, words: list[str]) -> None:
+    alter(journal, statement)
+    assert await said(journal) == words
