@@ -16,8 +16,8 @@ from tests.unit.domain.rules.flight_cases import (
     TAKEOFF_LANDING_CASES,
     VTOL_CASES,
 )
-from tests.unit.domain.rules.target_cases import TARGET_CASES
 from tests.unit.domain.rules.payload_cases import BATTERY_CASES, PAYLOAD_CASES, WIND_CASES
+from tests.unit.domain.rules.target_cases import TARGET_CASES
 
 CASES = [
     *POSITION_CASES,
