@@ -34,6 +34,8 @@ from app.services.proofs import Proofs
 from app.services.rerouting import Rerouting
 from app.services.runs import Runs
 from app.services.simulation import Simulation
+from app.services.target_following import TargetFollower
+from app.services.targets import Targets
 from app.services.tasks import Tasks
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
@@ -71,16 +73,16 @@ async def running(settings: Settings) -> AsyncIterator[str]:
         fleet = Fleet(MavsdkLinkSource(settings.connections), journal, settings.vehicle_performance)
         stack.push_async_callback(fleet.close)
         await fleet.start()
-        runs = Runs(fleet, storage.plans, storage.runs, journal, clock)
+        targets = Targets(clock)
+        runs = Runs(fleet, storage.plans, storage.runs, journal, clock, targets=targets)
         stack.push_async_callback(runs.close)
         await runs.begin()
         offboard = Offboard(fleet, runs, clock, _offboard_settings(settings))
         stack.push_async_callback(offboard.close)
-        telemetry = TelemetryFeed(fleet, settings.telemetry_period_s)
-        stack.push_async_callback(telemetry.close)
-        await telemetry.start()
+        telemetry = await stack.enter_async_context(_telemetry(fleet, settings))
         webhooks = await stack.enter_async_context(_webhooks(storage, journal, clock, settings))
         plans = Plans(storage.plans, journal, clock)
+        await stack.enter_async_context(_following(TargetFollower(runs, plans, fleet, targets, journal, clock)))
         jobs = await stack.enter_async_context(_begun(Jobs(storage.jobs, plans, runs, fleet, journal, clock)))
         services = ApiServices(
             journal=journal,
@@ -94,6 +96,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
             runs=runs,
             rerouting=Rerouting(runs, plans),
             jobs=jobs,
+            targets=targets,
             commands=VehicleCommands(fleet, journal),
             offboard=offboard,
             tasks=Tasks(offboard, fleet, clock),
@@ -152,6 +155,26 @@ def _offboard_settings(settings: Settings) -> OffboardSettings:
     return OffboardSettings(
         rate_hz=settings.offboard_rate_hz, limits=settings.offboard_limits, gap_s=settings.offboard_gap_s
     )
+
+
+@asynccontextmanager
+async def _telemetry(fleet: Fleet, settings: Settings) -> AsyncIterator[TelemetryFeed]:
+    telemetry = TelemetryFeed(fleet, settings.telemetry_period_s)
+    await telemetry.start()
+    try:
+        yield telemetry
+    finally:
+        await telemetry.close()
+
+
+@asynccontextmanager
+async def _following(follower: TargetFollower) -> AsyncIterator[None]:
+    """Moving targets are followed meanwhile."""
+    await follower.start()
+    try:
+        yield
+    finally:
+        await follower.close()
 
 
 @asynccontextmanager

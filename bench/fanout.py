@@ -41,6 +41,7 @@ from app.services.proofs import Proofs
 from app.services.rerouting import Rerouting
 from app.services.runs import Runs
 from app.services.simulation import Simulation
+from app.services.targets import Targets
 from app.services.tasks import Tasks
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
@@ -134,6 +135,7 @@ async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
             telemetry=TelemetryFeed(fleet, 3600.0),
             runs=runs,
             rerouting=Rerouting(runs, plans),
+            targets=Targets(clock),
             commands=VehicleCommands(fleet, journal),
             offboard=offboard,
             tasks=Tasks(offboard, fleet, clock),

@@ -22,6 +22,7 @@ from app.services.proofs import Proofs
 from app.services.rerouting import Rerouting
 from app.services.runs import Runs
 from app.services.simulation import Simulation
+from app.services.targets import Targets
 from app.services.tasks import Tasks
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
@@ -45,6 +46,7 @@ class ApiServices:
     telemetry: TelemetryFeed
     runs: Runs
     rerouting: Rerouting
+    targets: Targets
     jobs: Jobs
     commands: VehicleCommands
     offboard: Offboard
@@ -71,6 +73,7 @@ RUNS: Final = web.AppKey("runs", Runs)
 REROUTING: Final = web.AppKey("rerouting", Rerouting)
 SIMULATION: Final = web.AppKey("simulation", Simulation)
 WEBHOOKS: Final = web.AppKey("webhooks", Webhooks)
+TARGETS: Final = web.AppKey("targets", Targets)
 TASKS: Final = web.AppKey("tasks", Tasks)
 
 
@@ -91,4 +94,5 @@ def install(app: web.Application, services: ApiServices) -> None:
     app[REROUTING] = services.rerouting
     app[SIMULATION] = services.simulation
     app[WEBHOOKS] = services.webhooks
+    app[TARGETS] = services.targets
     app[TASKS] = services.tasks

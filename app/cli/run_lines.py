@@ -38,6 +38,8 @@ def _told(event: Event) -> Text | None:
             change = data.get("change") or {}
             who = f" by {change['by']}" if change.get("by") else ""
             return Text(f"flies plan {change.get('plan_id')} from {change.get('continue_at')} on, changed{who}")
+        case EventKind.RUN_TARGET_MOVED | EventKind.RUN_TARGET_NOT_FOLLOWED:
+            return _target(event)
         case EventKind.RUN_ITEM:
             verb = "flies to" if data.get("what") == "current" else "reached"
             return Text(f"{verb} {data.get('item_id')}")
@@ -95,6 +97,14 @@ def _consent(event: Event) -> Text:
     why = f": {data['reason']}" if data.get("reason") else ""
     state = str(data.get("state")).replace("_", " ")
     return Text(f"consent to {data.get('plan_item_id')}: {state}{by}{why}", style="bold")
+
+
+def _target(event: Event) -> Text:
+    data = event.data
+    if event.kind is EventKind.RUN_TARGET_MOVED:
+        away_m = float(data.get("from_planned_m") or 0.0)
+        return Text(f"{data.get('waypoint_id')} follows its target, {away_m:.0f} m from the planned point")
+    return Text(f"{data.get('waypoint_id')} does not follow its target: {data.get('reason')}", style="bold yellow")
 
 
 def _again(data: dict[str, Any]) -> str:

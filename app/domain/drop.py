@@ -7,6 +7,7 @@ from enum import StrEnum
 from pydantic import BaseModel, ConfigDict
 
 from app.domain.consent import ConsentRecord
+from app.domain.moving_target.report import TargetEvidence
 from app.domain.vehicle import GnssFix, LandedState
 
 
@@ -48,7 +49,8 @@ class DropRecord(BaseModel):
     `output_*` what the autopilot put out to the gripper (SERVO_OUTPUT_RAW), `sensed_at` when a sensor saw the parcel
     go. They are never merged. PX4's grippers have no sensor: `sensed_at` stays None for them.
 
-    `consent` is None if the plan asks for none. `alternate_to` is the drop that failed before this one was tried at its
+    `consent` is None if the plan asks for none; `target` if the drop has no moving target, or none was reported of.
+    `alternate_to` is the drop that failed before this one was tried at its
     alternate; such a record is there only once the vehicle was sent on.
     """
 
@@ -83,3 +85,4 @@ class DropRecord(BaseModel):
     gnss_satellites: int | None = None
     gnss_hdop: float | None = None
     battery_percent: float | None = None
+    target: TargetEvidence | None = None

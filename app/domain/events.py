@@ -52,6 +52,12 @@ class EventKind(StrEnum):
     """data: mission_type, sent, total, attempt, percent."""
     RUN_MISSION_CHANGED = "run.mission_changed"
     """data: change (see Run.change) and timeline, as predicted for the rest. The vehicle has the changed mission."""
+    RUN_TARGET_MOVED = "run.target_moved"
+    """data: plan_item_id, waypoint_id, plan_id (the run flies it now), moved_from, moved_to, from_planned_m, after_s
+    (when the target is there), target (see DropRecord.target)."""
+    RUN_TARGET_NOT_FOLLOWED = "run.target_not_followed"
+    """data: plan_item_id, waypoint_id, feed, code, reason, target (null if nothing was reported yet). The waypoint
+    stays where it is. Told once for each new code."""
     RUN_ITEM = "run.item"
     """data: item_id, seq, what ("current" | "reached")."""
     RUN_ITEM_ENDED = "run.item_ended"

@@ -28,6 +28,7 @@ from app.services.proofs import Proofs
 from app.services.rerouting import Rerouting
 from app.services.runs import Runs
 from app.services.simulation import Simulation
+from app.services.targets import Targets
 from app.services.tasks import Tasks
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
@@ -127,7 +128,8 @@ def _services(
     access: Access,
     jobs_settings: JobSettings,
 ) -> ApiServices:
-    runs = Runs(fleet, storage.plans, storage.runs, journal, clock)
+    targets = Targets(clock)
+    runs = Runs(fleet, storage.plans, storage.runs, journal, clock, targets=targets)
     offboard = Offboard(fleet, runs, clock, PATIENT)
     plans = Plans(storage.plans, journal, clock)
     return ApiServices(
@@ -141,6 +143,7 @@ def _services(
         proofs=Proofs(runs, storage.plans, storage.attachments, journal, clock, storage.gateway_id),
         runs=runs,
         rerouting=Rerouting(runs, plans),
+        targets=targets,
         jobs=Jobs(storage.jobs, plans, runs, fleet, journal, clock, jobs_settings),
         commands=VehicleCommands(fleet, journal),
         offboard=offboard,

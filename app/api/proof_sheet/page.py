@@ -14,6 +14,7 @@ from app.api.proof_sheet.words import shown_time, typed
 from app.domain.consent import ConsentRecord, ConsentState
 from app.domain.drop import Certainty, DropOutcome, DropRecord
 from app.domain.events import EventKind
+from app.domain.moving_target.report import TargetEvidence
 from app.domain.proof import Entry, Proof
 
 _POLICY_OF_A_COPY: Final = (
@@ -123,6 +124,7 @@ def _drop(drop: DropRecord, attachments: str) -> str:
             ("Measured at", _place(drop.latitude_deg, drop.longitude_deg)),
             ("Off the planned point", _number(drop.offset_m, "m")),
             ("Above home, above sea", _pair(drop.relative_altitude_m, drop.absolute_altitude_m)),
+            ("Moving target", _target(drop.target)),
             ("Ground speed", _number(drop.ground_speed_m_s, "m/s")),
             ("Landed state", drop.landed and _words(drop.landed)),
             ("GNSS", _gnss(drop)),
@@ -179,6 +181,15 @@ def _gnss(drop: DropRecord) -> str | None:
     satellites = "" if drop.gnss_satellites is None else f", {drop.gnss_satellites} satellites"
     hdop = "" if drop.gnss_hdop is None else f", HDOP {drop.gnss_hdop:g}"
     return f"{_words(drop.gnss_fix)} fix{satellites}{hdop}"
+
+
+def _target(target: TargetEvidence | None) -> str | None:
+    """Where the target was, how far from the vehicle, and how old the report was."""
+    if target is None:
+        return None
+    away = "" if target.distance_m is None else f", {target.distance_m:.1f} m from the vehicle"
+    place = _place(target.latitude_deg, target.longitude_deg)
+    return f"{target.feed}: {place}{away}, reported {target.age_s:.1f} s before"
 
 
 def _consent(consent: ConsentRecord | None) -> str | None:

@@ -21,6 +21,7 @@ from app.domain.plan.items import (
     Waypoint,
     Winch,
 )
+from app.domain.plan.moving_target import Target
 from app.domain.plan.parse import PlanInvalid, parse_plan, plan_json_schema
 
 __all__ = [
@@ -47,6 +48,7 @@ __all__ = [
     "RallyPoint",
     "ReturnToLaunch",
     "Takeoff",
+    "Target",
     "Transition",
     "Waypoint",
     "Winch",

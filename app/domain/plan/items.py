@@ -21,6 +21,7 @@ from app.domain.plan.fields import (
     SpeedMS,
     YawDeg,
 )
+from app.domain.plan.moving_target import Target
 
 
 class Takeoff(Altitude):
@@ -118,12 +119,13 @@ class Drop(PlanModel):
 class Gripper(Drop):
     """Release or grab a parcel at the position item before (DO_GRIPPER).
 
-    `alternate` is where a supervised release is made if it fails here.
+    `alternate` is where a supervised release is made if it fails here. With a `target` the place follows it.
     """
 
     type: Literal["gripper"]
     action: Literal["release", "grab"]
     alternate: Alternate | None = None
+    target: Target | None = None
 
 
 class Winch(Drop):

@@ -14,6 +14,7 @@ from app.domain.supervised.inputs import (
     RunEnding,
     SendRelease,
     Silence,
+    TargetSight,
 )
 from app.domain.supervised.machine import step
 from app.domain.supervised.state import DropMachine
@@ -34,6 +35,7 @@ __all__ = [
     "RunEnding",
     "SendRelease",
     "Silence",
+    "TargetSight",
     "step",
     "still_waits",
 ]

@@ -30,7 +30,12 @@ def is_passed(seen: Observation, terms: DropTerms) -> bool:
 
 def reason_against(seen: Observation, terms: DropTerms, hold: HoldClock) -> str | None:
     """Why a release must not be sent now, in words; None if it may be."""
-    return _link_reason(seen, terms) or _place_reason(seen, terms) or _time_reason(seen, terms, hold)
+    return (
+        _link_reason(seen, terms)
+        or _place_reason(seen, terms)
+        or _target_reason(seen, terms)
+        or _time_reason(seen, terms, hold)
+    )
 
 
 def _link_reason(seen: Observation, terms: DropTerms) -> str | None:
@@ -56,6 +61,22 @@ def _place_reason(seen: Observation, terms: DropTerms) -> str | None:
         return f"the vehicle is faster than {terms.max_ground_speed_m_s:g} m/s"
     if terms.landed and seen.landed is not LandedState.ON_GROUND:
         return "the vehicle is not on the ground"
+    return None
+
+
+def _target_reason(seen: Observation, terms: DropTerms) -> str | None:
+    """Of a drop at a moving target: it must be known where it is now, and it must be here."""
+    if terms.target_max_speed_m_s is None:
+        return None
+    target = seen.target
+    if target is None:
+        return "target_stale: nothing was reported of the target"
+    if not target.age_s <= terms.max_target_age_s:
+        return f"target_stale: the target's last report is older than {terms.max_target_age_s:g} s"
+    if not target.speed_m_s <= terms.target_max_speed_m_s:
+        return f"target_too_fast: the target is faster than {terms.target_max_speed_m_s:g} m/s"
+    if target.distance_m is None or not target.distance_m <= terms.max_offset_m:
+        return f"target_away: the target is farther than {terms.max_offset_m:g} m from the vehicle"
     return None
 
 

@@ -13,11 +13,21 @@ OUTPUT_FRESH_S: Final = 2.0
 
 
 @dataclass(frozen=True, slots=True)
+class TargetSight:
+    """What is known of a drop's moving target: how old that is, how far from the vehicle it is now, how fast."""
+
+    age_s: float
+    distance_m: float | None
+    speed_m_s: float
+
+
+@dataclass(frozen=True, slots=True)
 class Observation:
     """What is known of the vehicle at `now_s` (our monotonic clock, seconds).
 
     `boot_s` is the vehicle's clock at its newest position, `clock_rate` how many of its seconds pass in one of ours
-    (1 on a real vehicle). `offset_m` is the horizontal distance from the drop point.
+    (1 on a real vehicle). `offset_m` is the horizontal distance from the drop point. `target`: None if nothing was
+    reported of it, or the drop has none.
     """
 
     now_s: float
@@ -34,6 +44,7 @@ class Observation:
     position_age_s: float | None
     gripper_output_us: int | None = None
     gripper_output_age_s: float | None = None
+    target: TargetSight | None = None
 
     @property
     def fresh_output_us(self) -> int | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from app.domain.mission import CompiledDrop
+from app.domain.moving_target.report import STALE_S
 
 
 @dataclass(frozen=True, slots=True)
@@ -14,6 +15,7 @@ class DropTerms:
     `release_latency_s` is the longest time a sent release may take to act: loop, link and servo together. A release
     is sent only if that much of the hold is left. `resume_s` is the longest time the order to move on may take.
     `consent_timeout_s`: how long an operator may take to answer; None as long as the hold allows.
+    `target_max_speed_m_s`: None if the drop has no moving target.
     `alternate_seq` leads to the other place for the parcel, None if there is none; the vehicle waits `leave_s` longer
     than `hold_s` for it, and nothing is released in that time.
     """
@@ -26,6 +28,8 @@ class DropTerms:
     landed: bool = False
     needs_consent: bool = False
     consent_timeout_s: float | None = None
+    target_max_speed_m_s: float | None = None
+    max_target_age_s: float = STALE_S
     alternate_seq: int | None = None
     leave_s: float = 0.0
     max_ground_speed_m_s: float = 0.5
@@ -39,7 +43,7 @@ class DropTerms:
     reentry_calm_s: float = 1.5
 
     @classmethod
-    def of(cls, drop: CompiledDrop, max_offset_m: float) -> DropTerms:
+    def of(cls, drop: CompiledDrop, max_offset_m: float, target_max_speed_m_s: float | None = None) -> DropTerms:
         """The terms of a compiled drop. A rover or a landed vehicle waits in NAV_DELAY, others in the waypoint."""
         return cls(
             hold_seqs=drop.hold_seqs,
@@ -50,6 +54,7 @@ class DropTerms:
             landed=drop.landed,
             needs_consent=drop.needs_consent,
             consent_timeout_s=drop.consent_timeout_s,
+            target_max_speed_m_s=target_max_speed_m_s,
             alternate_seq=drop.alternate_seq,
             leave_s=drop.leave_s,
         )

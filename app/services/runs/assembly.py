@@ -19,6 +19,7 @@ from app.services.runs.recorder import RunRecorder
 from app.services.runs.sending import OrderSender
 from app.services.runs.settings import RunSettings
 from app.services.runs.watch import FlightWatch
+from app.services.targets import Targets
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,12 +32,19 @@ class Assembled:
 
 
 def assemble(
-    run: Run, plan: Plan, mission: Mission, link: VehicleLink, journal: Journal, settings: RunSettings, clock: Clock
+    run: Run,
+    plan: Plan,
+    mission: Mission,
+    link: VehicleLink,
+    journal: Journal,
+    settings: RunSettings,
+    clock: Clock,
+    targets: Targets,
 ) -> Assembled:
     """One flight, ready to `fly`."""
     recorder = RunRecorder(run, journal, clock)
     leg = leg_of(run, plan, mission, settings)
-    watch = FlightWatch(link, leg, recorder, settings, clock)
+    watch = FlightWatch(link, leg, recorder, settings, clock, targets)
     preparation = Preparation(link, mission, recorder, settings, clock, closes_gripper=_starts_loaded(plan))
     sender = OrderSender(link, recorder, watch, settings)
     consents = Consents(watch, recorder)

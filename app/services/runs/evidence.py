@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from app.domain.drop import DropPhase, DropRecord
 from app.domain.geo import distance_m
 from app.domain.mission import CompiledDrop
+from app.domain.moving_target.report import TargetFix
 from app.domain.supervised import Finish
 from app.domain.vehicle import FlightMode, VehicleState
 
@@ -18,7 +20,8 @@ class Look:
     """One look at the vehicle: the state, our two clocks, and how fast the vehicle's own clock runs.
 
     `clock_rate` is 1 until it is measured, about a second after the first position. `asked`: see FlightView.
-    `is_changing`: another mission is on its way to the vehicle, or may be on board.
+    `is_changing`: another mission is on its way to the vehicle, or may be on board. `targets`: what is known of the
+    drops' moving targets, by feed.
     """
 
     state: VehicleState
@@ -28,6 +31,7 @@ class Look:
     rate_is_measured: bool = True
     asked: str = ""
     is_changing: bool = False
+    targets: Mapping[str, TargetFix] = field(default_factory=dict)
 
     @property
     def mode_for_drops(self) -> FlightMode | None:

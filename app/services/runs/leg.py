@@ -38,6 +38,11 @@ class Leg:
         """Its drops that Waydrop commands."""
         return tuple(release for release in self.releases if isinstance(release, SupervisedRelease))
 
+    @property
+    def feeds(self) -> tuple[str, ...]:
+        """The feeds of the moving targets of its drops."""
+        return tuple(release.feed for release in self.supervised if release.feed is not None)
+
     def diverted(self, plan_item_id: str) -> Leg:
         """The leg whose vehicle goes to this drop's alternate."""
         return replace(self, releases=(*self.releases, self.alternates[plan_item_id]))
@@ -49,6 +54,7 @@ def leg_of(run: Run, plan: Plan, mission: Mission, settings: RunSettings, *, cha
     `changed_at`: when the plan was changed in flight; no hold of this mission can have begun before.
     """
     offsets = {item.id: item.max_offset_m for item in plan.items if isinstance(item, Gripper | Winch)}
+    targets = {item.id: item.target for item in plan.items if isinstance(item, Gripper)}
     made: list[Release] = []
     waited_at_s = run.updated_at if run.state in IN_FLIGHT else None
     taken_up = run.state not in _NOT_STARTED
@@ -60,7 +66,7 @@ def leg_of(run: Run, plan: Plan, mission: Mission, settings: RunSettings, *, cha
 
     def supervised(drop: CompiledDrop, record: DropRecord) -> SupervisedRelease:
         offset_m = offsets.get(drop.plan_item_id) or settings.default_max_offset_m
-        return SupervisedRelease(drop, record, offset_m, on_failure, waited_at_s)
+        return SupervisedRelease(drop, record, offset_m, on_failure, waited_at_s, targets.get(drop.plan_item_id))
 
     for drop in mission.drops:
         record = run.drop(drop.plan_item_id)

@@ -29,6 +29,7 @@ from app.services.runs.leg import drop_records
 from app.services.runs.plan_gate import refuse_unfit_plan
 from app.services.runs.settings import RECORDED_VISITS, RunSettings
 from app.services.runs.take_up import TakeUp
+from app.services.targets import Targets
 
 log = structlog.get_logger(__name__)
 
@@ -44,6 +45,7 @@ class Runs:
         journal: Journal,
         clock: Clock,
         settings: RunSettings | None = None,
+        targets: Targets | None = None,
     ) -> None:
         self._fleet = fleet
         self._plans = plans
@@ -51,6 +53,7 @@ class Runs:
         self._journal = journal
         self._clock = clock
         self._settings = settings or RunSettings()
+        self._targets = targets or Targets(clock)
         self._flights: dict[str, RunFlight] = {}
         self._waiting: dict[str, Run] = {}
         self._tasks: dict[str, asyncio.Task[None]] = {}
@@ -212,7 +215,7 @@ class Runs:
             created_at=now,
             updated_at=now,
         )
-        made = assemble(run, plan, mission, link, self._journal, self._settings, self._clock)
+        made = assemble(run, plan, mission, link, self._journal, self._settings, self._clock, self._targets)
         made.recorder.note(EventKind.RUN_CREATED, **run.model_dump(mode="json"))
         made.recorder.note(EventKind.RUN_PREDICTED, **timeline.model_dump(mode="json"))
         await made.recorder.flush()
@@ -242,7 +245,7 @@ class Runs:
         return compile_plan(plan, facts), timeline.first(RECORDED_VISITS)
 
     async def _take_up(self, run: Run) -> None:
-        take_up = TakeUp(self._fleet, self._plans, self._journal, self._settings, self._clock)
+        take_up = TakeUp(self._fleet, self._plans, self._journal, self._settings, self._clock, self._targets)
         made = await take_up.find(run)
         if made is None:
             return

@@ -8,6 +8,7 @@ from app.domain.commands import CommandAck
 from app.domain.consent import Answer, ConsentState
 from app.domain.drop import DropPhase, DropRecord
 from app.domain.mission import CompiledDrop, MavCmd
+from app.domain.plan import Target
 from app.domain.progress import Progress
 from app.domain.supervised import (
     ConsentGiven,
@@ -23,6 +24,7 @@ from app.domain.supervised import (
     RunEnding,
     SendRelease,
     Silence,
+    TargetSight,
     step,
 )
 from app.domain.supervised.inputs import DropInput
@@ -46,17 +48,24 @@ class SupervisedRelease:
         max_offset_m: float,
         on_failure: str,
         waited_at_s: float | None = None,
+        target: Target | None = None,
     ) -> None:
         self.compiled = compiled
         self.record = record
         self._on_failure = on_failure
-        terms = DropTerms.of(compiled, max_offset_m)
+        self._target = target
+        terms = DropTerms.of(compiled, max_offset_m, None if target is None else target.max_speed_m_s)
         opened = record.output_us == GRIPPER_OPEN_US
         questions = 0 if record.consent is None else record.consent.question
         self.machine = DropMachine.taken_up(terms, record.attempts, opened=opened, questions=questions)
         if record.consent is not None and record.attempts == 0 and record.phase is not DropPhase.DONE:
             self.record = record.model_copy(update={"consent": withdrawn(record.consent, RESTARTED)})
         self._waited_at_s = waited_at_s if record.phase is DropPhase.WAITING else None
+
+    @property
+    def feed(self) -> str | None:
+        """The feed of its moving target; None if it has none."""
+        return None if self._target is None else self._target.feed
 
     @property
     def is_over(self) -> bool:
@@ -113,7 +122,17 @@ class SupervisedRelease:
             position_age_s=state.position_age_s,
             gripper_output_us=state.gripper_output_us if has_gripper else None,
             gripper_output_age_s=state.gripper_output_age_s if has_gripper else None,
+            target=self._sight(seen),
         )
+
+    def _sight(self, seen: Look) -> TargetSight | None:
+        fix = None if self.feed is None else seen.targets.get(self.feed)
+        if fix is None:
+            return None
+        latitude_deg, longitude_deg = seen.state.latitude_deg, seen.state.longitude_deg
+        known = latitude_deg is not None and longitude_deg is not None
+        away_m = fix.distance_m(latitude_deg or 0.0, longitude_deg or 0.0) if known else None
+        return TargetSight(fix.age_s, away_m, fix.report.speed_m_s)
 
     def acked(self, attempt: int, ack: CommandAck, seen: Look) -> tuple[Order, ...]:
         """A COMMAND_ACK of one release."""
@@ -164,6 +183,8 @@ class SupervisedRelease:
         for effect in effects:
             if isinstance(effect, SendRelease):
                 self.record = commanded(self.record, effect.attempt, seen, self.compiled)
+        if any(isinstance(effect, SendRelease) for effect in effects) or self.record.commanded_at is None:
+            self._note_target(seen, effects)
         self._note_output(seen)
         self._take(effects)
         self._note_consent(seen)
@@ -173,6 +194,13 @@ class SupervisedRelease:
             return (failure,)  # instead of moving on
         sends = [ReleaseOrder(self, e.attempt) for e in effects if isinstance(e, SendRelease)]
         return (*sends, *(ResumeOrder(e.seq, self.compiled.hold_seqs) for e in effects if isinstance(e, Resume)))
+
+    def _note_target(self, seen: Look, effects: tuple[object, ...]) -> None:
+        """Where the target was when a release was sent, or when the drop ended without one."""
+        fix = None if self.feed is None else seen.targets.get(self.feed)
+        if fix is not None and any(isinstance(effect, (SendRelease, Finish)) for effect in effects):
+            evidence = fix.evidence(seen.state.latitude_deg, seen.state.longitude_deg)
+            self.record = self.record.model_copy(update={"target": evidence})
 
     def _note_output(self, seen: Look) -> None:
         """The gripper's output after a release was commanded, with the time at which it was received.

@@ -20,6 +20,7 @@ from app.services.runs.assembly import Assembled, assemble
 from app.services.runs.carried import Carried, carried_as_told, carried_change
 from app.services.runs.closing import close_unseen
 from app.services.runs.settings import RunSettings
+from app.services.targets import Targets
 
 log = structlog.get_logger(__name__)
 NOT_STARTED = frozenset({RunState.CREATED, RunState.UPLOADING})
@@ -30,12 +31,21 @@ ANOTHER_MISSION = "the vehicle carries another mission than the run's: it restar
 class TakeUp:
     """Never starts anything: it looks at what the vehicle does, and lets the run follow."""
 
-    def __init__(self, fleet: Fleet, plans: PlanStore, journal: Journal, settings: RunSettings, clock: Clock) -> None:
+    def __init__(
+        self,
+        fleet: Fleet,
+        plans: PlanStore,
+        journal: Journal,
+        settings: RunSettings,
+        clock: Clock,
+        targets: Targets,
+    ) -> None:
         self._fleet = fleet
         self._plans = plans
         self._journal = journal
         self._settings = settings
         self._clock = clock
+        self._targets = targets
 
     async def find(self, run: Run) -> Assembled | None:
         """The flight to go on with; None if the run had to be ended, with its reason recorded."""
@@ -52,7 +62,7 @@ class TakeUp:
             await self._give_up(run, "Waydrop restarted during the start; the vehicle is disarmed")
             return None
         run, plan, mission = carried.run, carried.plan, carried.mission
-        made = assemble(run, plan, mission, link, self._journal, self._settings, self._clock)
+        made = assemble(run, plan, mission, link, self._journal, self._settings, self._clock, self._targets)
         carried.tell(made.recorder)
         if run.state is RunState.STARTING:
             made.recorder.move(RunState.FLYING, "Waydrop restarted during the start; the vehicle is armed")

@@ -22,6 +22,7 @@ from app.services.runs.orders import Order, Release
 from app.services.runs.pending_change import PendingChange
 from app.services.runs.recorder import RunRecorder
 from app.services.runs.settings import LAST_REPORTS_S, SLOWEST_HEARTBEAT_S, UNFINISHED_DROPS_S, RunSettings
+from app.services.targets import Targets
 
 UNASKED: Final = frozenset({"", "pause", "resume", "refused"})
 """What a user may have asked for with the mission still being flown to its end."""
@@ -37,6 +38,7 @@ class FlightWatch:
         recorder: RunRecorder,
         settings: RunSettings,
         clock: Clock,
+        targets: Targets,
     ) -> None:
         self._link = link
         self.leg = leg
@@ -47,6 +49,7 @@ class FlightWatch:
         self._recorder = recorder
         self._settings = settings
         self._clock = clock
+        self._targets = targets
         self._rate = VehicleClock()
         self._progress = Progress.of(leg.mission)
         self._item_clock = ItemClock(leg.mission, recorder)
@@ -134,6 +137,7 @@ class FlightWatch:
             self._rate.is_measured,
             self._recorder.run.asked,
             is_changing=self.change is not None and self.change.is_open,
+            targets=self._targets.fixes(self.leg.feeds),
         )
 
     def look(self) -> tuple[Order, ...]:

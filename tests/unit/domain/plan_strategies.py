@@ -60,10 +60,17 @@ WAYPOINT = _positioned(
 LOITER = st.tuples(_positioned("loiter", radius_m=st.sampled_from([None, 60, -80])), _LOITER_KIND).map(
     lambda part: part[0] | part[1]
 )
+_TARGET = st.fixed_dictionaries(
+    {"feed": st.just("ship-1"), "max_move_m": st.floats(1, 500), "max_speed_m_s": st.floats(0.5, 30)}
+)
 _TERMS = {name: _DROP[name] for name in ("hold_s", "max_offset_m", "consent", "consent_timeout_s")}
 _ALTERNATE = st.tuples(_PLACE, _ALTITUDE, st.fixed_dictionaries(_TERMS)).map(lambda p: p[0] | p[1] | p[2])
 GRIPPER = _item(
-    "gripper", action=st.sampled_from(["release", "grab"]), alternate=st.none() | st.none() | _ALTERNATE, **_DROP
+    "gripper",
+    action=st.sampled_from(["release", "grab"]),
+    alternate=st.none() | st.none() | _ALTERNATE,
+    target=st.none() | st.none() | _TARGET,
+    **_DROP,
 )
 ITEM = st.one_of(
     WAYPOINT,

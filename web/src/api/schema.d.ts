@@ -836,6 +836,30 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/targets/{feed}": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * What is known of a moving target
+         * @description Role: viewer or higher.
+         */
+        get: operations["get_target"];
+        put?: never;
+        /**
+         * Report where a moving target is, at 1 Hz or so; drops that name this feed follow it
+         * @description Role: dispatcher or higher.
+         */
+        post: operations["report_target"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/jobs": {
         parameters: {
             query?: never;
@@ -2185,7 +2209,8 @@ export interface components {
          *     `output_*` what the autopilot put out to the gripper (SERVO_OUTPUT_RAW), `sensed_at` when a sensor saw the parcel
          *     go. They are never merged. PX4's grippers have no sensor: `sensed_at` stays None for them.
          *
-         *     `consent` is None if the plan asks for none. `alternate_to` is the drop that failed before this one was tried at its
+         *     `consent` is None if the plan asks for none; `target` if the drop has no moving target, or none was reported of.
+         *     `alternate_to` is the drop that failed before this one was tried at its
          *     alternate; such a record is there only once the vehicle was sent on.
          */
         DropRecord: {
@@ -2310,6 +2335,8 @@ export interface components {
              * @default null
              */
             battery_percent: number | null;
+            /** @default null */
+            target: components["schemas"]["TargetEvidence"] | null;
         };
         /**
          * EarlierPlan
@@ -2444,7 +2471,7 @@ export interface components {
          * @description What an event says. The data of each kind is documented here; it is what the stream carries.
          * @enum {string}
          */
-        EventKind: "service.started" | "service.stopped" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.command" | "offboard.lease" | "offboard.changed" | "tasks.changed" | "tasks.gripper" | "plan.created" | "run.created" | "run.changed" | "run.predicted" | "run.upload_progress" | "run.mission_changed" | "run.item" | "run.item_ended" | "run.command" | "run.ack" | "run.drop" | "run.attachment" | "drop.consent_asked" | "drop.consent_closed" | "simulator.fault" | "job.changed" | "job.queue_changed" | "webhook.changed";
+        EventKind: "service.started" | "service.stopped" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.command" | "offboard.lease" | "offboard.changed" | "tasks.changed" | "tasks.gripper" | "plan.created" | "run.created" | "run.changed" | "run.predicted" | "run.upload_progress" | "run.mission_changed" | "run.target_moved" | "run.target_not_followed" | "run.item" | "run.item_ended" | "run.command" | "run.ack" | "run.drop" | "run.attachment" | "drop.consent_asked" | "drop.consent_closed" | "simulator.fault" | "job.changed" | "job.queue_changed" | "webhook.changed";
         /**
          * EventsView
          * @description A page of events in order. `last_seq` is the newest there is; ask again after the last one of the page.
@@ -2683,7 +2710,7 @@ export interface components {
          * Gripper
          * @description Release or grab a parcel at the position item before (DO_GRIPPER).
          *
-         *     `alternate` is where a supervised release is made if it fails here.
+         *     `alternate` is where a supervised release is made if it fails here. With a `target` the place follows it.
          */
         Gripper: {
             /**
@@ -2745,6 +2772,8 @@ export interface components {
             action: "release" | "grab";
             /** @default null */
             alternate: components["schemas"]["Alternate"] | null;
+            /** @default null */
+            target: components["schemas"]["Target"] | null;
         };
         /**
          * HandOverRequest
@@ -4972,11 +5001,69 @@ export interface components {
             pitch_deg: number | null;
         };
         /**
+         * Target
+         * @description The drop's waypoint follows a target, in flight, and no farther than `max_move_m` from the planned point.
+         *
+         *     A target faster than `max_speed_m_s` is neither followed nor dropped at. `planned` null: the waypoint's own place
+         *     is the planned point. In a plan that Waydrop made by moving the waypoint it is the place that was planned first.
+         */
+        Target: {
+            /**
+             * Feed
+             * @description the feed that reports the target
+             */
+            feed: string;
+            /** Max Move M */
+            max_move_m: number;
+            /** Max Speed M S */
+            max_speed_m_s: number;
+            /** @default null */
+            planned: components["schemas"]["Point"] | null;
+        };
+        /**
+         * TargetEvidence
+         * @description Where a target was by its newest report, at the moment of a release or when a drop ended without one.
+         *
+         *     The place is predicted from the report, which was `age_s` old. `distance_m` is from the vehicle, over the ground.
+         */
+        TargetEvidence: {
+            /** Feed */
+            feed: string;
+            /** Latitude Deg */
+            latitude_deg: number;
+            /** Longitude Deg */
+            longitude_deg: number;
+            /** North M S */
+            north_m_s: number;
+            /** East M S */
+            east_m_s: number;
+            /** Age S */
+            age_s: number;
+            /** Distance M */
+            distance_m: number | null;
+        };
+        /**
          * TargetFormat
          * @description `qgc` is QGroundControl's .plan, which can be read back; the others are for maps.
          * @enum {string}
          */
         TargetFormat: "qgc" | "geojson" | "kml";
+        /**
+         * TargetReport
+         * @description Where a target was at `time` (Unix seconds), WGS84, and how it moved over the ground.
+         */
+        TargetReport: {
+            /** Latitude Deg */
+            latitude_deg: number;
+            /** Longitude Deg */
+            longitude_deg: number;
+            /** North M S */
+            north_m_s: number;
+            /** East M S */
+            east_m_s: number;
+            /** Time */
+            time: number;
+        };
         /**
          * TargetRequest
          * @description Where the target of a goto is now. With `motion` it is followed, and its last word holds for 5 s.
@@ -4991,6 +5078,19 @@ export interface components {
             point: components["schemas"]["LocalPoint"] | components["schemas"]["GlobalPoint"];
             /** @default null */
             motion: components["schemas"]["Motion"] | null;
+        };
+        /**
+         * TargetView
+         * @description A target's newest report. `age_s` is how old it is; a stale one is neither followed nor dropped at.
+         */
+        TargetView: {
+            /** Feed */
+            feed: string;
+            report: components["schemas"]["TargetReport"];
+            /** Age S */
+            age_s: number;
+            /** Stale */
+            stale: boolean;
         };
         /**
          * TaskQueued
@@ -11495,6 +11595,207 @@ export interface operations {
             };
             /** @description `vehicle.timeout`: The vehicle did not answer */
             504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_target: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                feed: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Its newest report */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TargetView"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    report_target: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                feed: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["TargetReport"];
+            };
+        };
+        responses: {
+            /** @description The report as it is known now */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TargetView"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `conflict`: Not now */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `input.invalid`: The document cannot be used; `request.invalid`: The body does not fit this request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
                 headers: {
                     [name: string]: unknown;
                 };

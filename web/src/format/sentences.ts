@@ -3,7 +3,7 @@
 import type { ConsentRecord, DropRecord, EventKind, Run } from "../api/types";
 import type { StreamEvent } from "../api/types";
 import { sayJob, sayJobQueue } from "./job-sentences";
-import { percent, seconds } from "./units";
+import { distance, percent, seconds } from "./units";
 import { asSentence, certaintyName, consentWords, plain, runStateName, runStateTone, type Tone } from "./words";
 
 export interface Sentence {
@@ -33,6 +33,8 @@ const SAY: Readonly<Record<EventKind, Say>> = {
   "run.changed": sayRun,
   "run.upload_progress": sayUpload,
   "run.mission_changed": (e, v) => ({ text: `${v} flies on with a changed plan, from “${str(part(e.data["change"], "continue_at"))}”${after(", ordered by ", part(e.data["change"], "by"))}.`, tone: "info" }),
+  "run.target_moved": (e, v) => ({ text: `${v} follows a moving target: “${str(e.data["waypoint_id"])}” is now ${distance(num(e.data["from_planned_m"]))} from where it was planned.`, tone: "info" }),
+  "run.target_not_followed": (e, v) => ({ text: `${v} does not follow its moving target: ${str(e.data["reason"])}.`, tone: "warn" }),
   "run.item": (e, v) => ({ text: `${v} ${e.data["what"] === "reached" ? "has done" : "is on its way to"} “${str(e.data["item_id"])}”.`, tone: "info" }),
   "run.predicted": (e, v) => ({ text: `Predicted for ${v}: ${seconds(num(e.data["duration_s"]))} in flight.`, tone: "neutral" }),
   "run.item_ended": (e, v) => ({ text: `“${str(e.data["item_id"])}” took ${v} ${seconds(took(e.data["began_s"], e.data["ended_s"]))}.`, tone: "neutral" }),

@@ -69,6 +69,7 @@ export function sampleDrop(fields: Partial<DropRecord> = {}): DropRecord {
     output_at: null,
     output_us: null,
     sensed_at: null,
+    target: null,
     planned_latitude_deg: null,
     planned_longitude_deg: null,
     latitude_deg: null,

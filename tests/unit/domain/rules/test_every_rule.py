@@ -17,11 +17,13 @@ from tests.unit.domain.rules.flight_cases import (
     VTOL_CASES,
 )
 from tests.unit.domain.rules.payload_cases import BATTERY_CASES, PAYLOAD_CASES, WIND_CASES
+from tests.unit.domain.rules.target_cases import TARGET_CASES
 
 CASES = [
     *POSITION_CASES,
     *BRAKING_CASES,
     *CONSENT_CASES,
+    *TARGET_CASES,
     *ALTERNATE_CASES,
     *DETOUR_CASES,
     *TAKEOFF_LANDING_CASES,

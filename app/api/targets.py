@@ -1,0 +1,75 @@
+"""/targets/{feed}: where a moving delivery target is."""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+from aiohttp import web
+from pydantic import BaseModel
+
+from app.api.answers import json_answer
+from app.api.bodies import NO_BODY, Empty, json_body
+from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
+from app.api.services import TARGETS
+from app.domain.errors import InvalidInputError
+from app.domain.moving_target.report import TargetFix, TargetReport
+from app.domain.plan.moving_target import FEED_PATTERN
+from app.services.access import Role
+
+_FEED: Final = re.compile(FEED_PATTERN)
+_LONGEST: Final = 64
+
+
+class TargetView(BaseModel):
+    """A target's newest report. `age_s` is how old it is; a stale one is neither followed nor dropped at."""
+
+    feed: str
+    report: TargetReport
+    age_s: float
+    stale: bool
+
+
+async def report_target(call: Call[NoQuery, TargetReport]) -> web.Response:
+    """POST /targets/{feed}."""
+    feed = call.path_value("feed")
+    if len(feed) > _LONGEST or _FEED.fullmatch(feed) is None:
+        raise InvalidInputError("this is no name of a feed", hint="1 to 64 letters, digits, dots, dashes, underscores")
+    return json_answer(_view(call.request.app[TARGETS].report(feed, call.body)))
+
+
+async def get_target(call: Call[NoQuery, Empty]) -> web.Response:
+    """GET /targets/{feed}."""
+    return json_answer(_view(call.request.app[TARGETS].fix(call.path_value("feed"))))
+
+
+def _view(fix: TargetFix) -> TargetView:
+    return TargetView(feed=fix.feed, report=fix.report, age_s=fix.age_s, stale=fix.is_stale)
+
+
+ROUTES: tuple[AnyRoute, ...] = (
+    Route(
+        method="POST",
+        path=f"{API}/targets/{{feed}}",
+        handler=report_target,
+        summary="Report where a moving target is, at 1 Hz or so; drops that name this feed follow it",
+        tag="targets",
+        role=Role.DISPATCHER,
+        query=NoQuery,
+        body=json_body(TargetReport),
+        answers=(Answer(200, "The report as it is known now", TargetView),),
+        errors=("input.invalid", "conflict"),
+    ),
+    Route(
+        method="GET",
+        path=f"{API}/targets/{{feed}}",
+        handler=get_target,
+        summary="What is known of a moving target",
+        tag="targets",
+        role=Role.VIEWER,
+        query=NoQuery,
+        body=NO_BODY,
+        answers=(Answer(200, "Its newest report", TargetView),),
+        errors=("not_found",),
+    ),
+)

@@ -1,0 +1,161 @@
+"""Rules for drops at moving targets: wherever the target may lead the vehicle must be allowed before it takes off."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+from app.domain.fence_area import point_of
+from app.domain.finding import Severity
+from app.domain.geo import distance_m
+from app.domain.plan.drops import DropUse
+from app.domain.plan.fields import Point
+from app.domain.plan.items import Gripper, Jump, Waypoint
+from app.domain.plan.moving_target import Target
+from app.domain.plan.walk import Carried, Place, Step
+from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
+
+_ROUNDING_M: Final = 0.05
+"""Coordinates on the wire are 1e-7 degrees."""
+_AROUND: Final = 1.001
+"""A drawn circle lies inside of the true one by less."""
+
+Following = tuple[DropUse, Target, Step]
+
+
+def _following(context: RuleContext) -> Iterator[Following]:
+    """The drops that can follow their target, with it and the waypoint's step."""
+    for drop in context.drops:
+        if isinstance(drop.item, Gripper) and drop.item.target is not None and drop.anchor is not None:
+            yield drop, drop.item.target, drop.anchor
+
+
+def _cannot_follow(context: RuleContext) -> Iterator[Violation]:
+    for drop in context.drops:
+        if not isinstance(drop.item, Gripper) or drop.item.target is None:
+            continue
+        anchor = None if drop.anchor is None else drop.anchor.item
+        if not drop.supervised or not drop.releases:
+            message = "only a supervised release can follow a target: nobody looks at it otherwise"
+        elif not drop.stopped or drop.carried is not Carried.ROTARY_WING or not isinstance(anchor, Waypoint):
+            message = "only a rotary wing that stops at a waypoint can wait for a target"
+        else:
+            continue
+        hint = 'use a multicopter or a hovering VTOL, a waypoint, "release_motion": "stopped" and a supervised release'
+        yield at_item(drop.step, message, hint, "target")
+
+
+def _shared(context: RuleContext) -> Iterator[Violation]:
+    for drop, _, anchor in _following(context):
+        if any(other.anchor == anchor and other.step.index != drop.step.index for other in context.drops):
+            message = f"another drop belongs to the waypoint {anchor.item.id}, which follows the target"
+            yield at_item(drop.step, message, "give the other drop a waypoint of its own", "target")
+
+
+def _in_loop(context: RuleContext) -> Iterator[Violation]:
+    for drop, _, anchor in _following(context):
+        for step in context.steps:
+            begin = context.plan.index_of(step.item.target) if isinstance(step.item, Jump) else None
+            if begin is not None and begin <= anchor.index < step.index:
+                message = f"the jump {step.item.id} flies to the target's waypoint again"
+                yield at_item(drop.step, message, "take the drop out of the loop", "target")
+                break
+
+
+def _outside(context: RuleContext) -> Iterator[Violation]:
+    for drop, target, anchor in _following(context):
+        planned = _planned(target, anchor)
+        centre = point_of(Place(planned.latitude_deg, planned.longitude_deg, 0.0), context.projection)
+        disc = centre.buffer(target.max_move_m * _AROUND, quad_segs=32)
+        if context.fence is not None and not context.fence.allows(disc):
+            message = f"the fence forbids some of what lies within {target.max_move_m:g} m of the planned point"
+            yield at_item(drop.step, message, "make max_move_m smaller, or change the fence", "target", "max_move_m")
+
+
+def _too_far(context: RuleContext) -> Iterator[Violation]:
+    bounds = [context.plan.limits.max_distance_m or 0.0, context.parameter("GF_MAX_HOR_DIST")]
+    most_m = min((bound for bound in bounds if bound > 0), default=None)
+    for drop, target, anchor in _following(context):
+        planned, home = _planned(target, anchor), context.home
+        away_m = distance_m(home.latitude_deg, home.longitude_deg, planned.latitude_deg, planned.longitude_deg)
+        farthest_m = away_m + target.max_move_m
+        if most_m is not None and farthest_m > most_m:
+            message = f"the target may lead {farthest_m:.0f} m from home; {most_m:g} m are allowed"
+            hint = "make max_move_m smaller; or raise limits.max_distance_m and GF_MAX_HOR_DIST"
+            yield at_item(drop.step, message, hint, "target", "max_move_m")
+
+
+def _moved_too_far(context: RuleContext) -> Iterator[Violation]:
+    for drop, target, anchor in _following(context):
+        planned, now = _planned(target, anchor), anchor.end
+        moved_m = distance_m(planned.latitude_deg, planned.longitude_deg, now.latitude_deg, now.longitude_deg)
+        if moved_m > target.max_move_m + _ROUNDING_M:
+            message = f"the waypoint lies {moved_m:.0f} m from the planned point; {target.max_move_m:g} m are allowed"
+            yield at_item(drop.step, message, "leave planned out: it is the waypoint's own place", "target", "planned")
+
+
+def _not_caught(context: RuleContext) -> Iterator[Violation]:
+    for drop, target, anchor in _following(context):
+        speed_m_s = context.speeds_m_s[anchor.index]
+        if anchor.after is Carried.ROTARY_WING and target.max_speed_m_s >= speed_m_s:
+            message = f"the target may be as fast as the vehicle, which flies there at {speed_m_s:g} m/s"
+            hint = "fly faster (speed_m_s of the waypoint), or follow only slower targets"
+            yield at_item(drop.step, message, hint, "target", "max_speed_m_s")
+
+
+def _planned(target: Target, anchor: Step) -> Point:
+    return target.planned or Point(latitude_deg=anchor.end.latitude_deg, longitude_deg=anchor.end.longitude_deg)
+
+
+_OURS: Final = "The rule is ours alone."
+RULES = (
+    Rule(
+        "target.cannot_follow",
+        Severity.ERROR,
+        "The vehicle waits at a place for the target to come, and somebody must look whether it is there.",
+        _OURS,
+        _cannot_follow,
+    ),
+    Rule(
+        "target.shared",
+        Severity.ERROR,
+        "Where the waypoint goes, all drops at it go; only one of them looks at the target.",
+        _OURS,
+        _shared,
+    ),
+    Rule(
+        "target.in_loop",
+        Severity.ERROR,
+        "A waypoint of a loop cannot be moved in flight: turns of the loop were flown.",
+        _OURS,
+        _in_loop,
+    ),
+    Rule(
+        "target.outside_fence",
+        Severity.ERROR,
+        "The target may lead the vehicle anywhere within max_move_m of the planned point; all of it must be allowed.",
+        _OURS,
+        _outside,
+    ),
+    Rule(
+        "target.too_far",
+        Severity.ERROR,
+        "The target may lead the vehicle max_move_m farther away than planned.",
+        "`limits` of the plan; PX4 GF_MAX_HOR_DIST.",
+        _too_far,
+    ),
+    Rule(
+        "target.moved_too_far",
+        Severity.ERROR,
+        "A waypoint that follows a target stays within max_move_m of the planned point.",
+        _OURS,
+        _moved_too_far,
+    ),
+    Rule(
+        "target.not_caught",
+        Severity.ERROR,
+        "A vehicle that is not faster than its target may never meet it.",
+        _OURS,
+        _not_caught,
+    ),
+)

@@ -1,0 +1,203 @@
+"""Moves the waypoint of a drop after its moving target, while a run is on its way there, by changes of its plan."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from dataclasses import dataclass
+from typing import Final
+
+import structlog
+
+from app.domain.change_terms import FRESH_POSITION_S
+from app.domain.drop import DropPhase
+from app.domain.errors import StorageError, WaydropError
+from app.domain.events import EventKind
+from app.domain.moving_target.aim import Aim, NoAim, aim
+from app.domain.moving_target.moved_plan import Follower, follower_at, moved, speed_towards_m_s
+from app.domain.moving_target.report import TargetFix
+from app.domain.plan import Plan, parse_plan
+from app.domain.run import Run, RunState
+from app.domain.vehicle import VehicleFacts, VehicleState
+from app.services.clock import Clock
+from app.services.fleet import Fleet
+from app.services.journal import Journal
+from app.services.plans import Plans
+from app.services.runs import Runs, RunSettings
+from app.services.targets import Targets
+
+log = structlog.get_logger(__name__)
+
+LOOK_EVERY_S: Final = 1.0
+MOVE_EVERY_S: Final = 5.0
+"""Between two tries for one run: an upload takes seconds of a slow link."""
+MOVE_FROM_M: Final = 3.0
+"""A waypoint that is nearer to where it should be stays; half of the drop's max_offset_m if that is less."""
+DEFAULT_OFFSET_M: Final = RunSettings().default_max_offset_m
+
+
+@dataclass(slots=True)
+class _Followed:
+    """What is remembered of one run: its plan, its vehicle's parameters, the last try, the last code told."""
+
+    plan_id: str = ""
+    plan: Plan | None = None
+    facts: VehicleFacts | None = None
+    tried_s: float | None = None
+    told: str = ""
+
+
+class TargetFollower:
+    """Looks at all runs once a second. It commands nothing itself: each move is a changed plan of the run."""
+
+    def __init__(
+        self, runs: Runs, plans: Plans, fleet: Fleet, targets: Targets, journal: Journal, clock: Clock
+    ) -> None:
+        self._runs = runs
+        self._plans = plans
+        self._fleet = fleet
+        self._targets = targets
+        self._journal = journal
+        self._clock = clock
+        self._followed: dict[str, _Followed] = {}
+        self._tasks: dict[str, asyncio.Task[None]] = {}
+        self._loop: asyncio.Task[None] | None = None
+
+    async def start(self) -> None:
+        """Begin to look."""
+        self._loop = asyncio.create_task(self._look_on(), name="moving targets")
+
+    async def close(self) -> None:
+        """Stop. A change that is under way is broken off. Idempotent."""
+        tasks = [*self._tasks.values(), *([] if self._loop is None else [self._loop])]
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    async def look(self) -> None:
+        """Look once at every open run, and wait for what comes of it."""
+        self._begin()
+        await asyncio.gather(*self._tasks.values())
+
+    async def _look_on(self) -> None:
+        while True:
+            self._begin()
+            await asyncio.sleep(LOOK_EVERY_S)
+
+    def _begin(self) -> None:
+        """One task for each run, so that a slow upload keeps no other run from its target."""
+        runs = {run.id: run for run in self._runs.open_runs() if not run.is_over}
+        for gone in self._followed.keys() - runs.keys():
+            del self._followed[gone]
+        for run in runs.values():
+            if run.id not in self._tasks:
+                task = asyncio.create_task(self._follow(run), name=f"target of {run.id}")
+                self._tasks[run.id] = task
+                task.add_done_callback(lambda _, run_id=run.id: self._tasks.pop(run_id, None))  # type: ignore[misc]
+
+    async def _follow(self, run: Run) -> None:
+        followed = self._followed.setdefault(run.id, _Followed())
+        now_s = self._clock.monotonic()
+        if not _is_free(run) or (followed.tried_s is not None and now_s - followed.tried_s < MOVE_EVERY_S):
+            return
+        try:
+            await self._try(run, followed, now_s)
+        except WaydropError as error:  # the vehicle is not seen, or does not answer: a later look tries again
+            followed.tried_s = now_s
+            log.info("a target cannot be followed now", run_id=run.id, error=error.detail)
+
+    async def _try(self, run: Run, followed: _Followed, now_s: float) -> None:
+        plan = await self._plan(run, followed)
+        follower = follower_at(plan, run.item_id)
+        if follower is None or run.drop(follower.drop.id).phase is not DropPhase.WAITING:
+            return
+        place = _place(self._fleet.link(run.vehicle_id).state())
+        if place is None:
+            return
+        fix = self._targets.fixes([follower.target.feed]).get(follower.target.feed)
+        speed_m_s = speed_towards_m_s(plan, await self._facts(run, followed), follower.waypoint.id)
+        wanted = aim(follower.target, follower.planned, fix, place, speed_m_s)
+        if isinstance(wanted, NoAim):
+            await self._tell_not_followed(run, followed, follower, fix, wanted.code, wanted.reason)
+            return
+        away_m = follower.distance_m(wanted.latitude_deg, wanted.longitude_deg)
+        if fix is None or away_m < min(MOVE_FROM_M, (follower.drop.max_offset_m or DEFAULT_OFFSET_M) / 2):
+            followed.told = ""
+            return
+        followed.tried_s = now_s
+        try:
+            await self._move(run, followed, follower, fix, wanted)
+        except WaydropError as error:
+            await self._tell_not_followed(run, followed, follower, fix, error.code, error.detail)
+
+    async def _move(self, run: Run, followed: _Followed, follower: Follower, fix: TargetFix, to: Aim) -> None:
+        plan = moved(await self._plan(run, followed), follower, to.latitude_deg, to.longitude_deg)
+        by = f"target {follower.target.feed}"
+        stored = await self._plans.create(plan, by)
+        now = await self._runs.get(run.id)
+        if now.changes != run.changes or not _is_free(now):
+            return  # a person decided otherwise meanwhile: the next look sees what is flown now
+        await self._runs.change_mission(run.id, stored.id, None, by, needed=(follower.waypoint.id, follower.drop.id))
+        followed.told = ""
+        waypoint = follower.waypoint
+        await self._tell(
+            run,
+            EventKind.RUN_TARGET_MOVED,
+            plan_item_id=follower.drop.id,
+            waypoint_id=waypoint.id,
+            plan_id=stored.id,
+            moved_from={"latitude_deg": waypoint.latitude_deg, "longitude_deg": waypoint.longitude_deg},
+            moved_to={"latitude_deg": to.latitude_deg, "longitude_deg": to.longitude_deg},
+            from_planned_m=to.moved_m,
+            after_s=to.after_s,
+            target=self._evidence(run, fix),
+        )
+
+    async def _tell_not_followed(
+        self, run: Run, followed: _Followed, follower: Follower, fix: TargetFix | None, code: str, reason: str
+    ) -> None:
+        if followed.told == code:
+            return
+        followed.told = code
+        await self._tell(
+            run,
+            EventKind.RUN_TARGET_NOT_FOLLOWED,
+            plan_item_id=follower.drop.id,
+            waypoint_id=follower.waypoint.id,
+            feed=follower.target.feed,
+            code=code,
+            reason=reason,
+            target=None if fix is None else self._evidence(run, fix),
+        )
+
+    async def _tell(self, run: Run, kind: EventKind, **data: object) -> None:
+        event = self._journal.new_event(kind, vehicle_id=run.vehicle_id, run_id=run.id, **data)
+        with contextlib.suppress(StorageError):  # logged by the journal; the changed plan itself is stored
+            await self._journal.record(event)
+
+    def _evidence(self, run: Run, fix: TargetFix) -> dict[str, object]:
+        state = self._fleet.link(run.vehicle_id).state()
+        return fix.evidence(state.latitude_deg, state.longitude_deg).model_dump(mode="json")
+
+    async def _plan(self, run: Run, followed: _Followed) -> Plan:
+        if followed.plan is None or followed.plan_id != run.plan_id:
+            stored = await self._plans.stored(run.plan_id)
+            followed.plan_id, followed.plan = run.plan_id, parse_plan(stored.document)
+        return followed.plan
+
+    async def _facts(self, run: Run, followed: _Followed) -> VehicleFacts:
+        """Asked for once."""
+        if followed.facts is None:
+            followed.facts = await self._fleet.link(run.vehicle_id).read_facts()
+        return followed.facts
+
+
+def _is_free(run: Run) -> bool:
+    """Nobody else decides now where the run flies."""
+    return run.state is RunState.FLYING and run.asked == "" and run.changing is None
+
+
+def _place(state: VehicleState) -> tuple[float, float] | None:
+    if state.latitude_deg is None or state.longitude_deg is None or state.position_age_s is None:
+        return None
+    return (state.latitude_deg, state.longitude_deg) if state.position_age_s <= FRESH_POSITION_S else None

@@ -1,0 +1,228 @@
+"""Moving delivery targets: reported over REST, followed by changes of the plan, and looked at before a release."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from app.domain.errors import LinkTimeoutError
+from app.domain.plan import Plan
+from app.domain.vehicle import FlightMode
+from app.services.access import Role
+from app.services.plans import PlanView
+from app.services.target_following import TargetFollower
+from tests.api.service import Service
+from tests.api.test_consents import until_run
+from tests.api.test_run_changes import flying
+
+NOW_S = 1_790_000_000.0
+CLINIC = (47.398641, 8.546656)
+EAST_DEG_M = 1 / 75_268
+"""A metre to the east there."""
+
+
+@pytest.fixture
+def plan(plan: dict[str, Any]) -> dict[str, Any]:
+    """The clinic is a ship."""
+    plan["items"][3] |= {"id": "drop", "target": {"feed": "ship-1", "max_move_m": 40, "max_speed_m_s": 2}}
+    return plan
+
+
+class StillClock:
+    """Time stands still: no report grows old while a busy machine takes its time."""
+
+    def now(self) -> float:
+        return NOW_S
+
+    def monotonic(self) -> float:
+        return 1000.0
+
+
+@pytest.fixture
+def service(service: Service) -> Service:
+    service.services.targets._clock = StillClock()
+    return service
+
+
+@pytest.fixture
+def follower(service: Service) -> TargetFollower:
+    parts = service.services
+    return TargetFollower(parts.runs, parts.plans, parts.fleet, parts.targets, parts.journal, StillClock())
+
+
+def report(east_m: float = 0.0, *, age_s: float = 0.0, **more: float) -> dict[str, float]:
+    place = {"latitude_deg": CLINIC[0], "longitude_deg": CLINIC[1] + east_m * EAST_DEG_M}
+    return {**place, "north_m_s": 0.0, "east_m_s": 0.0, "time": NOW_S - age_s, **more}
+
+
+async def say(service: Service, body: dict[str, float], **options: Any) -> tuple[int, Any]:
+    status, _, answer = await service.call("POST", "/api/v1/targets/ship-1", json=body, **options)
+    return status, answer
+
+
+async def told(service: Service, run: dict[str, Any], kind: str) -> list[dict[str, Any]]:
+    _, _, page = await service.call("GET", f"/api/v1/runs/{run['id']}/events?limit=500")
+    return [event["data"] for event in page["events"] if event["kind"] == kind]
+
+
+async def arrive(service: Service, run_id: str) -> None:
+    """At the clinic's hold; the vehicle's clock says 100 s."""
+    place = {"longitude_deg": CLINIC[1], "boot_time_s": 100.0}
+    service.links[0].change(mission_seq=2, latitude_deg=CLINIC[0] - 0.0001, **place)
+    await until_run(service, run_id, lambda run: run["item_id"] == "clinic")
+    service.links[0].change(latitude_deg=CLINIC[0], **place)
+    await until_run(service, run_id, lambda run: run["drops"][0]["phase"] != "waiting")
+
+
+async def ended(service: Service, run_id: str) -> dict[str, Any]:
+    run = await until_run(service, run_id, lambda run: run["drops"][0]["phase"] == "done")
+    return dict(run["drops"][0])
+
+
+async def test_a_report_is_known_with_its_age_and_in_the_order_of_its_time(service: Service) -> None:
+    status, _, problem = await service.call("GET", "/api/v1/targets/ship-1")
+    assert (status, problem["code"]) == (404, "not_found")
+    first = report(age_s=2)
+    for _ in range(2):
+        status, known = await say(service, first)
+        assert (status, known["report"], known["stale"]) == (200, first, False)
+        assert known["age_s"] == 2
+    _, _, known = await service.call("GET", "/api/v1/targets/ship-1")
+    assert known["feed"] == "ship-1"
+    status, problem = await say(service, report(age_s=60))
+    assert (status, problem["code"]) == (409, "conflict")
+    status, problem = await say(service, report(age_s=-600))
+    assert (status, problem["code"]) == (422, "input.invalid")
+    status, problem = await say(service, report(north_m_s=1000.0))
+    assert (status, problem["code"]) == (422, "request.invalid")
+    status, _, problem = await service.call("POST", "/api/v1/targets/a%20ship", json=report())
+    assert (status, problem["code"]) == (422, "input.invalid")
+
+
+async def test_a_dispatcher_reports_targets_and_a_viewer_reads_them(service: Service) -> None:
+    assert (await say(service, report(), headers=await service.token(Role.DISPATCHER)))[0] == 200
+    headers = await service.token(Role.VIEWER)
+    assert (await say(service, report(), headers=headers))[0] == 403
+    assert (await service.call("GET", "/api/v1/targets/ship-1", headers=headers))[0] == 200
+
+
+async def test_the_waypoint_is_moved_to_where_the_target_will_be(
+    service: Service, plan: dict[str, Any], follower: TargetFollower
+) -> None:
+    run = await flying(service, plan, "clinic")
+    await say(service, report(10))
+    await follower.look()
+    [moved] = await told(service, run, "run.target_moved")
+    assert moved["from_planned_m"] == pytest.approx(10, abs=0.1)
+    assert (moved["waypoint_id"], moved["target"]["feed"]) == ("clinic", "ship-1")
+    _, _, changed = await service.call("GET", f"/api/v1/runs/{run['id']}")
+    assert (changed["changes"], changed["plan_id"], changed["item_id"]) == (1, moved["plan_id"], "clinic")
+    assert changed["change"]["by"] == "target ship-1"
+    assert changed["drops"][0]["planned_longitude_deg"] == pytest.approx(CLINIC[1] + 10 * EAST_DEG_M, abs=1e-6)
+    _, _, made = await service.call("GET", f"/api/v1/plans/{moved['plan_id']}")
+    assert made["plan"]["items"][3]["target"]["planned"] == {"latitude_deg": CLINIC[0], "longitude_deg": CLINIC[1]}
+    await say(service, report(20))
+    await follower.look()
+    assert len(await told(service, run, "run.target_moved")) == 1, "not again within seconds"
+
+
+@pytest.mark.parametrize(
+    ("body", "code"),
+    [
+        (None, "target_stale"),
+        ({"age_s": 60}, "target_stale"),
+        ({"east_m": 41}, "target_out_of_bounds"),
+        ({"north_m_s": 3}, "target_too_fast"),
+    ],
+)
+async def test_a_target_that_cannot_be_followed_is_told_once_and_moves_nothing(
+    service: Service, plan: dict[str, Any], follower: TargetFollower, body: dict[str, float] | None, code: str
+) -> None:
+    run = await flying(service, plan, "clinic")
+    if body is not None:
+        await say(service, report(**body))
+    for _ in range(3):
+        await follower.look()
+    assert [data["code"] for data in await told(service, run, "run.target_not_followed")] == [code]
+    assert service.links[0].uploads == 0
+
+
+async def test_a_small_move_another_item_and_a_pause_move_nothing(
+    service: Service, plan: dict[str, Any], follower: TargetFollower
+) -> None:
+    run = await flying(service, plan)
+    await say(service, report(10))
+    await follower.look()
+    service.links[0].change(mission_seq=2)
+    await until_run(service, run["id"], lambda run: run["item_id"] == "clinic")
+    await say(service, report(0.9))
+    await follower.look()
+    await service.call("POST", f"/api/v1/runs/{run['id']}/pause")
+    await until_run(service, run["id"], lambda run: run["state"] == "paused")
+    await say(service, report(10))
+    await follower.look()
+    assert service.links[0].uploads == 0
+    assert await told(service, run, "run.target_not_followed") == []
+
+
+async def test_a_move_that_the_vehicle_does_not_take_is_told(
+    service: Service, plan: dict[str, Any], follower: TargetFollower
+) -> None:
+    run = await flying(service, plan, "clinic")
+    service.links[0].upload_refusal = LinkTimeoutError("no answer")
+    await say(service, report(10))
+    await follower.look()
+    [refused] = await told(service, run, "run.target_not_followed")
+    assert (refused["code"], refused["target"]["feed"]) == ("vehicle.timeout", "ship-1")
+
+
+async def test_what_a_person_changed_meanwhile_is_not_undone(
+    service: Service, plan: dict[str, Any], follower: TargetFollower, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = await flying(service, plan, "clinic")
+    create = service.services.plans.create
+
+    async def slowly(moved: Plan, by: str) -> PlanView:
+        stored = await create(moved, by)
+        await service.call("POST", f"/api/v1/runs/{run['id']}/mission", json={"continue_at": "home"})
+        return stored
+
+    monkeypatch.setattr(service.services.plans, "create", slowly)
+    await say(service, report(10))
+    await follower.look()
+    _, _, changed = await service.call("GET", f"/api/v1/runs/{run['id']}")
+    assert (changed["changes"], changed["item_id"], changed["plan_id"]) == (1, "home", run["plan_id"])
+    assert await told(service, run, "run.target_moved") == []
+
+
+async def test_the_parcel_is_released_at_the_target_with_its_place_and_age_as_evidence(
+    service: Service, plan: dict[str, Any]
+) -> None:
+    run = await flying(service, plan)
+    await say(service, report(20))
+    await arrive(service, run["id"])
+    await say(service, report(1))
+    drop = await ended(service, run["id"])
+    assert drop["outcome"] == "released"
+    assert drop["target"]["distance_m"] == pytest.approx(1, abs=0.1)
+    assert drop["target"]["age_s"] == 0
+    _, _, sheet = await service.call("GET", f"/api/v1/runs/{run['id']}/proof-sheet")
+    assert "ship-1: " in sheet
+
+
+@pytest.mark.parametrize(("body", "code"), [(None, "target_stale"), ({"east_m": 5}, "target_away")])
+async def test_without_the_target_the_parcel_is_kept_and_the_plan_says_what_then(
+    service: Service, plan: dict[str, Any], body: dict[str, float] | None, code: str
+) -> None:
+    run = await flying(service, plan)
+    if body is not None:
+        await say(service, report(**body))
+    await arrive(service, run["id"])
+    service.links[0].change(boot_time_s=129.5)  # all but the last of the hold is over
+    drop = await ended(service, run["id"])
+    assert drop["outcome"] == "kept"
+    assert drop["reason"].startswith(f"{code}: ")
+    assert (drop["target"] is None) == (body is None)
+    await until_run(service, run["id"], lambda run: run["state"] == "returning")
+    assert service.links[0].state().mode is FlightMode.RETURN
