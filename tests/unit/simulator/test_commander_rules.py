@@ -267,7 +267,7 @@ def test_taking_off_sets_home_but_not_in_a_mission_and_landing_never_does(mode: 
         assert air.context.home.north_m == (7.0 if sets else 0.0)
 
 
-@pytest.mark.parametrize(("moved_m", "follows"), [(0.9, False), (1.1, True)])
+@pytest.mark.parametrize(("moved_m", "follows"), [(0.9, False), (1.0, False), (1.1, True)])
 def test_home_follows_who_stands_disarmed_more_than_a_metre_away(moved_m: float, follows: bool) -> None:
     air = standing()
     air.state.body.east_m = moved_m
