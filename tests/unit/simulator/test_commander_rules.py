@@ -203,6 +203,7 @@ def test_a_reboot_forgets_the_mode_of_before() -> None:
     air = Airborne()
     air.commander.change_mode(Mode.MISSION)
     air.commander.force_mode(Mode.LAND)
+    air.run(air.commander.step)
     air.commander.boot()
     assert (air.status.armed, air.flown, air.status.home) == (False, (Mode.LOITER, False), None)
     assert air.status.system_status is SystemStatus.UNINIT
