@@ -47,6 +47,8 @@ export const api = {
     send("/runs", { plan, vehicle, start }, { once: true }),
 
   runAction: (id: string, action: RunAction): Promise<Run> => send(`/runs/${encodeURIComponent(id)}/${action}`, {}, {}),
+  /** A flight goes on with a later item of its plan: answered once the vehicle has the rest. */
+  skipTo: (id: string, item: string): Promise<Run> => send(`/runs/${encodeURIComponent(id)}/mission`, { continue_at: item }, { once: true }),
   /** `question` is the number of the question that is answered: none that comes after it. */
   answerConsent: (run: string, drop: string, grant: boolean, question: number): Promise<Run> =>
     send(`/runs/${encodeURIComponent(run)}/drops/${encodeURIComponent(drop)}/consent`, { grant, question }, {}),
