@@ -85,6 +85,7 @@ export function watchTaskDraft(): void {
     if (taskKind.value === null) taskPlaces.value = [];
   });
   effect(() => {
-    if (!ownsQueue.value) taskRefusal.value = null;
+    void ownsQueue.value; // what was refused before is not this lease's; what is refused because it ended is told after it
+    taskRefusal.value = null;
   });
 }

@@ -17,7 +17,8 @@ export function HandsTasks({ vehicle }: { vehicle: string }) {
   const queue = taskQueue.value;
   const own = ownsQueue.value;
   useEffect(() => () => void (taskRefusal.value = null), [vehicle]);
-  if (!own && queue === null) return null;
+  const refusal = taskRefusal.value; // without the lease: it was lost meanwhile
+  if (!own && queue === null && refusal === null) return null;
   return (
     <section class="tasks" aria-labelledby="tasks-title" data-state={queue?.report.state ?? "idle"}>
       <h4 id="tasks-title">
@@ -31,7 +32,7 @@ export function HandsTasks({ vehicle }: { vehicle: string }) {
       {queue?.report.state === "paused" && queue.report.reason !== "" && <p class="tasks-reason">{asSentence(queue.report.reason)}.</p>}
       {queue !== null && queue.tasks.length > 0 && <TaskList queue={queue} own={own} />}
       {own && queue !== null && <QueueActions queue={queue} vehicle={vehicle} />}
-      {own && taskRefusal.value !== null && <RefusalNote refusal={taskRefusal.value} />}
+      {refusal !== null && <RefusalNote refusal={refusal} />}
       {own && <TaskForm vehicle={vehicle} />}
       {own && handsOn.value.leads === "tasks" && <p class="hint">Flown while this page is in front of you. Look away for 10 s, and {vehicle} holds and drops the rest. A gamepad takes over at once, and so do the controls.</p>}
     </section>
