@@ -6,7 +6,8 @@ import type { QueueAsk } from "../hands-on/frames";
 import type { Refusal } from "../hands-on/session";
 import type { Point } from "../map/geometry";
 import { NEW_FORM, taskOf, withPlace, type TaskForm, type TaskKind } from "../tasks/draft";
-import { beforeOf } from "../tasks/order";
+import { draggedTask } from "../tasks/dragged";
+import { moveOnto } from "../tasks/order";
 import { goToArmed } from "./controls";
 import { askQueue } from "./hands-session";
 import { ownsQueue, taskQueue } from "./task-queue";
@@ -61,12 +62,20 @@ export async function addTask(): Promise<void> {
 export const queueAction = (action: QueueAction, doing: string): Promise<boolean> => ask(doing, { type: "queue", do: action });
 export const removeTask = (id: string, place: number): Promise<boolean> => ask(`Remove task ${place + 1}`, { type: "remove", task_id: id });
 
-/** From one place in the list to another; the first is flown at once. */
-export async function moveTask(from: number, to: number): Promise<void> {
-  const ids = taskQueue.value?.tasks.map(({ id }) => id) ?? [];
-  const id = ids[from];
-  if (id === undefined || from === to || to < 0 || to >= ids.length) return;
-  await ask(`Move task ${from + 1}`, { type: "move", task_id: id, before: beforeOf(ids, from, to) });
+/** Into the place of another task; the first is flown at once. */
+export async function moveTask(id: string, onto: string): Promise<void> {
+  const ids = taskQueue.value?.tasks.map((entry) => entry.id) ?? [];
+  const move = moveOnto(ids, id, onto);
+  if (move !== null) await ask(`Move task ${ids.indexOf(id) + 1}`, { type: "move", ...move });
+  else if (id !== onto) taskRefusal.value = { doing: "Move a task", code: "task.gone", detail: "it, or the one in whose place it was put, is no longer in the queue", hint: "" };
+}
+
+/** What was dragged is dropped onto a task of this vehicle. */
+export async function dropTask(text: string, vehicle: string, onto: string): Promise<void> {
+  const dragged = draggedTask(text);
+  if (dragged === null) return;
+  if (dragged.vehicle === vehicle) return moveTask(dragged.task_id, onto);
+  taskRefusal.value = { doing: "Move a task", code: "task.other_vehicle", detail: `it is a task of ${dragged.vehicle}, and this is the queue of ${vehicle}`, hint: "" };
 }
 
 async function ask(doing: string, frame: QueueAsk): Promise<boolean> {

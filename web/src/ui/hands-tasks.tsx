@@ -30,7 +30,7 @@ export function HandsTasks({ vehicle }: { vehicle: string }) {
         )}
       </h4>
       {queue?.report.state === "paused" && queue.report.reason !== "" && <p class="tasks-reason">{asSentence(queue.report.reason)}.</p>}
-      {queue !== null && queue.tasks.length > 0 && <TaskList queue={queue} own={own} />}
+      {queue !== null && queue.tasks.length > 0 && <TaskList queue={queue} vehicle={vehicle} own={own} />}
       {own && queue !== null && <QueueActions queue={queue} vehicle={vehicle} />}
       {refusal !== null && <RefusalNote refusal={refusal} />}
       {own && <TaskForm vehicle={vehicle} />}
