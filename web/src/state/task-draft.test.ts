@@ -11,7 +11,7 @@ vi.doMock("./hands-session", () => ({
   askQueue: (_: string, frame: QueueAsk) => new Promise<Refusal | null>((resolve) => [asked.push(frame), (answer = resolve)]),
 }));
 const { handsOn } = await import("./hands-on");
-const { dropTask, moveTask, taskRefusal } = await import("./task-draft");
+const { addTask, chooseTask, dropTask, moveTask, nextTask, placeTask, queueAction, taskKind, taskRefusal } = await import("./task-draft");
 
 /** The service tells the queue anew. */
 const tell = (...ids: string[]) => (handsOn.value = { ...HANDS_OFF, phase: "flying", vehicle: "v1", tasks: { tasks: ids.map((id) => ({ id })) } as TaskQueue });
@@ -38,5 +38,45 @@ describe("a task that is dragged", () => {
     await dropTask(draggedText({ vehicle: "v2", task_id: "t3" }), "v1", "t2");
     expect(taskRefusal.value?.detail).toContain("a task of v2");
     expect(asked).toEqual([]);
+  });
+});
+
+describe("what is pressed twice", () => {
+  const NOT_FOUND: Refusal = { doing: "Next task", code: "not_found", detail: "no task 't1' is in the queue", hint: "" };
+
+  it("is asked once, and another thing does not wait for it", async () => {
+    chooseTask("goto");
+    placeTask([8.55, 47.4]);
+    const added = [addTask(), addTask()];
+    expect(asked.map(({ type }) => type)).toEqual(["task"]);
+    answer(null);
+    await Promise.all(added);
+    expect(taskKind.value).toBeNull();
+    void nextTask("t1");
+    const first = answer;
+    const paused = queueAction("pause", "Pause");
+    expect(asked.slice(1)).toEqual([{ type: "remove", task_id: "t1" }, { type: "queue", do: "pause" }]);
+    answer(null);
+    first(null);
+    expect(await paused).toBe(true);
+  });
+
+  it("leaves no second task out, though the list is not told anew yet", async () => {
+    for (const refusal of [null, NOT_FOUND]) {
+      const next = nextTask("t1");
+      answer(refusal);
+      await next;
+    }
+    expect(asked).toEqual([{ type: "remove", task_id: "t1" }, { type: "remove", task_id: "t1" }]);
+    expect(taskRefusal.value).toBeNull();
+  });
+
+  it("may be asked again once it was answered", async () => {
+    const refused = queueAction("resume", "Fly the tasks");
+    answer({ ...NOT_FOUND, code: "conflict" });
+    expect([await refused, taskRefusal.value?.code]).toEqual([false, "conflict"]);
+    void queueAction("resume", "Fly the tasks");
+    expect([asked.length, taskRefusal.value]).toEqual([2, null]);
+    answer(null);
   });
 });

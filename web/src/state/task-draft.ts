@@ -60,6 +60,13 @@ export async function addTask(): Promise<void> {
 }
 
 export const queueAction = (action: QueueAction, doing: string): Promise<boolean> => ask(doing, { type: "queue", do: action });
+
+/** Done with this task, by its id: pressed twice, or as it ends by itself, it leaves no other one out. */
+export async function nextTask(id: string): Promise<void> {
+  await ask("Next task", { type: "remove", task_id: id });
+  if (taskRefusal.value?.code === "not_found") taskRefusal.value = null; // it is over, as was asked
+}
+
 export const removeTask = (id: string, place: number): Promise<boolean> => ask(`Remove task ${place + 1}`, { type: "remove", task_id: id });
 
 /** Into the place of another task; the first is flown at once. */
@@ -78,9 +85,15 @@ export async function dropTask(text: string, vehicle: string, onto: string): Pro
   taskRefusal.value = { doing: "Move a task", code: "task.other_vehicle", detail: `it is a task of ${dragged.vehicle}, and this is the queue of ${vehicle}`, hint: "" };
 }
 
+const awaited = new Set<string>();
+
+/** The same again while its answer is awaited is a button pressed twice; another thing, a pause say, never waits. */
 async function ask(doing: string, frame: QueueAsk): Promise<boolean> {
+  const same = JSON.stringify(frame);
+  if (awaited.has(same)) return false;
+  awaited.add(same);
   taskRefusal.value = null;
-  const refusal = await askQueue(doing, frame);
+  const refusal = await askQueue(doing, frame).finally(() => awaited.delete(same));
   taskRefusal.value = refusal;
   return refusal === null;
 }

@@ -2,7 +2,7 @@ import { useEffect } from "preact/hooks";
 import type { TaskQueue } from "../api/types";
 import { asSentence } from "../format/words";
 import { handsOn } from "../state/hands-on";
-import { queueAction, taskRefusal } from "../state/task-draft";
+import { nextTask, queueAction, taskRefusal } from "../state/task-draft";
 import { ownsQueue, taskQueue } from "../state/task-queue";
 import { stateName, stateTone } from "../tasks/words";
 import { Badge } from "./badge";
@@ -42,7 +42,8 @@ export function HandsTasks({ vehicle }: { vehicle: string }) {
 /** Of the whole queue. By hand nothing is flown of it until somebody says so. */
 function QueueActions({ queue, vehicle }: { queue: TaskQueue; vehicle: string }) {
   const { state } = queue.report;
-  const empty = queue.tasks.length === 0;
+  const current = queue.tasks[0];
+  const empty = current === undefined;
   const stands = state === "paused" || state === "by_hand";
   if (empty && !stands) return null;
   return (
@@ -52,7 +53,7 @@ function QueueActions({ queue, vehicle }: { queue: TaskQueue; vehicle: string })
       ) : (
         <PassingButton name="Pause" onClick={() => void queueAction("pause", "Pause")} />
       )}
-      {!empty && <PassingButton name="Next task" onClick={() => void queueAction("next", "Next task")} />}
+      {!empty && <PassingButton name="Next task" onClick={() => void nextTask(current.id)} />}
       {!empty && <HoldButton verb="Clear tasks of" vehicle={vehicle} tone="warn" onConfirm={() => void queueAction("clear", "Clear the tasks")} />}
     </div>
   );
