@@ -11,7 +11,7 @@ vi.doMock("./hands-session", () => ({
   askQueue: (_: string, frame: QueueAsk) => new Promise<Refusal | null>((resolve) => [asked.push(frame), (answer = resolve)]),
 }));
 const { handsOn } = await import("./hands-on");
-const { addTask, chooseTask, dropTask, moveTask, nextTask, placeTask, queueAction, taskKind, taskRefusal } = await import("./task-draft");
+const { addTask, changeForm, chooseTask, draftTask, dropTask, moveTask, nextTask, placeTask, queueAction, showField, taskForm, taskKind, taskRefusal, typeNumber, wrongFields } = await import("./task-draft");
 
 /** The service tells the queue anew. */
 const tell = (...ids: string[]) => (handsOn.value = { ...HANDS_OFF, phase: "flying", vehicle: "v1", tasks: { tasks: ids.map((id) => ({ id })) } as TaskQueue });
@@ -78,5 +78,43 @@ describe("what is pressed twice", () => {
     void queueAction("resume", "Fly the tasks");
     expect([asked.length, taskRefusal.value]).toEqual([2, null]);
     answer(null);
+  });
+});
+
+describe("a number that is typed", () => {
+  const typed = (valueAsNumber: number, validity: Partial<ValidityState> = {}) => ({ valueAsNumber, validity: { valid: true, badInput: false, ...validity } });
+  const BAD = typed(NaN, { valid: false, badInput: true });
+
+  beforeEach(() => {
+    for (const field of ["altitude_m", "speed_m_s", "radius_m"] as const) showField(field);
+    changeForm({ altitude_m: null, radius_m: 20 });
+    chooseTask("goto");
+    placeTask([8.55, 47.4]);
+  });
+
+  it("is not left out when it cannot be read: nothing is queued until it is mended", async () => {
+    typeNumber("altitude_m", BAD);
+    expect([wrongFields.value, draftTask.value]).toEqual([{ altitude_m: "not a number" }, null]);
+    await addTask();
+    expect(asked).toEqual([]);
+    typeNumber("altitude_m", typed(30));
+    expect([wrongFields.value, draftTask.value]).toMatchObject([{}, { relative_altitude_m: 30 }]);
+    typeNumber("altitude_m", typed(NaN)); // emptied
+    expect(draftTask.value).toMatchObject({ relative_altitude_m: null });
+  });
+
+  it("stays in its field while it is too small, and says how large it must be", () => {
+    typeNumber("speed_m_s", typed(0, { valid: false }), 0.1);
+    expect([taskForm.value.speed_m_s, wrongFields.value, draftTask.value]).toEqual([0, { speed_m_s: "at least 0.1" }, null]);
+    showField("speed_m_s");
+  });
+
+  it("stops no task whose kind has no such field", () => {
+    typeNumber("radius_m", BAD);
+    expect(draftTask.value?.type).toBe("goto");
+    chooseTask("circle");
+    placeTask([8.55, 47.4]);
+    changeForm({ radius_m: 20 });
+    expect(draftTask.value).toBeNull();
   });
 });

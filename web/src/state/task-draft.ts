@@ -5,7 +5,7 @@ import type { QueueAction } from "../api/types";
 import type { QueueAsk } from "../hands-on/frames";
 import type { Refusal } from "../hands-on/session";
 import type { Point } from "../map/geometry";
-import { NEW_FORM, taskOf, withPlace, type TaskForm, type TaskKind } from "../tasks/draft";
+import { NEW_FORM, readTyped, taskOf, withPlace, type NumericField, type TaskForm, type TaskKind, type Typed } from "../tasks/draft";
 import { draggedTask } from "../tasks/dragged";
 import { moveOnto } from "../tasks/order";
 import { goToArmed } from "./controls";
@@ -19,7 +19,14 @@ export const taskForm = signal<TaskForm>(NEW_FORM);
 /** Why the queue did not do what was asked last. */
 export const taskRefusal = signal<Refusal | null>(null);
 
-export const draftTask = computed(() => (taskKind.value === null ? null : taskOf(taskKind.value, taskPlaces.value, taskForm.value)));
+/** What is wrong with what stands in a field. Nothing is queued over it: the field would say one thing, and the task another. */
+export const wrongFields = signal<Readonly<Partial<Record<NumericField, string>>>>({});
+
+export const draftTask = computed(() => {
+  const kind = taskKind.value;
+  const wrong = Object.keys(wrongFields.value).some((field) => kind === "circle" || field !== "radius_m");
+  return kind === null || wrong ? null : taskOf(kind, taskPlaces.value, taskForm.value);
+});
 
 export function chooseTask(kind: TaskKind | null): void {
   batch(() => {
@@ -32,6 +39,22 @@ export function chooseTask(kind: TaskKind | null): void {
 
 export function changeForm(change: Partial<TaskForm>): void {
   taskForm.value = { ...taskForm.value, ...change };
+}
+
+export function typeNumber(field: NumericField, typed: Typed, least?: number): void {
+  const [value, wrong] = readTyped(typed, least);
+  batch(() => {
+    changeForm({ [field]: value });
+    markField(field, wrong);
+  });
+}
+
+/** A field that is shown anew shows the form's own value: nothing is wrong with it. */
+export const showField = (field: NumericField): void => markField(field, "");
+
+function markField(field: NumericField, wrong: string): void {
+  const { [field]: _, ...others } = wrongFields.value;
+  wrongFields.value = wrong === "" ? others : { ...others, [field]: wrong };
 }
 
 /** A click on the map. True if it was meant for a task. */
