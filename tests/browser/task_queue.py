@@ -68,10 +68,12 @@ class TaskBoard:
         release = self.panel.get_by_role("button", name="Add a release by v1")
         await release.dispatch_event("click")
         await expect(release).to_have_accessible_name("Press again: Add a release by v1")
-        await self.press("Undo")  # nothing is left to release: the first press is forgotten, not kept for the next place
+        await self.press("Undo")  # nothing is left to release: the first press is forgotten
         await expect(release).to_be_disabled()
         await self.place((20, 40))
-        await expect(release).to_have_accessible_name("Add a release by v1, hold to confirm")
+        await expect(release).to_be_enabled()
+        label = await release.get_attribute("aria-label")  # of now: after a while it forgets by itself
+        assert label == "Add a release by v1, hold to confirm"
         await release.click(delay=HOLD_MS, timeout=PRESS_MS)
         await self.lists(CIRCLE, PATH, RELEASE)
 
