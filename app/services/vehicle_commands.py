@@ -49,8 +49,7 @@ class VehicleCommands:
             raise ConflictError(f"vehicle {vehicle_id} is not armed: there is nothing to {action}")
         with contextlib.suppress(StorageError):  # logged by the journal; bringing a vehicle home waits for no disk
             await self._record(vehicle_id, action, by, "sent")
-        if action == "hold":
-            self._fleet.vehicle(vehicle_id).hold_commanded()
+        self._fleet.vehicle(vehicle_id).commanded(action)
         try:
             await _ACTIONS[action](link)
         except WaydropError as error:

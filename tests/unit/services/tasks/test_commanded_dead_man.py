@@ -110,7 +110,7 @@ async def test_an_override_stops_what_was_flown() -> None:
 async def test_somebody_elses_hold_ends_it_though_the_mode_shows_no_change() -> None:
     async with plane() as wing:
         await flying(wing, "goto", **FAR)
-        wing.fleet.vehicle("v1").hold_commanded()
+        wing.fleet.vehicle("v1").commanded("hold")
         await wing.until(lambda: wing.vehicle.orders[-1] == CIRCLE_HERE, "it circles where it is")
         assert (wing.control.lease, report(wing).reason) == (None, "Hold was commanded")
 

@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
+import pytest
+
+from app.domain.errors import LinkTimeoutError
+from app.domain.mission import MavCmd
+from app.domain.tasks.order_request import CIRCLE_HERE
 from app.domain.vehicle import FlightMode
-from tests.unit.services.tasks.commanded import FAR, flying, gone_on, plane
-from tests.unit.services.tasks.queued import report
+from tests.unit.services.offboard.cockpit import Cockpit
+from tests.unit.services.tasks.commanded import CIRCLE, FAR, flying, gone_on, ordered, plane
+from tests.unit.services.tasks.queued import queue, report
+
+NO_ACK = LinkTimeoutError("no final ack")
 
 
 async def test_a_failsafe_that_waits_in_hold_ends_the_lease_and_is_left_alone() -> None:
@@ -15,3 +23,64 @@ async def test_a_failsafe_that_waits_in_hold_ends_the_lease_and_is_left_alone() 
         assert "failsafe" in report(wing).reason
         await gone_on(wing, 0.9)
         assert len(wing.vehicle.orders) == 1, "an order would end what PX4 is about to do"
+
+
+async def last_word_waits_for_its_ack(wing: Cockpit) -> None:
+    """The lease has ended, and "circle here" was sent once."""
+    await flying(wing, "goto", **FAR)
+    wing.vehicle.order_gate.clear()
+    wing.vehicle.order_answers = [NO_ACK]
+    wing.control.release(wing.lease, "its socket closed")
+    await wing.until(lambda: wing.vehicle.orders[-1] == CIRCLE_HERE, "the last word is said")
+
+
+async def test_the_last_word_is_said_until_it_is_heard_and_each_time_once() -> None:
+    async with plane() as wing:
+        await last_word_waits_for_its_ack(wing)
+        wing.vehicle.order_gate.set()
+        await wing.until(lambda: len(wing.vehicle.orders) == 3, "it is said again")
+        assert wing.vehicle.orders[1:] == [CIRCLE_HERE, CIRCLE_HERE]
+        assert CIRCLE_HERE.attempts == 1, "the link says it again without a look at the mode"
+
+
+@pytest.mark.parametrize("who", ["pilot", "failsafe", "operator"])
+async def test_the_last_word_is_not_said_again_to_a_wing_that_somebody_else_has(who: str) -> None:
+    async with plane() as wing:
+        await last_word_waits_for_its_ack(wing)
+        if who == "pilot":
+            wing.vehicle.put(mode=FlightMode.POSITION)
+        elif who == "failsafe":
+            wing.vehicle.put(in_failsafe=True)
+        else:
+            wing.fleet.vehicle("v1").commanded("return")  # not seen in a HEARTBEAT yet
+        wing.vehicle.order_gate.set()
+        await wing.quiet()
+        assert len(wing.vehicle.orders) == 2
+        assert "circles" not in wing.control.reason
+
+
+async def test_the_new_holders_order_waits_for_the_last_word_to_the_old_one_and_keeps_its_own_answer() -> None:
+    async with plane() as wing:
+        await flying(wing, "goto", **FAR)
+        wing.vehicle.order_gate.clear()
+        wing.take("admin", override=True)
+        await wing.until(lambda: wing.vehicle.orders[-1] == CIRCLE_HERE, "the old order is ended")
+        queue(wing, "circle", **CIRCLE)
+        await gone_on(wing, 0.9)
+        assert len(wing.vehicle.orders) == 2, "what is sent now would be ended by the last word"
+        wing.vehicle.order_gate.set()
+        assert (await ordered(wing, 3)).command is MavCmd.DO_ORBIT
+        order = wing.control.view().order
+        assert order is not None
+        assert (order.command, order.result) == ("DO_ORBIT", "ACCEPTED")
+
+
+async def test_the_same_task_in_a_later_lease_is_ordered_anew() -> None:
+    same = {**CIRCLE, "center": {"east_m": 0.0, "north_m": 0.0}, "absolute_altitude_m": 560.0}
+    async with plane() as wing:
+        await flying(wing, "circle", **same)
+        await wing.passage.leave(wing.lease, "return")
+        wing.take()
+        queue(wing, "circle", **same)
+        await wing.enter()
+        assert (await ordered(wing, 2)).command is MavCmd.DO_ORBIT
