@@ -130,9 +130,12 @@ class Passage:
             entries = await self._check(sticks_held)
             control.move(_S.HOLDING, "commanding Hold")
             control.say_no_last_word()
+            was_in_hold = control.link.state().mode is FlightMode.HOLD
             await self._hold()
             await until_calm(control.link, control.settings.calm_s)
             if control.means is Means.COMMANDS:
+                if was_in_hold:  # by the mode alone it flies on to wherever it was sent last
+                    await control.orders.circle_here()
                 control.move(_S.ACTIVE, "")
                 return entries
             control.move(_S.STREAMING, "the stream flows before the mode is asked for")

@@ -8,7 +8,9 @@ from app.domain.errors import LinkTimeoutError
 from app.domain.mission import MavCmd
 from app.domain.tasks.order_request import CIRCLE_HERE
 from app.domain.vehicle import FlightMode
-from tests.unit.services.offboard.cockpit import Cockpit
+from app.services.hold_here import hold_here
+from app.services.vehicle_commands import VehicleCommands
+from tests.unit.services.offboard.cockpit import Cockpit, cockpit
 from tests.unit.services.tasks.commanded import CIRCLE, FAR, flying, gone_on, ordered, plane
 from tests.unit.services.tasks.queued import queue, report
 
@@ -84,3 +86,34 @@ async def test_the_same_task_in_a_later_lease_is_ordered_anew() -> None:
         queue(wing, "circle", **same)
         await wing.enter()
         assert (await ordered(wing, 2)).command is MavCmd.DO_ORBIT
+
+
+async def test_hold_stops_a_wing_that_flies_on_in_hold_after_its_control_has_ended() -> None:
+    async with plane() as wing:
+        await flying(wing, "goto", **FAR)
+        wing.control.end("revoked", "the service stood still for 2.0 s")
+        await VehicleCommands(wing.fleet, wing.fleet._journal).hold("v1", by="ann")
+        assert (wing.vehicle.sent[-1], wing.vehicle.orders[1:]) == ("hold", [CIRCLE_HERE])
+
+
+@pytest.mark.parametrize(("mode", "in_failsafe"), [(FlightMode.MISSION, False), (FlightMode.HOLD, True)])
+async def test_hold_is_the_mode_alone_for_a_wing_in_another_mode_or_in_a_failsafe(
+    mode: FlightMode, in_failsafe: bool
+) -> None:
+    async with plane() as wing:
+        wing.vehicle.put(mode=mode, in_failsafe=in_failsafe)
+        await hold_here(wing.vehicle)
+        assert (wing.vehicle.sent[-1], wing.vehicle.orders) == ("hold", [])
+
+
+async def test_hold_is_the_mode_alone_for_what_hovers() -> None:
+    async with cockpit() as quad:
+        await hold_here(quad.vehicle)
+        assert (quad.vehicle.sent[-1], quad.vehicle.orders) == ("hold", [])
+
+
+async def test_an_entry_in_hold_begins_with_a_circle_here() -> None:
+    async with plane() as wing:
+        wing.vehicle.put(mode=FlightMode.HOLD)
+        await wing.enter()
+        assert wing.vehicle.orders == [CIRCLE_HERE]
