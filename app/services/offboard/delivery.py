@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from app.domain.commands import CommandRequest, MavResult
-from app.domain.errors import LinkError, LinkTimeoutError, VehicleRefusedError
+from app.domain.errors import ConflictError, LinkError, LinkTimeoutError, VehicleRefusedError
 from app.domain.mission import NAN, MavCmd
 from app.domain.ports import VehicleLink
 from app.services.clock import Clock
@@ -87,6 +87,9 @@ class Delivery:
                 async for ack in acks:
                     given.result = ack.word
                     final = ack
+        except ConflictError:
+            given.result = "not sent"
+            raise
         except LinkTimeoutError:
             given.result = "no answer"
             raise

@@ -7,7 +7,7 @@ from collections.abc import Awaitable, Callable
 from typing import Final
 
 from app.domain.commands import CommandRequest
-from app.domain.errors import LinkTimeoutError, WaydropError
+from app.domain.errors import ConflictError, LinkTimeoutError, WaydropError
 from app.domain.ports import VehicleLink
 from app.domain.setpoint.capability import FlightKind
 from app.services.circle_here import circle_here
@@ -16,6 +16,8 @@ from app.services.offboard.delivery import Delivery
 from app.services.offboard_view import OrderView
 
 EVERY_S: Final = 0.3
+REFUSALS: Final = 3
+"""So many in a row of an order that is asked for again, and nothing more can be done by orders."""
 UNANSWERED: Final = 3
 """So many in a row without an ack, and the vehicle is not ours any more."""
 
@@ -35,7 +37,7 @@ class Orders:
         self._wanted: CommandRequest | None = None
         self._wanted_s = 0.0
         self._holds: CommandRequest | None = None
-        self._unanswered = 0
+        self._unanswered = self._refusals = 0
         self._sending: asyncio.Task[None] | None = None
         self.refused = ""
         """Why the newest order was not accepted, in words."""
@@ -43,8 +45,13 @@ class Orders:
     def want(self, request: CommandRequest) -> None:
         """This is to hold now. Said at every tick: who falls silent has nothing guided."""
         if request != self._wanted:
-            self._wanted, self.refused = request, ""
+            self._wanted, self.refused, self._refusals = request, "", 0
         self._wanted_s = self._clock.monotonic()
+
+    def ask_again(self) -> None:
+        """What was refused is to hold all the same: for a circle there is nothing else to do instead."""
+        if self._refusals < REFUSALS:
+            self.refused = ""
 
     def tick(self, now_s: float, kind: FlightKind) -> str:
         """Send what is wanted and does not hold yet. Why nothing may be ordered any more, in words, else empty."""
@@ -56,6 +63,8 @@ class Orders:
             return f"nothing was guided for {now_s - self._wanted_s:.1f} s: no fresh position, or no room to circle"
         if self._unanswered >= UNANSWERED:
             return f"{UNANSWERED} commands in a row were not answered"
+        if self._refusals >= REFUSALS:
+            return f"refused {self._refusals} times in a row: {self.refused}"
         if self._is_due(self._wanted, now_s):
             self._sending = asyncio.create_task(self._deliver(self._wanted), name="flight order")
             self._sending.add_done_callback(self._sent)
@@ -78,7 +87,8 @@ class Orders:
 
     def forget(self) -> None:
         """Nothing is wanted any more, and no ack awaited. It may hold no longer: somebody else speaks next."""
-        self._wanted, self._holds, self._unanswered, self.refused = None, None, 0, ""
+        self._wanted, self._holds, self.refused = None, None, ""
+        self._unanswered = self._refusals = 0
         if self._sending is not None:
             self._sending.cancel()
 
@@ -98,11 +108,13 @@ class Orders:
             await self._delivery.send(request)
         except LinkTimeoutError:
             self._unanswered += 1
+        except ConflictError:
+            return  # somebody else's command of the same kind is under way: nothing was sent, it is tried again
         except WaydropError as error:
             if request == self._wanted:
-                self.refused = error.detail
+                self.refused, self._refusals = error.detail, self._refusals + 1
         else:
-            self._unanswered, self._holds = 0, request
+            self._unanswered, self._refusals, self._holds = 0, 0, request
 
     def _sent(self, _task: asyncio.Task[None]) -> None:
         self._sending = None
