@@ -33,7 +33,9 @@ async def circle_here(link: VehicleLink, send: Callable[[CommandRequest], Awaita
         if acts := who_acts(link.state()):
             raise LinkError(f"not told to circle here: {acts}")
         try:
-            return await send(CIRCLE_HERE)
+            await send(CIRCLE_HERE)
         except LinkTimeoutError:
             if not left:
                 raise
+        else:
+            return

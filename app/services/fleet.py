@@ -38,8 +38,8 @@ WAITING_EVENTS: Final = 4096
 class FleetVehicle:
     """One vehicle of the fleet. `run_id` is the run that owns it now, `offboard` how it is flown by hand.
 
-    `commanded` is told of hold, return, land and resume before they are sent: a wing in Hold shows no change by Hold, and
-    what the hands have left under way must not follow.
+    `commanded` is told of hold, return, land and resume before they are sent: a wing in Hold shows no change by Hold,
+    and what the hands have left under way must not follow.
     """
 
     id: str

@@ -252,6 +252,9 @@ class OffboardControl:
             return self.flow.tick(self.state, self.surroundings, self.link.state(), now_s)
         if self.state is not _S.ACTIVE or self._holding.is_under_way:
             return ""  # an order now would be ended by the last word that is still being said
+        if acts := who_acts(self.link.state()):  # seen while it was being left, which has failed
+            self.end("revoked", acts)
+            return ""
         return self.orders.tick(now_s, self.surroundings.kind(self.link.state()))
 
     def _put_out(self, message: SetpointMessage) -> None:

@@ -10,12 +10,14 @@ from app.domain.commands import CommandRequest
 from app.domain.errors import ConflictError, LinkTimeoutError, WaydropError
 from app.domain.ports import VehicleLink
 from app.domain.setpoint.capability import FlightKind
-from app.services.circle_here import circle_here
+from app.services.circle_here import circle_here, who_acts
 from app.services.clock import Clock
 from app.services.offboard.delivery import Delivery
 from app.services.offboard_view import OrderView
 
 EVERY_S: Final = 0.3
+HEARD_S: Final = 0.3
+"""An order takes the vehicle to Hold, out of a pilot's mode too: it leaves so soon after a HEARTBEAT that says Hold."""
 REFUSALS: Final = 3
 """So many in a row of an order that is asked for again, and nothing more can be done by orders."""
 UNANSWERED: Final = 3
@@ -100,7 +102,10 @@ class Orders:
         if self._sending is not None or self.refused or self._holds == wanted:
             return False
         since_s = self._delivery.since_s(now_s)
-        return since_s is None or since_s >= EVERY_S
+        if since_s is not None and since_s < EVERY_S:
+            return False
+        state = self._link.state()
+        return state.heartbeat_age_s is not None and state.heartbeat_age_s <= HEARD_S and not who_acts(state)
 
     async def _deliver(self, request: CommandRequest) -> None:
         self._holds = None

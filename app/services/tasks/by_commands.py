@@ -36,7 +36,7 @@ class ByCommands:
         self._stands, self._control.orders.refused = False, ""
 
     def stand(self, kind: FlightKind, fix: Fix) -> None:
-        """Circle the place where it was told to; what holds already is not measured again, what was refused asked anew."""
+        """Circle the place where it was told to: what holds already is not measured again, a refusal is asked anew."""
         if not self._stands or self._order is None:
             place = fix.ahead(STOPS_IN_S)
             self._want(FlyTo(place.ground, fix.up_m))

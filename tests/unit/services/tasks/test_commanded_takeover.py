@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
+
 import pytest
 
-from app.domain.errors import LinkTimeoutError
+from app.domain.errors import LinkTimeoutError, WaydropError
 from app.domain.mission import MavCmd
 from app.domain.tasks.order_request import CIRCLE_HERE
 from app.domain.vehicle import FlightMode
@@ -117,3 +119,30 @@ async def test_an_entry_in_hold_begins_with_a_circle_here() -> None:
         wing.vehicle.put(mode=FlightMode.HOLD)
         await wing.enter()
         assert wing.vehicle.orders == [CIRCLE_HERE]
+
+
+async def test_an_order_leaves_only_right_after_a_heartbeat_for_a_pilots_switch_is_told_by_the_next() -> None:
+    async with plane() as wing:
+        await flying(wing, "goto", **FAR)
+        wing.vehicle.heartbeat_age_s = 0.6
+        queue(wing, "circle", "replace_all", **CIRCLE)
+        await gone_on(wing, 0.9)
+        assert len(wing.vehicle.orders) == 1, "whether it is in Hold still is not known"
+        wing.vehicle.heartbeat_age_s = 0.0
+        assert (await ordered(wing, 2)).command is MavCmd.DO_ORBIT
+
+
+async def test_a_leaving_that_failed_because_somebody_else_took_the_wing_ends_the_lease() -> None:
+    async with plane() as wing:
+        await flying(wing, "goto", **FAR)
+        wing.vehicle.order_gate.clear()
+        wing.vehicle.order_answers = [NO_ACK]
+        leaving = asyncio.create_task(wing.passage.leave(wing.lease, "hold"))
+        await wing.until(lambda: wing.vehicle.orders[-1] == CIRCLE_HERE, "it is said")
+        wing.vehicle.put(mode=FlightMode.POSITION)
+        wing.vehicle.order_gate.set()
+        with pytest.raises(WaydropError, match="somebody else"):
+            await leaving
+        await wing.until(lambda: wing.control.lease is None, "it is not ours")
+        await wing.quiet()
+        assert len(wing.vehicle.orders) == 2
