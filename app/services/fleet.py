@@ -38,7 +38,8 @@ WAITING_EVENTS: Final = 4096
 class FleetVehicle:
     """One vehicle of the fleet. `run_id` is the run that owns it now, `offboard` how it is flown by hand.
 
-    `hold_commanded` is told of every Hold that is not of the hands' own: one that is in Hold already shows no change.
+    `commanded` is told of hold, return, land and resume before they are sent: a wing in Hold shows no change by Hold,
+    and what the hands have left under way must not follow.
     """
 
     id: str
@@ -48,7 +49,7 @@ class FleetVehicle:
     run_id: str | None = None
     announced: bool = False
     offboard: Callable[[], OffboardView | None] = lambda: None
-    hold_commanded: Callable[[], None] = lambda: None
+    commanded: Callable[[str], None] = lambda action: None
     unsubscribe: Unsubscribe = field(default=lambda: None)
 
     def view(self) -> VehicleView:

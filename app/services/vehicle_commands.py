@@ -10,10 +10,11 @@ from app.domain.errors import ConflictError, StorageError, WaydropError
 from app.domain.events import EventKind
 from app.domain.ports import VehicleLink
 from app.services.fleet import Fleet
+from app.services.hold_here import hold_here
 from app.services.journal import Journal
 
 _ACTIONS: Final[dict[str, Callable[[VehicleLink], Awaitable[None]]]] = {
-    "hold": lambda link: link.hold(),
+    "hold": hold_here,
     "return": lambda link: link.return_to_launch(),
     "land": lambda link: link.land(),
 }
@@ -27,7 +28,7 @@ class VehicleCommands:
         self._journal = journal
 
     async def hold(self, vehicle_id: str, by: str) -> None:
-        """Hold mode. Raises ConflictError, LinkError."""
+        """Hold mode; a wing in Hold circles where it is now. Raises ConflictError, LinkError."""
         await self._do("hold", vehicle_id, by)
 
     async def return_to_launch(self, vehicle_id: str, by: str) -> None:
@@ -49,8 +50,7 @@ class VehicleCommands:
             raise ConflictError(f"vehicle {vehicle_id} is not armed: there is nothing to {action}")
         with contextlib.suppress(StorageError):  # logged by the journal; bringing a vehicle home waits for no disk
             await self._record(vehicle_id, action, by, "sent")
-        if action == "hold":
-            self._fleet.vehicle(vehicle_id).hold_commanded()
+        self._fleet.vehicle(vehicle_id).commanded(action)
         try:
             await _ACTIONS[action](link)
         except WaydropError as error:

@@ -15,9 +15,12 @@ CHANGE_MODE: Final = 1.0
 """MAV_DO_REPOSITION_FLAGS_CHANGE_MODE: to Hold, if it is in another mode."""
 TIMEOUT_S: Final = 1.0
 CIRCLE_HERE: Final = CommandRequest(
-    MavCmd.DO_REPOSITION, (OWN_SPEED, CHANGE_MODE, NAN, NAN, NAN, NAN, NAN), timeout_s=TIMEOUT_S
+    MavCmd.DO_REPOSITION, (OWN_SPEED, CHANGE_MODE, NAN, NAN, NAN, NAN, NAN), timeout_s=TIMEOUT_S, attempts=1
 )
-"""Without a place PX4 circles where it is. The mode alone changes nothing: in Hold it flies on to the last place."""
+"""Without a place PX4 circles where it is. The mode alone changes nothing: in Hold it flies on to the last place.
+
+Sent once: whoever says it again must look first whether somebody else has the vehicle by now.
+"""
 
 
 def order_request(order: Order, origin: EkfOrigin) -> CommandRequest:

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Callable
-
-import structlog
 
 from app.domain.errors import LeaseLostError, OffboardNotReadyError, SetpointRefusedError, WaydropError
 from app.domain.events import EventKind
@@ -15,6 +12,7 @@ from app.domain.setpoint.limiter import Clamp
 from app.domain.setpoint.means import Means
 from app.domain.setpoint.message import SetpointMessage
 from app.domain.vehicle import FlightMode
+from app.services.circle_here import who_acts
 from app.services.clock import Clock
 from app.services.fleet import Fleet, FleetVehicle
 from app.services.offboard.guide import Guide
@@ -22,14 +20,13 @@ from app.services.offboard.holding import Holding
 from app.services.offboard.lease import Lease, LeaseSlot
 from app.services.offboard.loss import ended_by
 from app.services.offboard.orders import Orders
-from app.services.offboard.pacer import Pacer
 from app.services.offboard.setpoint_flow import SENDING, SetpointFlow
 from app.services.offboard.settings import OffboardSettings
 from app.services.offboard.stream import Author
 from app.services.offboard.surroundings import Surroundings
+from app.services.offboard.ticking import Ticking
 from app.services.offboard_view import OffboardState, OffboardView
 
-log = structlog.get_logger(__name__)
 _S = OffboardState
 
 
@@ -48,8 +45,7 @@ class OffboardControl:
         self.means = Means.SETPOINTS
         self.orders = Orders(vehicle.link, clock, settings.dead_man.gone_s, self.changed)
         self.flow = SetpointFlow(settings, self._put_out)
-        self._pacer: Pacer | None = None
-        self._ticking: asyncio.Task[None] | None = None
+        self._ticking = Ticking(vehicle.id, clock, settings.gap_s, self._tick, self._on_gap, self._on_defect)
         self._holding = Holding(vehicle.id, self.hold, self._hold_unconfirmed)
         self._listeners: list[Callable[[], None]] = []
         self.guide: Guide | None = None
@@ -83,10 +79,7 @@ class OffboardControl:
         self.surroundings = Surroundings.of(who.vehicle_type, who.firmware, self.settings.fresh_s)
         self.means = self.surroundings.means(self.link.state()) or Means.SETPOINTS
         self.flow.start(rate_hz)
-        period_s, gap_s = 1.0 / rate_hz, self.settings.gap_s
-        self._pacer = Pacer(period_s, gap_s, self._tick, self._on_gap, monotonic=self._clock.monotonic)
-        self._ticking = asyncio.create_task(self._pacer.run(), name=f"offboard {self.vehicle.id}")
-        self._ticking.add_done_callback(self._ticks_ended)
+        self._ticking.start(rate_hz)
         self._tell_lease("taken", holder, "")
         self.move(_S.LEASED, "")
         return lease
@@ -159,6 +152,10 @@ class OffboardControl:
         """Hold, seen; a commanded wing is in Hold and is told to circle where it is. Raises LinkError."""
         await (self.orders.circle_here() if self._is_commanded else self.orders.switch(self.link.hold()))
 
+    def say_no_last_word(self) -> None:
+        """Whatever is commanded now is newer than the Hold that the end of control has left under way."""
+        self._holding.cancel()
+
     def forget_setpoint(self) -> None:
         """What was put before does not count any more."""
         self.flow.clear()
@@ -177,9 +174,7 @@ class OffboardControl:
 
     def end(self, change: str, reason: str) -> None:
         """End the lease and stop sending; command nothing. Idempotent."""
-        if self._ticking is not None:
-            self._ticking.cancel()
-            self._ticking = None
+        self._ticking.stop()
         lease, self._leases.lease = self._leases.lease, None
         self.flow.clear()
         self.orders.forget()
@@ -230,13 +225,9 @@ class OffboardControl:
         except WaydropError as error:
             self.give_up("revoked", f"cannot send: {error.detail}")
 
-    def _ticks_ended(self, ticking: asyncio.Task[None]) -> None:
+    def _on_defect(self) -> None:
         """Without ticks there is neither a stream nor a dead-man: a defect in one is Hold."""
-        if ticking.cancelled() or (error := ticking.exception()) is None:
-            return
-        log.error("a defect ended the ticks of offboard control", vehicle=self.vehicle.id, exc_info=error)
-        if ticking is self._ticking:
-            self.give_up("revoked", "a defect of the service: nothing more can be sent")
+        self.give_up("revoked", "a defect of the service: nothing more can be sent")
 
     def _slot(self, setpoint: Setpoint, by: Author) -> tuple[Clamp, ...]:
         if self.surroundings is None:
@@ -259,8 +250,12 @@ class OffboardControl:
             return ""
         if not self._is_commanded:
             return self.flow.tick(self.state, self.surroundings, self.link.state(), now_s)
-        kind = self.surroundings.kind(self.link.state())
-        return self.orders.tick(now_s, kind) if self.state is _S.ACTIVE else ""
+        if self.state is not _S.ACTIVE or self._holding.is_under_way:
+            return ""  # an order now would be ended by the last word that is still being said
+        if acts := who_acts(self.link.state()):  # seen while it was being left, which has failed
+            self.end("revoked", acts)
+            return ""
+        return self.orders.tick(now_s, self.surroundings.kind(self.link.state()))
 
     def _put_out(self, message: SetpointMessage) -> None:
         """A last look before a message leaves: the process may have stood still in the middle of a tick."""
@@ -269,13 +264,15 @@ class OffboardControl:
             self.link.send_setpoint(message)
 
     def _heard(self, fact: LinkFact) -> None:
-        """Somebody else's mode is never fought for: the stream ends at once, or it would pull the vehicle back."""
+        """Somebody else's mode is never fought for: stream and last word end at once, or they would pull it back."""
+        if self._is_commanded and self._holding.is_under_way and who_acts(self.link.state()):
+            self._holding.cancel()
         if self.state is not _S.IDLE and (reason := ended_by(fact, self.state, self.means, self.link)):
             self.end("revoked", reason)
 
     def _stood_still(self) -> None:
-        if self._pacer is not None and self.state is not _S.IDLE:
-            self._pacer.stood_still()
+        if self.state is not _S.IDLE:
+            self._ticking.look()
 
     def _on_gap(self, gap_s: float) -> None:
         """What was meant before may not be meant now: nothing is sent, Hold neither. The vehicle's failsafe acts."""
@@ -286,7 +283,7 @@ class OffboardControl:
         return self.means is Means.COMMANDS
 
     def _hold_unconfirmed(self, detail: str) -> None:
-        if self.state is _S.IDLE:
+        if self.state is _S.IDLE and not (self._is_commanded and who_acts(self.link.state())):
             acts = "it circles at its last place" if self._is_commanded else "the vehicle's own failsafe acts"
             self.move(_S.IDLE, f"{self.reason}; Hold is not confirmed ({detail}): {acts}")
 

@@ -23,9 +23,20 @@ class Holding:
         self._unconfirmed = unconfirmed
         self._holding: asyncio.Task[None] | None = None
 
+    @property
+    def is_under_way(self) -> bool:
+        """Whether it is being commanded now, and no answer has come."""
+        return self._holding is not None and not self._holding.done()
+
     def soon(self) -> None:
-        """Command it now; returns at once."""
+        """Command it now, and not twice; returns at once."""
+        self.cancel()
         self._holding = asyncio.create_task(self._hold(), name=f"hold {self._vehicle_id}")
+
+    def cancel(self) -> None:
+        """Somebody else has the vehicle now, or says Hold himself: not said again."""
+        if self._holding is not None:
+            self._holding.cancel()
 
     async def end(self, within_s: float) -> None:
         """Wait so long for it; the vehicle's own failsafe does the rest."""

@@ -29,4 +29,6 @@ def taken_away(state: OffboardState, means: Means, vehicle: VehicleState) -> str
         mode = "an unknown" if vehicle.mode is None else vehicle.mode.value
         cause = "a failsafe acts" if vehicle.in_failsafe else "commanded by somebody else"
         return f"the vehicle is in {mode} mode: {cause}"
+    if means is Means.COMMANDS and vehicle.in_failsafe:
+        return "a failsafe acts, in Hold: the next order would end it"
     return "the vehicle disarmed" if vehicle.armed is False else ""

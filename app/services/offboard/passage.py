@@ -41,7 +41,7 @@ class Passage:
         self._leaving: asyncio.Task[None] | None = None
         self._leaving_lease_id = ""
         control.subscribe(self._watch)
-        control.vehicle.hold_commanded = self._held_by_others
+        control.vehicle.commanded = self._commanded_by_others
 
     async def look_ahead(self, *, sticks_held: bool) -> Outlook:
         """What `enter` would find now. Needs no lease. Raises OffboardNotReadyError (type unknown), LinkError."""
@@ -113,6 +113,7 @@ class Passage:
         control = self._control
         run = await self._run()
         control.check(lease_id)  # it may have ended meanwhile, and Hold been commanded
+        control.say_no_last_word()
         control.move(_S.LEAVING if control.state is _S.ACTIVE else control.state, f"leaving to {to}")
         try:
             await self._command(to, run)
@@ -128,9 +129,13 @@ class Passage:
         try:
             entries = await self._check(sticks_held)
             control.move(_S.HOLDING, "commanding Hold")
+            control.say_no_last_word()
+            was_in_hold = control.link.state().mode is FlightMode.HOLD
             await self._hold()
             await until_calm(control.link, control.settings.calm_s)
             if control.means is Means.COMMANDS:
+                if was_in_hold:  # by the mode alone it flies on to wherever it was sent last
+                    await control.orders.circle_here()
                 control.move(_S.ACTIVE, "")
                 return entries
             control.move(_S.STREAMING, "the stream flows before the mode is asked for")
@@ -203,10 +208,12 @@ class Passage:
         if self._leaving is not asyncio.current_task():  # one that has succeeded ends its lease itself
             self._leaving.cancel()
 
-    def _held_by_others(self) -> None:
-        """A commanded wing is in Hold, so that the mode tells nothing; on the way in and out the Hold is ours."""
+    def _commanded_by_others(self, action: str) -> None:
+        """A commanded wing is in Hold, so that the mode tells nothing of Hold; on the way in and out it is ours."""
         control = self._control
-        if control.means is Means.COMMANDS and control.state is _S.ACTIVE:
+        if action != "hold":
+            control.say_no_last_word()
+        elif control.means is Means.COMMANDS and control.state is _S.ACTIVE:
             control.give_up("revoked", "Hold was commanded")
 
     def _has_lease(self, lease_id: str) -> bool:

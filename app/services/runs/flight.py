@@ -13,6 +13,7 @@ from app.domain.errors import ChangeUnderWayError, StorageError, WaydropError, W
 from app.domain.events import EventKind
 from app.domain.ports import LinkFact, VehicleLink
 from app.domain.run import IN_FLIGHT, Run, RunState
+from app.services.hold_here import hold_here
 from app.services.runs.changing import MissionChanger
 from app.services.runs.consents import Consents
 from app.services.runs.prepare import Preparation
@@ -115,7 +116,7 @@ class RunFlight:
 
     async def pause(self) -> None:
         """Hold. Raises WrongStateError, LinkError."""
-        await self.act("pause", self._link.hold)
+        await self.act("pause", lambda: hold_here(self._link))
 
     async def resume(self) -> None:
         """Mission mode again, at the item where it was. Raises WrongStateError, LinkError."""

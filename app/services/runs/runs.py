@@ -130,32 +130,31 @@ class Runs:
 
     async def pause(self, run_id: str, by: str) -> Run:
         """Hold. Raises NotFoundError, WrongStateError, LinkError."""
-        flight = await self._flight(run_id)
-        self._fleet.vehicle(flight.run.vehicle_id).hold_commanded()
+        flight = await self._flight(run_id, "hold")
         await flight.pause()
         return flight.run
 
     async def resume(self, run_id: str, by: str) -> Run:
         """Fly on. Raises NotFoundError, WrongStateError, LinkError."""
-        flight = await self._flight(run_id)
+        flight = await self._flight(run_id, "resume")
         await flight.resume()
         return flight.run
 
     async def return_to_launch(self, run_id: str, by: str) -> Run:
         """Return. Raises NotFoundError, WrongStateError, LinkError."""
-        flight = await self._flight(run_id)
+        flight = await self._flight(run_id, "return")
         await flight.return_to_launch()
         return flight.run
 
     async def land(self, run_id: str, by: str) -> Run:
         """Land where it is. Raises NotFoundError, WrongStateError, LinkError."""
-        flight = await self._flight(run_id)
+        flight = await self._flight(run_id, "land")
         await flight.land()
         return flight.run
 
     async def abort(self, run_id: str, by: str) -> Run:
         """Before take-off: cancel. In flight: return. Raises NotFoundError, WrongStateError, LinkError."""
-        flight = await self._flight(run_id)
+        flight = await self._flight(run_id, "return")
         await flight.abort()
         return flight.run
 
@@ -269,12 +268,15 @@ class Runs:
         if run is not None:
             self._fleet.release(run.vehicle_id, run_id)
 
-    async def _flight(self, run_id: str) -> RunFlight:
+    async def _flight(self, run_id: str, action: str = "") -> RunFlight:
         if run_id not in self._flights:
             run = await self.get(run_id)
             reason = "its vehicle has not been seen since the service started" if run_id in self._waiting else "over"
             raise WrongStateError(f"run {run_id} is {run.state.value}: {reason}", state=run.state.value)
-        return self._flights[run_id]
+        flight = self._flights[run_id]
+        if action:
+            self._fleet.vehicle(flight.run.vehicle_id).commanded(action)
+        return flight
 
 
 def new_run_id() -> str:

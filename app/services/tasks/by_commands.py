@@ -36,12 +36,13 @@ class ByCommands:
         self._stands, self._control.orders.refused = False, ""
 
     def stand(self, kind: FlightKind, fix: Fix) -> None:
-        """Circle the place where it was told to; what holds already is not measured again."""
+        """Circle the place where it was told to: what holds already is not measured again, a refusal is asked anew."""
         if not self._stands or self._order is None:
             place = fix.ahead(STOPS_IN_S)
             self._want(FlyTo(place.ground, fix.up_m))
             self._stands = True
         else:
+            self._control.orders.ask_again()
             self._repeat(self._order)
 
     def fly(self, wish: Wish, kind: FlightKind, fix: Fix) -> Seen:

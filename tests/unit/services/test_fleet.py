@@ -122,9 +122,9 @@ async def test_commands_outside_a_run_are_recorded_with_who_gave_them() -> None:
         with pytest.raises(ConflictError, match="not armed"):
             await commands.hold("v1", "anna")
         vehicle.put(armed=True, mode=FlightMode.MISSION)
-        fleet.vehicle("v1").hold_commanded = lambda: vehicle.sent.append("whoever flies it by hand is told")
+        fleet.vehicle("v1").commanded = lambda action: vehicle.sent.append(f"the hands are told: {action}")
         await commands.hold("v1", "anna")
-        assert vehicle.sent == ["whoever flies it by hand is told", "hold"]
+        assert vehicle.sent == ["the hands are told: hold", "hold"]
         fleet.vehicle("v1").run_id = "run-1"
         with pytest.raises(ConflictError, match="run-1"):
             await commands.land("v1", "anna")

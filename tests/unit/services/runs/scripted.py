@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from app.domain.commands import CommandAck, CommandRequest, MavResult
 from app.domain.default_facts import default_facts
-from app.domain.errors import LinkError, VehicleRefusedError
+from app.domain.errors import LinkError, VehicleRefusedError, WaydropError
 from app.domain.mission import MavCmd, Mission, MissionItem, MissionType
 from app.domain.mission_port import UploadProgress
 from app.domain.ports import LinkFact, StateChanged, Unsubscribe, VehicleIdentity
@@ -54,6 +54,7 @@ class ScriptedVehicle:
         )
         self.listeners: list[Callable[[LinkFact], None]] = []
         self.looks = 0
+        self.heartbeat_age_s = 0.1
         self.sent: list[str] = []
         self.releases: list[CommandRequest] = []
         self.setpoints: list[SetpointMessage] = []
@@ -61,7 +62,7 @@ class ScriptedVehicle:
         self.parameters: dict[str, float | int] = {"COM_OBL_RC_ACT": 5, "COM_OF_LOSS_T": 1.0, "COM_RC_IN_MODE": 4}
         self.answers: list[list[MavResult] | LinkError] = []
         self.orders: list[CommandRequest] = []
-        self.order_answers: list[MavResult | LinkError] = []
+        self.order_answers: list[MavResult | WaydropError] = []
         self.order_gate = asyncio.Event()
         self.order_gate.set()
         self.on_board: tuple[MissionItem, ...] = ()
@@ -89,7 +90,7 @@ class ScriptedVehicle:
     def state(self) -> VehicleState:
         self.looks += 1
         now_s = time.monotonic()
-        return replace(self.truth, boot_time_s=now_s, position_age_s=0.01, heartbeat_age_s=0.1)
+        return replace(self.truth, boot_time_s=now_s, position_age_s=0.01, heartbeat_age_s=self.heartbeat_age_s)
 
     def subscribe(self, listener: Callable[[LinkFact], None]) -> Unsubscribe:
         self.listeners.append(listener)
@@ -201,7 +202,7 @@ class ScriptedVehicle:
             self.orders.append(request)
             await self.order_gate.wait()
             result = self.order_answers.pop(0) if self.order_answers else MavResult.ACCEPTED
-            if isinstance(result, LinkError):
+            if isinstance(result, WaydropError):
                 raise result
             yield CommandAck(request.command, int(result))
             return

@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from app.domain.commands import CommandRequest
-from app.domain.vehicle import FirmwareVersion, VehicleType
+from app.domain.vehicle import FirmwareVersion, FlightMode, VehicleType
 from tests.unit.services.offboard.cockpit import Cockpit, cockpit
 from tests.unit.services.tasks.queued import put_at, queue
 
@@ -20,11 +20,11 @@ CIRCLE: dict[str, Any] = {"radius_m": -60.0}
 
 @contextlib.asynccontextmanager
 async def plane(vehicle_type: VehicleType = VehicleType.FIXED_WING, **more: Any) -> AsyncIterator[Cockpit]:
-    """In the air, flying north."""
+    """In the air, flying north, in a mode that Hold ends: in Hold an entry tells it to circle first."""
     async with cockpit(vehicle_type, **more) as found:
         found.vehicle.identity = replace(found.vehicle.identity, firmware=OLD)
         found.vehicle.parameters = {"COM_OBL_RC_ACT": 0, "NAV_LOITER_RAD": 80.0}
-        put_at(found, 0.0, 0.0, velocity_north_m_s=15.0)
+        put_at(found, 0.0, 0.0, velocity_north_m_s=15.0, mode=FlightMode.POSITION)
         found.take()
         yield found
 

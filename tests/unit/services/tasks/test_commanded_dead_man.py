@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from app.domain.commands import MavResult
-from app.domain.errors import LinkTimeoutError
+from app.domain.errors import ConflictError, LinkTimeoutError
 from app.domain.mission import MavCmd
 from app.domain.tasks.order_request import CIRCLE_HERE
 from app.domain.vehicle import FlightMode, VehicleType
@@ -68,6 +68,29 @@ async def test_what_the_vehicle_refuses_stops_the_queue_and_resume_asks_again() 
         assert report(wing).state == "flying"
 
 
+async def test_a_refused_pause_is_asked_for_again() -> None:
+    async with plane() as wing:
+        await flying(wing, "goto", **FAR)
+        wing.vehicle.order_answers = [MavResult.TEMPORARILY_REJECTED, ConflictError("under way")]
+        wing.desk.pause(wing.lease)
+        assert (await ordered(wing, 4)).command is MavCmd.DO_REPOSITION
+        order = wing.control.view().order
+        assert order is not None
+        assert order.result == "ACCEPTED", "it circles"
+        assert (report(wing).state, wing.control.lease is None) == ("paused", False)
+
+
+async def test_a_pause_that_is_refused_three_times_ends_the_lease_and_says_so() -> None:
+    async with plane() as wing:
+        await flying(wing, "goto", **FAR)
+        wing.vehicle.order_answers = [MavResult.TEMPORARILY_REJECTED] * 3
+        wing.desk.pause(wing.lease)
+        await ordered(wing, 4)
+        await wing.until(lambda: wing.control.lease is None, "the lease ends")
+        assert "refused 3 times" in report(wing).reason
+        await wing.until(lambda: wing.vehicle.orders[-1] == CIRCLE_HERE, "it is told to circle here at least")
+
+
 async def test_an_order_without_an_ack_is_sent_again_and_three_end_the_lease() -> None:
     async with plane() as wing:
         wing.vehicle.order_answers = [LinkTimeoutError("no final ack")]
@@ -110,7 +133,7 @@ async def test_an_override_stops_what_was_flown() -> None:
 async def test_somebody_elses_hold_ends_it_though_the_mode_shows_no_change() -> None:
     async with plane() as wing:
         await flying(wing, "goto", **FAR)
-        wing.fleet.vehicle("v1").hold_commanded()
+        wing.fleet.vehicle("v1").commanded("hold")
         await wing.until(lambda: wing.vehicle.orders[-1] == CIRCLE_HERE, "it circles where it is")
         assert (wing.control.lease, report(wing).reason) == (None, "Hold was commanded")
 
