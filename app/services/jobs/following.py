@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from app.domain.errors import ConflictError, NotFoundError, WaydropError
+from contextlib import suppress
+
+from app.domain.errors import ConflictError, NotFoundError, WaydropError, WrongStateError
 from app.domain.jobs.following import after, must_be_taken_off
 from app.domain.jobs.job import Job, JobState
 from app.domain.jobs.readiness import why_not_ready
@@ -65,11 +67,12 @@ class JobFollower:
             return None
 
     async def _take_off(self, job: Job, run: Run) -> None:
-        """End the run on the ground: it has not been told to start, so this moves nothing."""
+        """End the run on the ground; one that a person starts at this moment is let go, and the next look finds it."""
         if not job.end_asked:
             asked = {"end_asked": "expired", "reason": EXPIRED}
             job = await self._book.change(job.id, lambda current: current.changed(now=self._clock.now(), **asked))
-        await self._runs.abort(run.id, job.requested_by)
+        with suppress(WrongStateError):
+            await self._runs.end_unstarted(run.id)
 
     async def _start(self, job: Job, run: Run) -> None:
         if not self._sights.has(run.vehicle_id, run.id) or job.is_late(self._clock.now()):

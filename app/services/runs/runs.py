@@ -163,6 +163,10 @@ class Runs:
         await flight.abort()
         return flight.run
 
+    async def end_unstarted(self, run_id: str) -> None:
+        """Take a run off its vehicle that nobody has started. Raises NotFoundError; WrongStateError: it was started."""
+        (await self._flight(run_id)).end_unstarted()
+
     async def change_mission(
         self, run_id: str, plan_id: str, continue_at: str | None, by: str, needed: Collection[str] = ()
     ) -> Run:
