@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import secrets
 from collections.abc import Callable, Collection, Coroutine, Sequence
+from functools import partial
 
 import structlog
 
@@ -223,7 +224,8 @@ class Runs:
             created_at=now,
             updated_at=now,
         )
-        made = assemble(run, plan, mission, link, self._journal, self._settings, self._clock, self._targets)
+        facts = partial(self._fleet.facts, vehicle.id)
+        made = assemble(run, plan, mission, link, facts, self._journal, self._settings, self._clock, self._targets)
         made.recorder.note(EventKind.RUN_CREATED, **run.model_dump(mode="json"))
         made.recorder.note(EventKind.RUN_PREDICTED, **timeline.model_dump(mode="json"))
         await made.recorder.flush()
