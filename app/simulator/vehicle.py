@@ -276,7 +276,7 @@ class Vehicle:
     # commands that need more than one component -------------------------------------------------------------
 
     def _on_reboot(self, request: Request) -> Result:
-        if round(request.param1) != 1:
+        if request.whole(1) != 1:
             return Result.DENIED
         self.reboot()
         return Result.ACCEPTED

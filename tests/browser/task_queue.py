@@ -65,7 +65,16 @@ class TaskBoard:
         await self.press("Go to")
         await self.panel.get_by_label("There").select_option("release")
         await self.place((20, 40))
-        await self.panel.get_by_role("button", name="Add a release by v1").click(delay=HOLD_MS, timeout=PRESS_MS)
+        release = self.panel.get_by_role("button", name="Add a release by v1")
+        await release.dispatch_event("click")
+        await expect(release).to_have_accessible_name("Press again: Add a release by v1")
+        await self.press("Undo")  # nothing is left to release: the first press is forgotten
+        await expect(release).to_be_disabled()
+        await self.place((20, 40))
+        await expect(release).to_be_enabled()
+        label = await release.get_attribute("aria-label")  # of now: after a while it forgets by itself
+        assert label == "Add a release by v1, hold to confirm"
+        await release.click(delay=HOLD_MS, timeout=PRESS_MS)
         await self.lists(CIRCLE, PATH, RELEASE)
 
     async def reorder(self) -> None:
@@ -81,8 +90,12 @@ class TaskBoard:
     async def refused(self, code: str) -> None:
         """Too high: said beside the form, and what was put together stays."""
         await self.press("Line")
-        await self.panel.get_by_label("Height above home").fill("900")
         await self.place((30, 30), (40, 40))
+        height = self.panel.get_by_label("Height above home")
+        await height.press_sequentially("9e")
+        await expect(height).to_have_attribute("aria-invalid", "true")
+        await expect(self.own("Add to the queue")).to_have_attribute("aria-disabled", "true")
+        await height.fill("900")
         await self.press("Add to the queue")
         refusal = self.panel.locator(".tasks").get_by_role("alert")
         await expect(refusal).to_contain_text("900 m above home is more than")

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
-from playwright.async_api import expect
+from playwright.async_api import Route, expect
 
-from tests.browser.dashboard import CLINIC_RUN, FLIGHT_MS, ROOT, Dashboard
+from tests.browser.dashboard import CLINIC_RUN, FLIGHT_MS, HOLD_MS, ROOT, Dashboard
 from tests.service import ServiceProcess
 
 
@@ -74,17 +75,52 @@ async def shows_the_same_after_a_reload(flying_page: Dashboard) -> None:
     assert seqs == list(range(seqs[0], 0, -1))
 
 
-async def test_a_run_is_started_and_ended_by_keyboard_alone(flying_page: Dashboard) -> None:
-    await flying_page.upload(CLINIC_RUN, "v3")
+async def test_a_run_is_started_told_to_skip_and_ended_by_keyboard_alone(flying_page: Dashboard) -> None:
+    await flying_page.upload(with_a_long_hold(), "v3")
     keyboard = flying_page.page.keyboard
     await flying_page.button("Start v3").focus()
     await keyboard.down("Space")
     await flying_page.until_state("starting", "flying", "at_drop")
     await keyboard.up("Space")
+    await skip_to_home(flying_page)
     await flying_page.button("Land v3").focus()
     await keyboard.down("Enter")
     await flying_page.until_state("landed", "completed", "aborted", "failed")
     await keyboard.up("Enter")
+
+
+def with_a_long_hold() -> str:
+    """A plan whose vehicle waits at a waypoint for longer than any machine needs to skip it."""
+    plan = json.loads(CLINIC_RUN)
+    plan["items"][1]["hold_s"] = 240
+    return json.dumps(plan)
+
+
+async def skip_to_home(board: Dashboard) -> None:
+    """First it is refused, which is said in words; then the vehicle flies on with the last item."""
+    board.tolerated = ("status of 409",)  # Chromium writes each refused request into its console
+    skip = board.page.get_by_role("region", name="Skip items of v3")
+    await skip.get_by_label("Skip to an item").select_option("home", timeout=FLIGHT_MS)
+    await expect(skip).to_contain_text("Not dropped then: drop.")
+
+    async def refuse(route: Route) -> None:
+        problem = {"title": "The vehicle has to hold first", "detail": "the drop is near", "code": "run.pause_first"}
+        await route.fulfill(status=409, content_type="application/problem+json", body=json.dumps(problem))
+
+    await board.page.route("**/mission", refuse)
+    await hold_by_keyboard(board, "Skip to home with v3")
+    await expect(skip.get_by_role("alert")).to_contain_text("The drop is near")
+    await board.page.unroute("**/mission")
+    await hold_by_keyboard(board, "Skip to home with v3")
+    await expect(board.page.locator('.event[data-kind="run.mission_changed"]')).to_contain_text("from “home”")
+    await expect(skip.get_by_role("alert")).to_have_count(0)
+
+
+async def hold_by_keyboard(board: Dashboard, name: str) -> None:
+    """Until it was long enough; letting go counts then, however late it is seen."""
+    button = board.button(name)
+    await button.focus()
+    await button.press("Enter", delay=HOLD_MS)
 
 
 async def test_a_service_killed_and_restarted_under_the_page_is_caught_up_with(

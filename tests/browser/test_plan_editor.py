@@ -8,8 +8,10 @@ from typing import Any
 
 from playwright.async_api import Locator, expect
 
-from tests.browser.dashboard import CLINIC_RUN, Dashboard
+from tests.browser.dashboard import CLINIC_RUN, ROOT, Dashboard
 from tests.service import until
+
+INTERCHANGE = ROOT / "tests" / "data" / "interchange"
 
 SETTLED = """() => {
   const now = [...document.querySelectorAll('.grid-labels span')].map((label) => label.style.cssText).join();
@@ -173,3 +175,37 @@ async def test_a_file_dropped_on_the_page_is_opened_and_saved_as_it_is(idle_page
     assert saved.suggested_filename == "clinic-run.json"
     await saved.save_as(tmp_path / "saved.json")
     assert (tmp_path / "saved.json").read_text() == CLINIC_RUN
+    await files_of_other_software_are_read_and_written(idle_page, tmp_path)
+
+
+async def files_of_other_software_are_read_and_written(board: Dashboard, folder: Path) -> None:
+    """What a file loses on its way in or out is said; what is refused leaves the open plan as it is."""
+    board.tolerated = ("status of 422",)  # Chromium writes each refused request into its console
+    await board.page.evaluate(DROP_FILE, ["survey.plan", (INTERCHANGE / "survey.plan").read_text()])
+    refused = board.page.locator(".conversion[role=alert]")
+    await expect(refused).to_contain_text("survey.plan cannot become a plan")
+    await expect(refused.locator(".finding").first).to_contain_text("conversion.complex_item")
+    await expect(board.page.get_by_role("heading", name="Clinic run")).to_be_visible()
+
+    async with board.page.expect_file_chooser() as choosing:
+        await board.button("Open a file").click()
+    await (await choosing.value).set_files(INTERCHANGE / "mission-planner.waypoints")
+    read = board.page.locator(".conversion[role=status]")
+    await expect(read).to_contain_text("mission-planner.waypoints was read as a waypoint file")
+    await expect(board.page.get_by_role("heading", name="mission-planner")).to_be_visible()
+    await board.page.evaluate(DROP_FILE, ["losses.plan", (INTERCHANGE / "losses.plan").read_text()])
+    await expect(read).to_contain_text("losses.plan was read as a QGroundControl .plan")
+    await expect(read.locator("summary", has_text="Lost")).to_be_visible()
+
+    await board.page.evaluate(DROP_FILE, ["clinic-run.json", CLINIC_RUN])
+    await expect(board.page.locator(".conversion")).to_have_count(0)
+    export = board.page.get_by_label("Export the stored plan")
+    await expect(export).to_be_disabled()
+    await board.button("Store").click()
+    async with board.page.expect_download() as download:
+        await export.select_option("qgc")
+    exported = await download.value
+    assert exported.suggested_filename == "clinic-run.plan"
+    await exported.save_as(folder / "exported.plan")
+    assert json.loads((folder / "exported.plan").read_text())["fileType"] == "Plan"
+    await expect(read).to_contain_text("clinic-run.plan was saved as QGroundControl .plan")

@@ -58,6 +58,8 @@ class FlightCommands:
 
     def _arm_disarm(self, request: Request) -> Result:
         force = is_force(request.param2)
+        if not math.isfinite(request.param1):
+            return Result.UNSUPPORTED
         if round(request.param1) == 1:
             return self._commander.arm(force)
         if round(request.param1) == 0:
@@ -65,9 +67,9 @@ class FlightCommands:
         return Result.UNSUPPORTED
 
     def _set_mode(self, request: Request) -> Result:
-        if not int(request.param1) & CUSTOM_MODE_ENABLED:
+        if not request.whole(1) & CUSTOM_MODE_ENABLED:
             return Result.TEMPORARILY_REJECTED
-        main, sub = int(request.param2), int(request.param3)
+        main, sub = request.whole(2), request.whole(3)
         value = main << 16 | sub << 24
         try:
             mode = Mode(value if main in (AUTO_MAIN, Mode.ORBIT.main) else main << 16)
@@ -83,7 +85,7 @@ class FlightCommands:
     def _reposition(self, request: Request) -> Result:
         point, up_m = self._place(request)
         self._hold.reposition(Reposition(point, up_m, speed_m_s=request.param1))
-        if int(request.param2) & REPOSITION_CHANGES_MODE:
+        if request.whole(2) & REPOSITION_CHANGES_MODE:
             self._commander.change_mode(Mode.LOITER)
         return Result.ACCEPTED
 
@@ -121,7 +123,7 @@ class FlightCommands:
 
     def _set_mission_current(self, request: Request) -> Result:
         """224. -1 keeps the item; outside mission mode it takes effect on entering it."""
-        seq = int(request.param1)
+        seq = request.whole(1)
         if seq < 0:
             return Result.ACCEPTED
         return Result.ACCEPTED if self._mission.set_current(seq, at_once=False) else Result.FAILED

@@ -33,6 +33,11 @@ class Request:
     channel: Sender
     source: tuple[int, int]
 
+    def whole(self, number: int) -> int:
+        """Param 1 to 3 as a whole number; 0 where it is none (NaN, infinite), as a cast on board mostly gives."""
+        given = (self.param1, self.param2, self.param3)[number - 1]
+        return int(given) if math.isfinite(given) else 0
+
 
 Handler = Callable[[Request], Result | None]
 """Executes a command; None: it is acknowledged later, through `CommandLink.ack`, or by somebody else."""

@@ -28,18 +28,18 @@ class MessageCommands:
 
     def _request_message(self, request: Request) -> Result:
         """The message comes before the ack."""
-        message = self._telemetry.by_id(int(request.param1))
+        message = self._telemetry.by_id(request.whole(1))
         if message is None:
             return Result.DENIED
         self._radio.reply(request.channel, message)
         return Result.ACCEPTED
 
     def _set_interval(self, request: Request) -> Result:
-        known = self._streams.set_interval(int(request.param1), request.param2)
+        known = self._streams.set_interval(request.whole(1), request.param2)
         return Result.ACCEPTED if known else Result.FAILED
 
     def _get_interval(self, request: Request) -> Result:
-        message_id = int(request.param1)
+        message_id = request.whole(1)
         interval_us = self._streams.interval_us(message_id)
         self._radio.reply(request.channel, mavlink.MAVLink_message_interval_message(message_id, interval_us))
         return Result.ACCEPTED

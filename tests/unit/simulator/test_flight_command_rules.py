@@ -269,3 +269,10 @@ def test_an_index_waits_for_mission_mode_and_minus_1_keeps_the_item(wanted: int,
     assert vehicle.air.store.current_seq == 1
     vehicle.mission.activate()
     assert vehicle.air.store.current_seq == seq
+
+
+@pytest.mark.parametrize("command", list(Commanded().commands.handlers()))
+@pytest.mark.parametrize("rubbish", [NAN, math.inf])
+def test_a_number_that_is_none_is_answered_and_does_not_end_the_vehicle(command: Cmd, rubbish: float) -> None:
+    vehicle = Commanded()
+    assert vehicle.give(command, rubbish, rubbish, rubbish) is not None

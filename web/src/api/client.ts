@@ -2,7 +2,8 @@
 
 import { ProblemError, problemFrom, unreachable } from "./problem";
 import { readToken } from "./token";
-import type { Attachment, Comparison, EntryCheck, OffboardDetail, PlanCheck, PlanDocument, PlanHead, Principal, Run, SimulatorView, StoredPlan, TaskQueue, Vehicle } from "./types";
+import type { Attachment, Comparison, EntryCheck, OffboardDetail, PlanCheck, PlanConversion, PlanDocument, PlanExports, PlanHead, Principal, Run, SimulatorView, StoredPlan, TargetFormat, TaskQueue, Vehicle, VehicleType } from "./types";
+import type { ForeignFormat } from "../plan/foreign";
 import type { Schema } from "../schema/control";
 import type { RunAction } from "../state/runs";
 
@@ -32,11 +33,22 @@ export const api = {
 
   checkPlan: (plan: PlanDocument, vehicle: string | null, signal: AbortSignal): Promise<PlanCheck> =>
     send("/plan-checks", vehicle === null ? { plan } : { plan, vehicle }, { signal }),
+  /** A file of other software as a plan; `name` and `vehicleType` count where it says none. Nothing is stored. */
+  convertPlan: (content: Blob, format: ForeignFormat, name: string, vehicleType: VehicleType | null): Promise<PlanConversion> => {
+    const query = new URLSearchParams({ format, name, ...(vehicleType === null ? {} : { vehicle_type: vehicleType }) });
+    const media = format === "qgc" ? "application/json" : "application/octet-stream";
+    return call(`/plan-conversions?${query}`, { method: "POST", headers: { "Content-Type": media }, body: content });
+  },
+  /** Which documents a stored plan can be had as, and what each leaves out. */
+  exports: (plan: string): Promise<PlanExports> => get(`/plans/${encodeURIComponent(plan)}/exports`),
+  exportFile: async (plan: string, format: TargetFormat): Promise<Blob> => (await file(`/plans/${encodeURIComponent(plan)}/exports/${format}`)).blob(),
   createPlan: (plan: PlanDocument): Promise<StoredPlan> => send("/plans", plan, { once: true }),
   createRun: (plan: string, vehicle: string, start: boolean): Promise<Run> =>
     send("/runs", { plan, vehicle, start }, { once: true }),
 
   runAction: (id: string, action: RunAction): Promise<Run> => send(`/runs/${encodeURIComponent(id)}/${action}`, {}, {}),
+  /** A flight goes on with a later item of its plan: answered once the vehicle has the rest. */
+  skipTo: (id: string, item: string): Promise<Run> => send(`/runs/${encodeURIComponent(id)}/mission`, { continue_at: item }, { once: true }),
   /** `question` is the number of the question that is answered: none that comes after it. */
   answerConsent: (run: string, drop: string, grant: boolean, question: number): Promise<Run> =>
     send(`/runs/${encodeURIComponent(run)}/drops/${encodeURIComponent(drop)}/consent`, { grant, question }, {}),

@@ -261,6 +261,19 @@ describe("a session with tasks", () => {
     expect((await sentIn(1000))[0]).toBe(20);
   });
 
+  it("never says that a thing is done which was not sent, or not answered before control ended", async () => {
+    await flown();
+    const lost = session.queue("Add", TASK); // a socket that ends answers no more
+    session.giveBack();
+    expect(await lost).toMatchObject({ doing: "Add", code: "control.ended", detail: expect.stringContaining("not answered") });
+    const sent = wire().frames.length;
+    expect(await session.queue("Add", TASK)).toMatchObject({ doing: "Add", detail: "not sent: control has ended" });
+    await flying();
+    session.unattended("hidden"); // silent: the socket is there, and nothing is sent any more
+    expect([now.phase, await session.queue("Go on", RESUME)]).toMatchObject(["silent", { code: "control.ended" }]);
+    expect([FakeWire.all[0]?.frames.length, wire().count("queue")]).toEqual([sent, 0]);
+  });
+
   it("goes on while somebody looks elsewhere on the page, and lets the lease end when nobody looks at it", async () => {
     await flown();
     session.unattended("focus_left");

@@ -72,6 +72,9 @@ export class Session {
   /** Questions to the queue that are not answered yet: what is told meanwhile may be from before. */
   #asking = 0;
   #patience: ReturnType<typeof setTimeout> | undefined;
+  /** Settles with the lease: what was asked and not answered by then never will be. */
+  #over: Promise<null> = Promise.resolve(null);
+  #tellOver: () => void = () => undefined;
   readonly #sender: SetpointSender;
 
   constructor(private readonly host: SessionHost) {
@@ -90,6 +93,7 @@ export class Session {
   take(vehicle: string, override = false): void {
     if (this.#wire !== null) return;
     this.#asking = 0;
+    this.#over = new Promise((resolve) => (this.#tellOver = () => resolve(null)));
     this.#set({ ...HANDS_OFF, phase: "opening", vehicle });
     const wire: Wire = this.host.connect(vehicle, {
       onOpen: () => void this.#askForLease(wire, override),
@@ -139,15 +143,15 @@ export class Session {
   /** Ask something of the task queue. Null: it is done; else why it is not. */
   async queue(doing: string, frame: QueueAsk): Promise<Refusal | null> {
     const wire = this.#wire;
-    if (wire === null || this.#is("silent")) return null;
+    if (wire === null || this.#is("silent")) return ended(doing, "not sent: control has ended");
     const gives = this.#now.leads === "hands" && givesLead(frame, this.#now.tasks);
     if (gives) {
       this.host.onFreshHands();
       this.#lead("tasks"); // first: a setpoint that came behind would take the vehicle back
     }
     this.#asking += 1;
-    const answer = await wire.ask(frame);
-    if (wire !== this.#wire) return null;
+    const answer = await Promise.race([wire.ask(frame), this.#over]);
+    if (answer === null || wire !== this.#wire) return ended(doing, "not answered: control has ended");
     this.#asking -= 1;
     if (answer.type !== "refused") return null;
     if (gives) this.#lead("hands");
@@ -246,6 +250,7 @@ export class Session {
     clearTimeout(this.#patience);
     const wire = this.#wire;
     this.#wire = null;
+    this.#tellOver();
     if (close) wire?.close();
     this.#set({ phase: "off", ended: why, offboard: null, leads: "hands", tasks: null, clamped: [], answer_ms: null });
   }
@@ -276,6 +281,11 @@ function givesLead(frame: QueueAsk, tasks: TaskQueue | null): boolean {
 function refusalOf(doing: string, answer: Answer): Refusal {
   if (answer.type === "refused") return { doing, code: answer.code, detail: answer.detail, hint: answer.hint };
   return { doing, code: "answer.unreadable", detail: `the service answered “${answer.type}”`, hint: "" };
+}
+
+/** Of this page, not of the service. */
+function ended(doing: string, detail: string): Refusal {
+  return { doing, code: "control.ended", detail, hint: "" };
 }
 
 function sameClamps(one: readonly Clamp[], other: readonly Clamp[]): boolean {

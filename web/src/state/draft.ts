@@ -34,7 +34,8 @@ export const hasErrors = computed(() => findings.value.some((finding) => finding
 export const draftTimeline = computed(() => (check.value.kind === "done" ? check.value.timeline : null));
 /** Places in the document that something is wrong with. */
 export const findingPointers = computed<ReadonlySet<string>>(() => new Set(findings.value.map(({ pointer }) => pointer)));
-export const isStored = computed(() => storedAs.value !== null && storedAs.value.text === draftText.value);
+export const storedId = computed(() => (storedAs.value?.text === draftText.value ? storedAs.value.id : null));
+export const isStored = computed(() => storedId.value !== null);
 export const canSend = computed(
   () => live.value && draftPlan.value !== null && check.value.kind === "done" && !checking.value && !hasErrors.value && !sending.value,
 );

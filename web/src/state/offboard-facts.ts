@@ -38,7 +38,14 @@ const checkKey = computed(() => {
   return JSON.stringify([id, run_id, state.armed, state.connected, state.mode, state.vtol_state, sticksHeld.value]);
 });
 
+/** Whose lease this page has: what somebody says of the sticks is said of one vehicle, for one lease. */
+const leaseOf = computed(() => (handsOn.value.phase === "off" ? null : handsOn.value.vehicle));
+
 export function watchOffboardFacts(): void {
+  effect(() => {
+    void leaseOf.value;
+    sticksHeld.value = false;
+  });
   effect(() => {
     const key = detailKey.value;
     if (key !== "") void readDetail(key);

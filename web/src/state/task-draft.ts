@@ -5,8 +5,9 @@ import type { QueueAction } from "../api/types";
 import type { QueueAsk } from "../hands-on/frames";
 import type { Refusal } from "../hands-on/session";
 import type { Point } from "../map/geometry";
-import { NEW_FORM, taskOf, withPlace, type TaskForm, type TaskKind } from "../tasks/draft";
-import { beforeOf } from "../tasks/order";
+import { NEW_FORM, readTyped, taskOf, withPlace, type NumericField, type TaskForm, type TaskKind, type Typed } from "../tasks/draft";
+import { draggedTask } from "../tasks/dragged";
+import { moveOnto } from "../tasks/order";
 import { goToArmed } from "./controls";
 import { askQueue } from "./hands-session";
 import { ownsQueue, taskQueue } from "./task-queue";
@@ -18,7 +19,14 @@ export const taskForm = signal<TaskForm>(NEW_FORM);
 /** Why the queue did not do what was asked last. */
 export const taskRefusal = signal<Refusal | null>(null);
 
-export const draftTask = computed(() => (taskKind.value === null ? null : taskOf(taskKind.value, taskPlaces.value, taskForm.value)));
+/** What is wrong with what stands in a field. Nothing is queued over it: the field would say one thing, and the task another. */
+export const wrongFields = signal<Readonly<Partial<Record<NumericField, string>>>>({});
+
+export const draftTask = computed(() => {
+  const kind = taskKind.value;
+  const wrong = Object.keys(wrongFields.value).some((field) => kind === "circle" || field !== "radius_m");
+  return kind === null || wrong ? null : taskOf(kind, taskPlaces.value, taskForm.value);
+});
 
 export function chooseTask(kind: TaskKind | null): void {
   batch(() => {
@@ -31,6 +39,22 @@ export function chooseTask(kind: TaskKind | null): void {
 
 export function changeForm(change: Partial<TaskForm>): void {
   taskForm.value = { ...taskForm.value, ...change };
+}
+
+export function typeNumber(field: NumericField, typed: Typed, least?: number): void {
+  const [value, wrong] = readTyped(typed, least);
+  batch(() => {
+    changeForm({ [field]: value });
+    markField(field, wrong);
+  });
+}
+
+/** A field that is shown anew shows the form's own value: nothing is wrong with it. */
+export const showField = (field: NumericField): void => markField(field, "");
+
+function markField(field: NumericField, wrong: string): void {
+  const { [field]: _, ...others } = wrongFields.value;
+  wrongFields.value = wrong === "" ? others : { ...others, [field]: wrong };
 }
 
 /** A click on the map. True if it was meant for a task. */
@@ -59,19 +83,40 @@ export async function addTask(): Promise<void> {
 }
 
 export const queueAction = (action: QueueAction, doing: string): Promise<boolean> => ask(doing, { type: "queue", do: action });
-export const removeTask = (id: string, place: number): Promise<boolean> => ask(`Remove task ${place + 1}`, { type: "remove", task_id: id });
 
-/** From one place in the list to another; the first is flown at once. */
-export async function moveTask(from: number, to: number): Promise<void> {
-  const ids = taskQueue.value?.tasks.map(({ id }) => id) ?? [];
-  const id = ids[from];
-  if (id === undefined || from === to || to < 0 || to >= ids.length) return;
-  await ask(`Move task ${from + 1}`, { type: "move", task_id: id, before: beforeOf(ids, from, to) });
+/** Done with this task, by its id: pressed twice, or as it ends by itself, it leaves no other one out. */
+export async function nextTask(id: string): Promise<void> {
+  await ask("Next task", { type: "remove", task_id: id });
+  if (taskRefusal.value?.code === "not_found") taskRefusal.value = null; // it is over, as was asked
 }
 
+export const removeTask = (id: string, place: number): Promise<boolean> => ask(`Remove task ${place + 1}`, { type: "remove", task_id: id });
+
+/** Into the place of another task; the first is flown at once. */
+export async function moveTask(id: string, onto: string): Promise<void> {
+  const ids = taskQueue.value?.tasks.map((entry) => entry.id) ?? [];
+  const move = moveOnto(ids, id, onto);
+  if (move !== null) await ask(`Move task ${ids.indexOf(id) + 1}`, { type: "move", ...move });
+  else if (id !== onto) taskRefusal.value = { doing: "Move a task", code: "task.gone", detail: "it, or the one in whose place it was put, is no longer in the queue", hint: "" };
+}
+
+/** What was dragged is dropped onto a task of this vehicle. */
+export async function dropTask(text: string, vehicle: string, onto: string): Promise<void> {
+  const dragged = draggedTask(text);
+  if (dragged === null) return;
+  if (dragged.vehicle === vehicle) return moveTask(dragged.task_id, onto);
+  taskRefusal.value = { doing: "Move a task", code: "task.other_vehicle", detail: `it is a task of ${dragged.vehicle}, and this is the queue of ${vehicle}`, hint: "" };
+}
+
+const awaited = new Set<string>();
+
+/** The same again while its answer is awaited is a button pressed twice; another thing, a pause say, never waits. */
 async function ask(doing: string, frame: QueueAsk): Promise<boolean> {
+  const same = JSON.stringify(frame);
+  if (awaited.has(same)) return false;
+  awaited.add(same);
   taskRefusal.value = null;
-  const refusal = await askQueue(doing, frame);
+  const refusal = await askQueue(doing, frame).finally(() => awaited.delete(same));
   taskRefusal.value = refusal;
   return refusal === null;
 }
@@ -85,6 +130,7 @@ export function watchTaskDraft(): void {
     if (taskKind.value === null) taskPlaces.value = [];
   });
   effect(() => {
-    if (!ownsQueue.value) taskRefusal.value = null;
+    void ownsQueue.value; // what was refused before is not this lease's; what is refused because it ended is told after it
+    taskRefusal.value = null;
   });
 }

@@ -29,6 +29,20 @@ export interface TaskForm {
   readonly whenEmpty: WhenEmpty;
 }
 
+export type NumericField = "altitude_m" | "speed_m_s" | "duration_s" | "radius_m";
+
+/** What a number field of the page says of what is typed in it. */
+export interface Typed {
+  readonly valueAsNumber: number;
+  readonly validity: { readonly valid: boolean; readonly badInput: boolean };
+}
+
+/** The number, null if nothing is typed, and what is wrong with it, in words; empty: nothing. */
+export function readTyped({ valueAsNumber, validity }: Typed, least?: number): readonly [value: number | null, wrong: string] {
+  const wrong = validity.badInput ? "not a number" : validity.valid ? "" : `at least ${least}`;
+  return [Number.isNaN(valueAsNumber) ? null : valueAsNumber, wrong];
+}
+
 /** `wait`: on this page nothing flies on by itself unless somebody says so. */
 export const NEW_FORM: TaskForm = {
   altitude_m: null,

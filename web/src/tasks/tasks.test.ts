@@ -2,7 +2,8 @@ import { describe, expect, it } from "vitest";
 import type { QueuedTask, Task } from "../api/types";
 import { metresBetween, offset, type Point } from "../map/geometry";
 import { isComplete, NEW_FORM, taskOf, withPlace } from "./draft";
-import { beforeOf } from "./order";
+import { draggedTask, draggedText } from "./dragged";
+import { moveOnto } from "./order";
 import { placeWords, progressWords, taskSummary, taskTitle } from "./words";
 
 const A: Point = [8.55, 47.4];
@@ -48,9 +49,25 @@ describe("a task that is put together", () => {
   });
 });
 
-it("a task's new place in the queue is said by the one that comes after it", () => {
+describe("a task's new place in the queue", () => {
   const ids = ["t1", "t2", "t3", "t4"];
-  expect([beforeOf(ids, 2, 0), beforeOf(ids, 0, 1), beforeOf(ids, 1, 2), beforeOf(ids, 1, 3), beforeOf(ids, 3, 2)]).toEqual(["t1", "t3", "t4", null, "t3"]);
+
+  it("is said by the one that comes after it", () => {
+    const before = (task: string, onto: string) => moveOnto(ids, task, onto)?.before;
+    expect([before("t3", "t1"), before("t1", "t2"), before("t2", "t3"), before("t2", "t4"), before("t4", "t3")]).toEqual(["t1", "t3", "t4", null, "t3"]);
+    expect(moveOnto(ids, "t2", "t2")).toBeNull();
+  });
+
+  it("is that of the task it is dropped on, though the current one ended meanwhile", () => {
+    expect(moveOnto(ids.slice(1), "t4", "t3")).toEqual({ task_id: "t4", before: "t3" });
+    expect([moveOnto(ids.slice(1), "t1", "t3"), moveOnto(ids.slice(1), "t4", "t1")]).toEqual([null, null]);
+  });
+
+  it("is carried with the vehicle whose task it is", () => {
+    const dragged = { vehicle: "v1", task_id: "t3" };
+    expect(draggedTask(draggedText(dragged))).toEqual(dragged);
+    for (const text of ["", "2", "null", "{}", '{"vehicle":"v1","task_id":3}']) expect(draggedTask(text)).toBeNull();
+  });
 });
 
 describe("in words", () => {

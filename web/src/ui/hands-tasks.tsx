@@ -2,7 +2,7 @@ import { useEffect } from "preact/hooks";
 import type { TaskQueue } from "../api/types";
 import { asSentence } from "../format/words";
 import { handsOn } from "../state/hands-on";
-import { queueAction, taskRefusal } from "../state/task-draft";
+import { nextTask, queueAction, taskRefusal } from "../state/task-draft";
 import { ownsQueue, taskQueue } from "../state/task-queue";
 import { stateName, stateTone } from "../tasks/words";
 import { Badge } from "./badge";
@@ -17,7 +17,8 @@ export function HandsTasks({ vehicle }: { vehicle: string }) {
   const queue = taskQueue.value;
   const own = ownsQueue.value;
   useEffect(() => () => void (taskRefusal.value = null), [vehicle]);
-  if (!own && queue === null) return null;
+  const refusal = taskRefusal.value; // without the lease: it was lost meanwhile
+  if (!own && queue === null && refusal === null) return null;
   return (
     <section class="tasks" aria-labelledby="tasks-title" data-state={queue?.report.state ?? "idle"}>
       <h4 id="tasks-title">
@@ -29,9 +30,9 @@ export function HandsTasks({ vehicle }: { vehicle: string }) {
         )}
       </h4>
       {queue?.report.state === "paused" && queue.report.reason !== "" && <p class="tasks-reason">{asSentence(queue.report.reason)}.</p>}
-      {queue !== null && queue.tasks.length > 0 && <TaskList queue={queue} own={own} />}
+      {queue !== null && queue.tasks.length > 0 && <TaskList queue={queue} vehicle={vehicle} own={own} />}
       {own && queue !== null && <QueueActions queue={queue} vehicle={vehicle} />}
-      {own && taskRefusal.value !== null && <RefusalNote refusal={taskRefusal.value} />}
+      {refusal !== null && <RefusalNote refusal={refusal} />}
       {own && <TaskForm vehicle={vehicle} />}
       {own && handsOn.value.leads === "tasks" && <p class="hint">Flown while this page is in front of you. Look away for 10 s, and {vehicle} holds and drops the rest. A gamepad takes over at once, and so do the controls.</p>}
     </section>
@@ -41,7 +42,8 @@ export function HandsTasks({ vehicle }: { vehicle: string }) {
 /** Of the whole queue. By hand nothing is flown of it until somebody says so. */
 function QueueActions({ queue, vehicle }: { queue: TaskQueue; vehicle: string }) {
   const { state } = queue.report;
-  const empty = queue.tasks.length === 0;
+  const current = queue.tasks[0];
+  const empty = current === undefined;
   const stands = state === "paused" || state === "by_hand";
   if (empty && !stands) return null;
   return (
@@ -51,7 +53,7 @@ function QueueActions({ queue, vehicle }: { queue: TaskQueue; vehicle: string })
       ) : (
         <PassingButton name="Pause" onClick={() => void queueAction("pause", "Pause")} />
       )}
-      {!empty && <PassingButton name="Next task" onClick={() => void queueAction("next", "Next task")} />}
+      {!empty && <PassingButton name="Next task" onClick={() => void nextTask(current.id)} />}
       {!empty && <HoldButton verb="Clear tasks of" vehicle={vehicle} tone="warn" onConfirm={() => void queueAction("clear", "Clear the tasks")} />}
     </div>
   );

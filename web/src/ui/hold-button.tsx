@@ -1,4 +1,4 @@
-import { useEffect, useRef, useState } from "preact/hooks";
+import { useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
 import type { Tone } from "../format/words";
 import { useFocusBack } from "./use-focus-back";
 
@@ -35,6 +35,10 @@ export function HoldButton({ verb, vehicle, tone = "info", disabled = false, onC
     setPhase(next);
     if (afterMs !== undefined) timer.current = setTimeout(then ?? (() => setPhase("idle")), afterMs);
   };
+  useLayoutEffect(() => {
+    began.current = null; // what was pressed was meant for another vehicle or act, or cannot be done any more
+    enter("idle");
+  }, [vehicle, verb, disabled]);
   const confirm = () => {
     began.current = null;
     enter("idle");

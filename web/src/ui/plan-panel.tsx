@@ -8,6 +8,7 @@ import { selectVehicle, vehicleId } from "../state/selection";
 import { live, vehicleIds, vehicles } from "../state/store";
 import { AltitudeProfile } from "./altitude-profile";
 import { Badge } from "./badge";
+import { ConversionNote } from "./conversion-note";
 import { FindingNote } from "./finding-note";
 import { Icon } from "./icons";
 import { PlanSource } from "./plan-source";
@@ -17,6 +18,7 @@ export function PlanPanel() {
   return (
     <div class="panel-body">
       <PlanSource />
+      <ConversionNote />
       <PlanProblem />
       <PlanSummary />
       <PlanTabs plan={draftView.value} />

@@ -1,9 +1,10 @@
 import { useEffect, useRef } from "preact/hooks";
+import type { TargetFormat } from "../api/types";
 import { fullTime } from "../format/units";
 import { canStore, isStored, keepDraft, openStored } from "../state/draft";
 import { draftText, openDraft } from "../state/draft-text";
 import { startNewPlan } from "../state/editor";
-import { openFile, savePlan } from "../state/plan-file";
+import { exportPlan, openFile, savePlan } from "../state/plan-file";
 import { readStoredPlans, storedPlans } from "../state/plans";
 import { live } from "../state/store";
 import { Icon } from "./icons";
@@ -29,6 +30,7 @@ export function PlanSource() {
             <Icon name="save" size={15} />
             Save a file
           </button>
+          <Export />
           <button type="button" class="small" onClick={() => openDraft("")}>
             Clear
           </button>
@@ -46,8 +48,21 @@ function FilePicker() {
         <Icon name="file" size={15} />
         Open a file
       </button>
-      <input ref={input} type="file" accept=".json,application/json" hidden onChange={(event) => { void openFile(event.currentTarget.files?.[0]); event.currentTarget.value = ""; }} />
+      <input ref={input} type="file" accept=".json,.plan,.waypoints,.txt,application/json" hidden onChange={(event) => { void openFile(event.currentTarget.files?.[0]); event.currentTarget.value = ""; }} />
     </>
+  );
+}
+
+/** The service writes only what it has: a draft is stored first. */
+function Export() {
+  const off = !isStored.value || !live.value;
+  return (
+    <select class="small" aria-label="Export the stored plan" title={off ? "Store the plan first" : undefined} disabled={off} value="" onChange={(event) => { void exportPlan(event.currentTarget.value as TargetFormat); event.currentTarget.value = ""; }}>
+      <option value="">{off ? "Export once stored" : "Export…"}</option>
+      <option value="qgc">QGroundControl .plan</option>
+      <option value="geojson">GeoJSON</option>
+      <option value="kml">KML</option>
+    </select>
   );
 }
 

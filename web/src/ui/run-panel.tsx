@@ -17,6 +17,7 @@ import { PlanItems } from "./plan-items";
 import { ProofButton } from "./proof-button";
 import { RunActions } from "./run-actions";
 import { RunComparison } from "./run-comparison";
+import { RunSkip } from "./run-skip";
 import { RunSteps } from "./run-steps";
 import { TelemetryStrips } from "./telemetry-strips";
 
@@ -33,6 +34,7 @@ export function RunPanel() {
         <ConsentCard key={`${run.id} ${question.drop.plan_item_id} ${question.consent.question}`} question={question} />
       ))}
       <RunActions key={run.id} run={run} />
+      <SkipTo key={`skip ${run.id}`} run={run} />
       {run.started_at !== null && run.ended_at === null && <TelemetryStrips vehicle={run.vehicle_id} />}
       {run.drops.length > 0 && (
         <section aria-label="Drops" class="drops">
@@ -111,6 +113,11 @@ function Upload({ value }: { value: number | null }) {
       <span>{percent(value)}</span>
     </div>
   );
+}
+
+function SkipTo({ run }: { run: Run }) {
+  const stored = plansById.value[run.plan_id];
+  return stored === undefined ? null : <RunSkip run={run} plan={viewPlan(stored.plan)} />;
 }
 
 function RunItems({ run }: { run: Run }) {

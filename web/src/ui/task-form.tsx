@@ -1,7 +1,9 @@
 import type { ComponentChildren } from "preact";
-import { addTask, changeForm, chooseTask, draftTask, taskForm, taskKind, taskPlaces, takePlaceBack } from "../state/task-draft";
+import { useEffect } from "preact/hooks";
+import { besides } from "../format/units";
+import { addTask, changeForm, chooseTask, draftTask, showField, taskForm, taskKind, taskPlaces, takePlaceBack, typeNumber, wrongFields } from "../state/task-draft";
 import { taskQueue } from "../state/task-queue";
-import { TASK_KINDS, type TaskForm as Form, type TaskKind } from "../tasks/draft";
+import { TASK_KINDS, type NumericField, type TaskForm as Form, type TaskKind } from "../tasks/draft";
 import { kindName, placeWords } from "../tasks/words";
 import { HoldButton } from "./hold-button";
 import { PassingButton } from "./passing-button";
@@ -36,10 +38,10 @@ function Fields({ kind, vehicle }: { kind: TaskKind; vehicle: string }) {
         {placeWords(kind, places, vehicle)}
       </p>
       <div class="fields">
-        <NumberField name="Height above home (m)" field="altitude_m" empty="as it is" />
-        <NumberField name="Speed (m/s)" field="speed_m_s" empty="its own" min={0.1} />
-        <NumberField name="Duration (s)" field="duration_s" empty="no limit" min={1} />
-        {kind === "circle" && <NumberField name="Radius (m)" field="radius_m" empty="needed" min={1} />}
+        <NumberField name="Height above home" unit="m" field="altitude_m" empty="as it is" />
+        <NumberField name="Speed" unit="m/s" field="speed_m_s" empty="its own" min={0.1} />
+        <NumberField name="Duration" unit="s" field="duration_s" empty="no limit" min={1} />
+        {kind === "circle" && <NumberField name="Radius" unit="m" field="radius_m" empty="needed" min={1} />}
         {kind === "circle" && (
           <Choice name="Direction" value={form.clockwise ? "clockwise" : "counter"} onChange={(value) => changeForm({ clockwise: value === "clockwise" })}>
             <option value="clockwise">Clockwise</option>
@@ -93,14 +95,27 @@ export function PlaceButtons() {
   );
 }
 
-type NumericField = "altitude_m" | "speed_m_s" | "duration_s" | "radius_m";
+interface NumberProps {
+  name: string;
+  unit: "m" | "m/s" | "s";
+  field: NumericField;
+  empty: string;
+  min?: number;
+}
 
-function NumberField({ name, field, empty, min }: { name: string; field: NumericField; empty: string; min?: number }) {
-  const change = (value: number) => changeForm({ [field]: Number.isNaN(value) ? null : value });
+/** Beside it the number in the units of the page, if these are others, or what is wrong with it. */
+function NumberField({ name, unit, field, empty, min }: NumberProps) {
+  const value = taskForm.value[field];
+  const wrong = wrongFields.value[field] ?? "";
+  const words = besides(unit, value);
+  useEffect(() => showField(field), [field]);
   return (
     <label class="field">
-      <span>{name}</span>
-      <input type="number" step="any" min={min} inputMode="decimal" placeholder={empty} value={taskForm.value[field] ?? ""} onInput={(event) => change(event.currentTarget.valueAsNumber)} />
+      <span>
+        {name} ({unit})
+        {wrong !== "" ? <small class="field-wrong"> {wrong}</small> : words !== "" && <small class="besides"> = {words}</small>}
+      </span>
+      <input type="number" step="any" min={min} inputMode="decimal" placeholder={empty} value={value ?? ""} aria-invalid={wrong !== ""} onInput={(event) => typeNumber(field, event.currentTarget, min)} />
     </label>
   );
 }

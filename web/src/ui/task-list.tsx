@@ -1,32 +1,30 @@
 import { useLayoutEffect, useRef } from "preact/hooks";
 import type { QueuedTask, TaskQueue } from "../api/types";
-import { moveTask, removeTask } from "../state/task-draft";
+import { dropTask, moveTask, removeTask } from "../state/task-draft";
+import { DRAGGED, draggedText } from "../tasks/dragged";
 import { progressWords, taskSummary, taskTitle } from "../tasks/words";
 import { Icon } from "./icons";
 import { useFocusBack } from "./use-focus-back";
 
-/** Not a plain text, so that nothing else on the page or the desk takes it. */
-const DRAGGED = "application/x-waydrop-task";
-
 /** The queue, current task first. With the lease its order is changed by dragging, or by the buttons of each task. */
-export function TaskList({ queue, own }: { queue: TaskQueue; own: boolean }) {
+export function TaskList({ queue, vehicle, own }: { queue: TaskQueue; vehicle: string; own: boolean }) {
   const list = useRef<HTMLOListElement>(null);
   const pressed = useRef("");
   useLayoutEffect(() => {
     if (pressed.current === "" || document.activeElement !== document.body) return;
     list.current?.querySelector<HTMLElement>(pressed.current)?.focus(); // it was moved with its task, and lost the focus
   });
-  const count = queue.tasks.length;
+  const ids = queue.tasks.map(({ id }) => id);
   return (
     <ol class="task-list" aria-label="Queue, current task first" ref={list}>
       {queue.tasks.map((entry, i) => (
-        <li key={entry.id} class={`task ${i === 0 ? "current" : ""}`} aria-current={i === 0 ? "step" : undefined} data-task={entry.id} draggable={own} {...(own ? dragging(i) : {})}>
+        <li key={entry.id} class={`task ${i === 0 ? "current" : ""}`} aria-current={i === 0 ? "step" : undefined} data-task={entry.id} draggable={own} {...(own ? dragging(vehicle, entry.id) : {})}>
           <span class="task-number">{i + 1}</span>
           <Description entry={entry} remaining_s={i === 0 ? queue.report.remaining_s : null} />
           {own && (
             <span class="task-tools">
-              <MoveButton icon="up" name={`Move task ${i + 1} up`} off={i === 0} onPress={() => move(i, i - 1, `[data-task="${entry.id}"] .up`)} />
-              <MoveButton icon="down" name={`Move task ${i + 1} down`} off={i === count - 1} onPress={() => move(i, i + 1, `[data-task="${entry.id}"] .down`)} />
+              <MoveButton icon="up" name={`Move task ${i + 1} up`} off={i === 0} onPress={() => move(entry.id, ids[i - 1], ".up")} />
+              <MoveButton icon="down" name={`Move task ${i + 1} down`} off={i === ids.length - 1} onPress={() => move(entry.id, ids[i + 1], ".down")} />
               <RemoveButton id={entry.id} place={i} />
             </span>
           )}
@@ -35,9 +33,9 @@ export function TaskList({ queue, own }: { queue: TaskQueue; own: boolean }) {
     </ol>
   );
 
-  function move(from: number, to: number, button: string): void {
-    pressed.current = button;
-    void moveTask(from, to);
+  function move(id: string, onto: string | undefined, button: string): void {
+    pressed.current = `[data-task="${id}"] ${button}`;
+    if (onto !== undefined) void moveTask(id, onto);
   }
 }
 
@@ -80,10 +78,10 @@ function RemoveButton({ id, place }: { id: string; place: number }) {
 }
 
 /** Dropped onto another task it takes its place. */
-function dragging(index: number) {
+function dragging(vehicle: string, id: string) {
   const shows = (event: DragEvent, over: boolean) => (event.currentTarget as HTMLElement).classList.toggle("dropping", over);
   return {
-    onDragStart: (event: DragEvent) => event.dataTransfer?.setData(DRAGGED, String(index)),
+    onDragStart: (event: DragEvent) => event.dataTransfer?.setData(DRAGGED, draggedText({ vehicle, task_id: id })),
     onDragOver: (event: DragEvent) => {
       if (!event.dataTransfer?.types.includes(DRAGGED)) return;
       event.preventDefault();
@@ -92,10 +90,10 @@ function dragging(index: number) {
     onDragLeave: (event: DragEvent) => shows(event, false),
     onDrop: (event: DragEvent) => {
       shows(event, false);
-      const from = event.dataTransfer?.getData(DRAGGED) ?? "";
-      if (from === "") return;
+      const dragged = event.dataTransfer?.getData(DRAGGED) ?? "";
+      if (dragged === "") return;
       event.preventDefault();
-      void moveTask(Number(from), index);
+      void dropTask(dragged, vehicle, id);
     },
   };
 }

@@ -1,0 +1,120 @@
+import { beforeEach, describe, expect, it, vi } from "vitest";
+import type { TaskQueue } from "../api/types";
+import type { QueueAsk } from "../hands-on/frames";
+import { HANDS_OFF, type Refusal } from "../hands-on/session";
+import { draggedText } from "../tasks/dragged";
+
+vi.stubGlobal("location", { hash: "" });
+const asked: QueueAsk[] = [];
+let answer: (refusal: Refusal | null) => void;
+vi.doMock("./hands-session", () => ({
+  askQueue: (_: string, frame: QueueAsk) => new Promise<Refusal | null>((resolve) => [asked.push(frame), (answer = resolve)]),
+}));
+const { handsOn } = await import("./hands-on");
+const { addTask, changeForm, chooseTask, draftTask, dropTask, moveTask, nextTask, placeTask, queueAction, showField, taskForm, taskKind, taskRefusal, typeNumber, wrongFields } = await import("./task-draft");
+
+/** The service tells the queue anew. */
+const tell = (...ids: string[]) => (handsOn.value = { ...HANDS_OFF, phase: "flying", vehicle: "v1", tasks: { tasks: ids.map((id) => ({ id })) } as TaskQueue });
+
+beforeEach(() => {
+  asked.length = 0;
+  taskRefusal.value = null;
+  tell("t1", "t2", "t3", "t4");
+});
+
+describe("a task that is dragged", () => {
+  it("stays itself when the current one ends before it is dropped", async () => {
+    const dragged = draggedText({ vehicle: "v1", task_id: "t3" });
+    tell("t2", "t3", "t4");
+    void dropTask(dragged, "v1", "t2");
+    expect(asked).toEqual([{ type: "move", task_id: "t3", before: "t2" }]);
+    answer(null);
+  });
+
+  it("is refused when it has ended itself, or is another vehicle's, and nothing is sent", async () => {
+    tell("t2", "t3", "t4");
+    await moveTask("t1", "t3");
+    expect(taskRefusal.value?.code).toBe("task.gone");
+    await dropTask(draggedText({ vehicle: "v2", task_id: "t3" }), "v1", "t2");
+    expect(taskRefusal.value?.detail).toContain("a task of v2");
+    expect(asked).toEqual([]);
+  });
+});
+
+describe("what is pressed twice", () => {
+  const NOT_FOUND: Refusal = { doing: "Next task", code: "not_found", detail: "no task 't1' is in the queue", hint: "" };
+
+  it("is asked once, and another thing does not wait for it", async () => {
+    chooseTask("goto");
+    placeTask([8.55, 47.4]);
+    const added = [addTask(), addTask()];
+    expect(asked.map(({ type }) => type)).toEqual(["task"]);
+    answer(null);
+    await Promise.all(added);
+    expect(taskKind.value).toBeNull();
+    void nextTask("t1");
+    const first = answer;
+    const paused = queueAction("pause", "Pause");
+    expect(asked.slice(1)).toEqual([{ type: "remove", task_id: "t1" }, { type: "queue", do: "pause" }]);
+    answer(null);
+    first(null);
+    expect(await paused).toBe(true);
+  });
+
+  it("leaves no second task out, though the list is not told anew yet", async () => {
+    for (const refusal of [null, NOT_FOUND]) {
+      const next = nextTask("t1");
+      answer(refusal);
+      await next;
+    }
+    expect(asked).toEqual([{ type: "remove", task_id: "t1" }, { type: "remove", task_id: "t1" }]);
+    expect(taskRefusal.value).toBeNull();
+  });
+
+  it("may be asked again once it was answered", async () => {
+    const refused = queueAction("resume", "Fly the tasks");
+    answer({ ...NOT_FOUND, code: "conflict" });
+    expect([await refused, taskRefusal.value?.code]).toEqual([false, "conflict"]);
+    void queueAction("resume", "Fly the tasks");
+    expect([asked.length, taskRefusal.value]).toEqual([2, null]);
+    answer(null);
+  });
+});
+
+describe("a number that is typed", () => {
+  const typed = (valueAsNumber: number, validity: Partial<ValidityState> = {}) => ({ valueAsNumber, validity: { valid: true, badInput: false, ...validity } });
+  const BAD = typed(NaN, { valid: false, badInput: true });
+
+  beforeEach(() => {
+    for (const field of ["altitude_m", "speed_m_s", "radius_m"] as const) showField(field);
+    changeForm({ altitude_m: null, radius_m: 20 });
+    chooseTask("goto");
+    placeTask([8.55, 47.4]);
+  });
+
+  it("is not left out when it cannot be read: nothing is queued until it is mended", async () => {
+    typeNumber("altitude_m", BAD);
+    expect([wrongFields.value, draftTask.value]).toEqual([{ altitude_m: "not a number" }, null]);
+    await addTask();
+    expect(asked).toEqual([]);
+    typeNumber("altitude_m", typed(30));
+    expect([wrongFields.value, draftTask.value]).toMatchObject([{}, { relative_altitude_m: 30 }]);
+    typeNumber("altitude_m", typed(NaN)); // emptied
+    expect(draftTask.value).toMatchObject({ relative_altitude_m: null });
+  });
+
+  it("stays in its field while it is too small, and says how large it must be", () => {
+    typeNumber("speed_m_s", typed(0, { valid: false }), 0.1);
+    expect([taskForm.value.speed_m_s, wrongFields.value, draftTask.value]).toEqual([0, { speed_m_s: "at least 0.1" }, null]);
+    showField("speed_m_s");
+  });
+
+  it("stops no task whose kind has no such field", () => {
+    typeNumber("radius_m", BAD);
+    expect(draftTask.value?.type).toBe("goto");
+    chooseTask("circle");
+    placeTask([8.55, 47.4]);
+    changeForm({ radius_m: 20 });
+    expect(draftTask.value).toBeNull();
+  });
+});
