@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from app.domain.jobs.job import Job, JobState
 from app.domain.jobs.verdict import was_broken_off, why_bad
-from app.domain.run import Run, RunState
-
-NOT_STARTED = frozenset({RunState.CREATED, RunState.UPLOADING, RunState.UPLOADED})
-"""No start is under way: the run can be taken off the vehicle without moving it."""
+from app.domain.run import NOT_STARTED, Run, RunState
 
 NEVER_MADE = "Waydrop stopped before the run was made"
 STARTED_FIRST = "it had been started before it could be taken off the vehicle"

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from app.domain.fence_area import FenceArea, fence_area
+from app.domain.fence_area import FenceArea, fence_area, needs_all_inclusions
 from app.domain.geo import LocalProjection
 from app.domain.mission import MavCmd, MissionItem
 from app.domain.plan.fields import Point
 from app.domain.plan.geofence import FenceCircle, FenceKind, FencePolygon, Geofence
+from app.domain.vehicle import FirmwareVersion
 
 _VERTICES: dict[MavCmd, FenceKind] = {
     MavCmd.NAV_FENCE_POLYGON_VERTEX_INCLUSION: "inclusion",
@@ -20,8 +21,13 @@ _CIRCLES: dict[MavCmd, FenceKind] = {
 }
 
 
-def onboard_fence(items: Sequence[MissionItem], projection: LocalProjection) -> FenceArea | None:
-    """The area of a downloaded fence list; None if it has none. A polygon's corners say by param1 how many they are."""
+def onboard_fence(
+    items: Sequence[MissionItem], projection: LocalProjection, firmware: FirmwareVersion | None
+) -> FenceArea | None:
+    """The area of a downloaded fence list; None if it has none. A polygon's corners say by param1 how many they are.
+
+    The projection's origin is home: by the firmware a place must lie in any inclusion, or in all of those around home.
+    """
     polygons: list[FencePolygon] = []
     circles: list[FenceCircle] = []
     corners: list[Point] = []
@@ -37,4 +43,5 @@ def onboard_fence(items: Sequence[MissionItem], projection: LocalProjection) -> 
             circles.append(circle)
     if not polygons and not circles:
         return None
-    return fence_area(Geofence(polygons=tuple(polygons), circles=tuple(circles)), projection)
+    fence = Geofence(polygons=tuple(polygons), circles=tuple(circles))
+    return fence_area(fence, projection, all_of_home=needs_all_inclusions(firmware))

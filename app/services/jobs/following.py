@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from app.domain.errors import NotFoundError, WaydropError
+from contextlib import suppress
+
+from app.domain.errors import ConflictError, NotFoundError, WaydropError, WrongStateError
 from app.domain.jobs.following import after, must_be_taken_off
 from app.domain.jobs.job import Job, JobState
 from app.domain.jobs.readiness import why_not_ready
@@ -14,6 +16,10 @@ from app.services.jobs.sights import VehicleSights
 from app.services.runs import Runs
 
 EXPIRED = "its deadline passed before it was started"
+
+
+class _NotNowError(ConflictError):
+    """What was looked at before a start is not so any more."""
 
 
 class JobFollower:
@@ -61,23 +67,27 @@ class JobFollower:
             return None
 
     async def _take_off(self, job: Job, run: Run) -> None:
-        """End the run on the ground: it has not been told to start, so this moves nothing."""
+        """End the run on the ground; one that a person starts at this moment is let go, and the next look finds it."""
         if not job.end_asked:
             asked = {"end_asked": "expired", "reason": EXPIRED}
             job = await self._book.change(job.id, lambda current: current.changed(now=self._clock.now(), **asked))
-        await self._runs.abort(run.id, job.requested_by)
+        with suppress(WrongStateError):
+            await self._runs.end_unstarted(run.id)
 
     async def _start(self, job: Job, run: Run) -> None:
-        if not self._sights.has(run.vehicle_id, run.id) or await self._speaks_against(job, run):
+        if not self._sights.has(run.vehicle_id, run.id) or job.is_late(self._clock.now()):
+            return
+        if why := self._why_unready(run):
+            await self._note(job, why)
             return
         asked = await self._book.change(job.id, self._asked)
         if asked.start_asked_at is None:
             return  # somebody cancelled it meanwhile
-        if await self._speaks_against(asked, run):  # the disk may have taken its time
-            await self._book.change(job.id, lambda current: _unasked(current, self._clock.now()))
-            return
         try:
-            await self._runs.start(run.id, job.requested_by)
+            await self._runs.start(run.id, job.requested_by, last_look=lambda: self._look_again(job.id, run))
+        except _NotNowError as error:
+            why = error.detail
+            await self._book.change(job.id, lambda current: _unasked(current, why, self._clock.now()))
         except WaydropError as error:
             await self._note(asked, error.detail)
 
@@ -85,11 +95,18 @@ class JobFollower:
         now = self._clock.now()
         return job.changed(now=now, start_asked_at=now, reason="") if _may_be_started(job) else job
 
-    async def _speaks_against(self, job: Job, run: Run) -> bool:
+    def _look_again(self, job_id: str, run: Run) -> None:
+        """The disk, the vehicle's facts and the rules took their time: all that could forbid the start, once more."""
+        job = self._book.queue.jobs.get(job_id)
+        if job is None or job.state is not JobState.PREPARED or job.end_asked:
+            raise _NotNowError("the job is to end")
+        why = EXPIRED if job.is_late(self._clock.now()) else self._why_unready(run)
+        if why:
+            raise _NotNowError(why)
+
+    def _why_unready(self, run: Run) -> str:
         refusals = why_not_ready(self._sights.one(run.vehicle_id, run.id))
-        if refusals:
-            await self._note(job, f"not started yet: {refusals[0].message}")
-        return bool(refusals) or job.is_late(self._clock.now())
+        return f"not started yet: {refusals[0].message}" if refusals else ""
 
     async def _note(self, job: Job, reason: str) -> None:
         await self._book.change(job.id, lambda current: _because(current, reason, self._clock.now()))
@@ -99,9 +116,9 @@ def _because(job: Job, reason: str, now: float) -> Job:
     return job if job.reason == reason else job.changed(now=now, reason=reason)
 
 
-def _unasked(job: Job, now: float) -> Job:
-    """It was not told to start after all, and may be later."""
-    return job.changed(now=now, start_asked_at=None)
+def _unasked(job: Job, reason: str, now: float) -> Job:
+    """It was not told to start after all, and may be later. Of a job that is to end, the reason of that stays."""
+    return job.changed(now=now, start_asked_at=None, reason=job.reason if job.end_asked else reason)
 
 
 def _may_be_started(job: Job) -> bool:

@@ -106,7 +106,8 @@ async def read_fence(link: VehicleLink) -> FenceArea | None:
         return None
     if home is None:
         raise OffboardNotReadyError("the vehicle has a fence but no home to measure it from", hint="wait for its fix")
-    return onboard_fence(items, LocalProjection(home.latitude_deg, home.longitude_deg))
+    projection = LocalProjection(home.latitude_deg, home.longitude_deg)
+    return onboard_fence(items, projection, link.identity.firmware)
 
 
 async def _audited(link: VehicleLink, means: Means, *, sticks_held: bool) -> tuple[AuditEntry, ...]:

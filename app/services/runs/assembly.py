@@ -10,7 +10,7 @@ from app.domain.ports import VehicleLink
 from app.domain.run import Run
 from app.services.clock import Clock
 from app.services.journal import Journal
-from app.services.runs.changing import MissionChanger
+from app.services.runs.changing import FactsRead, MissionChanger
 from app.services.runs.consents import Consents
 from app.services.runs.flight import RunFlight
 from app.services.runs.leg import leg_of
@@ -36,19 +36,20 @@ def assemble(
     plan: Plan,
     mission: Mission,
     link: VehicleLink,
+    facts: FactsRead,
     journal: Journal,
     settings: RunSettings,
     clock: Clock,
     targets: Targets,
 ) -> Assembled:
-    """One flight, ready to `fly`."""
+    """One flight, ready to `fly`. `facts` reads what a change of its plan is checked against."""
     recorder = RunRecorder(run, journal, clock)
     leg = leg_of(run, plan, mission, settings)
     watch = FlightWatch(link, leg, recorder, settings, clock, targets)
     preparation = Preparation(link, mission, recorder, settings, clock, closes_gripper=_starts_loaded(plan))
     sender = OrderSender(link, recorder, watch, settings)
     consents = Consents(watch, recorder)
-    changer = MissionChanger(link, recorder, watch, settings, clock)
+    changer = MissionChanger(link, facts, recorder, watch, settings, clock)
     flight = RunFlight(link, recorder, preparation, watch, sender, consents, changer, settings)
     return Assembled(flight, recorder, watch)
 

@@ -11,7 +11,7 @@ from app.domain.drop import DropPhase
 from app.domain.events import EventKind
 from app.domain.mission import Mission, MissionItem
 from app.domain.plan import Plan
-from app.domain.prediction import Timeline, predict
+from app.domain.prediction import CALM, Timeline, predict
 from app.domain.run import PlanChange, Run
 from app.domain.vehicle import VehicleFacts
 from app.services.runs.closing import closed
@@ -75,7 +75,7 @@ def carried_change(
     run = run.model_copy(update={"drops": drops})
     run = run.model_copy(update=changed_to(run, change, mission))
     rest = rest_of(plan, change.continue_at, change.left_out)
-    timeline = predict(rest.plan, replace(facts, in_flight=change.began)).first(RECORDED_VISITS)
+    timeline = predict(rest.plan, replace(facts, in_flight=change.began), run.wind or CALM).first(RECORDED_VISITS)
     return Carried(run, plan, held, change, timeline)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Collection
+from collections.abc import Awaitable, Callable, Collection
 from contextlib import aclosing, suppress
 from dataclasses import replace
 
@@ -20,12 +20,11 @@ from app.domain.errors import (
 )
 from app.domain.events import EventKind
 from app.domain.finding import Finding, Severity
-from app.domain.in_flight import InFlight
 from app.domain.mission import Mission, mission_hash
 from app.domain.plan import Plan, parse_plan
 from app.domain.plan.walk import carried_in_flight
 from app.domain.ports import StoredPlan, VehicleLink
-from app.domain.prediction import predict
+from app.domain.prediction import CALM, Wind, predict
 from app.domain.rules import check_plan
 from app.domain.run import PlanChange, Run
 from app.domain.vehicle import FlightMode, VehicleFacts
@@ -36,14 +35,25 @@ from app.services.runs.recorder import RunRecorder
 from app.services.runs.settings import RECORDED_VISITS, RunSettings
 from app.services.runs.watch import FlightWatch
 
+FactsRead = Callable[[], Awaitable[VehicleFacts]]
+"""See Fleet.facts."""
+_OF_THE_REST = ("battery.", "payload.")
+
 
 class MissionChanger:
     """One flight's changes, one at a time. A command that a person gives meanwhile breaks a change off."""
 
     def __init__(
-        self, link: VehicleLink, recorder: RunRecorder, watch: FlightWatch, settings: RunSettings, clock: Clock
+        self,
+        link: VehicleLink,
+        facts: FactsRead,
+        recorder: RunRecorder,
+        watch: FlightWatch,
+        settings: RunSettings,
+        clock: Clock,
     ) -> None:
         self._link = link
+        self._facts = facts
         self._recorder = recorder
         self._watch = watch
         self._settings = settings
@@ -71,7 +81,7 @@ class MissionChanger:
             raise ChangeUnderWayError("another change is under way", hint="wait until it is known what came of it")
         async with self._turn:
             self._terms().refuse_unfit()
-            facts = await self._link.read_facts()
+            facts = await self._facts()
             pending = await self._prepare(stored, facts, continue_at, by, needed)
             back = await self._way_back(facts, by)
             self._terms().refuse_unfit()  # that took its time
@@ -84,8 +94,9 @@ class MissionChanger:
 
     async def _way_back(self, facts: VehicleFacts, by: str) -> PendingChange | None:
         """What is left of the plan that is flown now; None if that cannot be told, in the middle of a loop."""
+        undeclared = replace(facts, performance=None)  # it flies that already, whatever its battery has left
         try:
-            return await self._prepare(_stored(self._recorder.run, self._watch.leg.plan), facts, None, by, ())
+            return await self._prepare(_stored(self._recorder.run, self._watch.leg.plan), undeclared, None, by, ())
         except PlanRejectedError:
             return None
 
@@ -121,16 +132,16 @@ class MissionChanger:
         wanted = continue_at or run.item_id or rest.begins_at
         speed_m_s = asked_speed_before(plan, wanted, carried_in_flight(plan.vehicle_type, now))
         began = now.model_copy(update={"asked_speed_m_s": speed_m_s})
-        findings = await asyncio.to_thread(_findings, plan, rest, facts, began)
+        in_flight, wind = replace(facts, in_flight=began), run.wind or CALM
+        findings = await asyncio.to_thread(_findings, plan, rest, in_flight, wind)
         if any(finding.severity is Severity.ERROR for finding in findings):
             raise PlanRejectedError(
                 "the vehicle cannot go on with this plan",
                 hint="mend what the findings name, and post it as a new plan; the vehicle flies what it flew",
                 findings=[finding.model_dump(mode="json") for finding in findings],
             )
-        in_flight = replace(facts, in_flight=began)
         mission = compile_plan(rest.plan, in_flight)
-        timeline = await asyncio.to_thread(predict, rest.plan, in_flight)
+        timeline = await asyncio.to_thread(predict, rest.plan, in_flight, wind)
         change = PlanChange(
             plan_id=stored.id,
             plan_hash=stored.hash,
@@ -216,9 +227,13 @@ def _stored(run: Run, plan: Plan) -> StoredPlan:
     return StoredPlan(run.plan_id, run.plan_hash, plan.name, plan.vehicle_type, run.created_at, "", document)
 
 
-def _findings(plan: Plan, rest: Rest, facts: VehicleFacts, began: InFlight) -> tuple[Finding, ...]:
-    """What is wrong with the whole plan, and with its rest for a vehicle in flight: each once."""
-    found = dict.fromkeys(check_plan(plan, facts))
-    for finding in check_plan(rest.plan, replace(facts, in_flight=began)):
+def _findings(plan: Plan, rest: Rest, in_flight: VehicleFacts, wind: Wind) -> tuple[Finding, ...]:
+    """What is wrong with the whole plan, and with its rest for a vehicle in flight: each once.
+
+    Charge, load and wind are those of now: only what is left to fly is held to them.
+    """
+    whole = check_plan(plan, replace(in_flight, in_flight=None, performance=None))
+    found = dict.fromkeys(finding for finding in whole if not finding.code.startswith(_OF_THE_REST))
+    for finding in check_plan(rest.plan, in_flight, wind):
         found[in_whole_plan(finding, rest.plan, plan)] = None
     return tuple(found)

@@ -12,7 +12,7 @@ import structlog
 from app.domain.errors import ChangeUnderWayError, StorageError, WaydropError, WrongStateError
 from app.domain.events import EventKind
 from app.domain.ports import LinkFact, VehicleLink
-from app.domain.run import IN_FLIGHT, Run, RunState
+from app.domain.run import IN_FLIGHT, NOT_STARTED, Run, RunState
 from app.services.hold_here import hold_here
 from app.services.runs.changing import MissionChanger
 from app.services.runs.consents import Consents
@@ -24,7 +24,7 @@ from app.services.runs.watch import FlightWatch
 
 log = structlog.get_logger(__name__)
 WAITING_FACTS: Final = 1024
-BEFORE_FLIGHT: Final = frozenset({RunState.CREATED, RunState.UPLOADING, RunState.UPLOADED, RunState.STARTING})
+BEFORE_FLIGHT: Final = NOT_STARTED | {RunState.STARTING}
 
 
 class RunFlight:
@@ -78,7 +78,7 @@ class RunFlight:
 
     def require_startable(self) -> None:
         """Raises WrongStateError unless it may be asked to start."""
-        if self._recorder.run.state not in (RunState.CREATED, RunState.UPLOADING, RunState.UPLOADED):
+        if self._recorder.run.state not in NOT_STARTED:
             raise self._wrong("start")
 
     async def abort(self) -> None:
@@ -87,6 +87,12 @@ class RunFlight:
             self._abort_asked.set()
             return
         await self.act("return", self._link.return_to_launch)
+
+    def end_unstarted(self) -> None:
+        """Cancel a run that was not told to start: this moves nothing. Raises WrongStateError from its start on."""
+        if self._recorder.run.state not in NOT_STARTED:
+            raise self._wrong("be taken off the vehicle")
+        self._abort_asked.set()
 
     async def act(self, asked: str, command: Callable[[], Awaitable[None]]) -> None:
         """A user's command in flight, before any change of the mission. Raises WrongStateError, LinkError."""

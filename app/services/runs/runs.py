@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import secrets
-from collections.abc import Collection, Coroutine, Sequence
+from collections.abc import Callable, Collection, Coroutine, Sequence
+from functools import partial
 
 import structlog
 
 from app.domain.compiler import compile_plan
 from app.domain.consent import Answer
-from app.domain.errors import ConflictError, NotFoundError, VehicleBusyError, WrongStateError
+from app.domain.errors import NotFoundError, WrongStateError
 from app.domain.events import EventKind
 from app.domain.mission import Mission, mission_hash
 from app.domain.plan import Plan, parse_plan
@@ -29,6 +30,7 @@ from app.services.runs.leg import drop_records
 from app.services.runs.plan_gate import refuse_unfit_plan
 from app.services.runs.settings import RECORDED_VISITS, RunSettings
 from app.services.runs.take_up import TakeUp
+from app.services.runs.vehicle_gate import refuse_unfit_vehicle
 from app.services.targets import Targets
 
 log = structlog.get_logger(__name__)
@@ -84,7 +86,7 @@ class Runs:
         stored = await self._stored(plan_id)
         link = self._fleet.link(vehicle_id)
         vehicle = self._fleet.vehicle(vehicle_id)
-        _refuse_unfit(vehicle, self._taken_by(vehicle))
+        refuse_unfit_vehicle(vehicle, self._taken_by(vehicle))
         run_id = run_id or new_run_id()
         vehicle.run_id = run_id  # taken before the first await: a second request meets a busy vehicle
         try:
@@ -113,11 +115,13 @@ class Runs:
         waiting = [run for run_id, run in self._waiting.items() if run_id not in self._flights]
         return [*(flight.run for flight in self._flights.values()), *waiting]
 
-    async def start(self, run_id: str, by: str) -> Run:
+    async def start(self, run_id: str, by: str, last_look: Callable[[], None] = lambda: None) -> Run:
         """Start an uploaded run, or as soon as it is uploaded. Its plan is checked anew: the battery may be another.
 
+        `last_look` is called when all else is done, and nothing is awaited after it: if it raises, nothing starts.
+
         Raises:
-            NotFoundError, WrongStateError, PlanRejectedError, LinkError, StorageError.
+            NotFoundError, WrongStateError, PlanRejectedError, LinkError, StorageError; what `last_look` raises.
         """
         flight = await self._flight(run_id)
         flight.require_startable()
@@ -125,6 +129,7 @@ class Runs:
         if stored is not None:
             facts = await self._fleet.facts(flight.run.vehicle_id)
             await refuse_unfit_plan(parse_plan(stored.document), facts, flight.run.wind or CALM)
+        last_look()
         flight.ask_start()
         return flight.run
 
@@ -157,6 +162,10 @@ class Runs:
         flight = await self._flight(run_id, "return")
         await flight.abort()
         return flight.run
+
+    async def end_unstarted(self, run_id: str) -> None:
+        """Take a run off its vehicle that nobody has started. Raises NotFoundError; WrongStateError: it was started."""
+        (await self._flight(run_id)).end_unstarted()
 
     async def change_mission(
         self, run_id: str, plan_id: str, continue_at: str | None, by: str, needed: Collection[str] = ()
@@ -214,7 +223,8 @@ class Runs:
             created_at=now,
             updated_at=now,
         )
-        made = assemble(run, plan, mission, link, self._journal, self._settings, self._clock, self._targets)
+        facts = partial(self._fleet.facts, vehicle.id)
+        made = assemble(run, plan, mission, link, facts, self._journal, self._settings, self._clock, self._targets)
         made.recorder.note(EventKind.RUN_CREATED, **run.model_dump(mode="json"))
         made.recorder.note(EventKind.RUN_PREDICTED, **timeline.model_dump(mode="json"))
         await made.recorder.flush()
@@ -282,19 +292,3 @@ class Runs:
 def new_run_id() -> str:
     """An id that no other run has."""
     return f"run-{secrets.token_hex(6)}"
-
-
-def _refuse_unfit(vehicle: FleetVehicle, taken_by: str | None) -> None:
-    state = vehicle.link.state()
-    if taken_by is not None:
-        raise VehicleBusyError(
-            f"vehicle {vehicle.id} already flies run {taken_by}",
-            hint="wait until it is over; on the ground abort it, in the air return it",
-            run_id=taken_by,
-        )
-    if not state.connected:
-        raise ConflictError(f"the link to vehicle {vehicle.id} is lost", hint="wait until it is connected")
-    if state.armed:
-        raise ConflictError(
-            f"vehicle {vehicle.id} is armed, and not by Waydrop", hint="land and disarm it first, then post the run"
-        )

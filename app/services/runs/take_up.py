@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from functools import partial
 
 import structlog
 
@@ -62,7 +63,8 @@ class TakeUp:
             await self._give_up(run, "Waydrop restarted during the start; the vehicle is disarmed")
             return None
         run, plan, mission = carried.run, carried.plan, carried.mission
-        made = assemble(run, plan, mission, link, self._journal, self._settings, self._clock, self._targets)
+        facts = partial(self._fleet.facts, run.vehicle_id)
+        made = assemble(run, plan, mission, link, facts, self._journal, self._settings, self._clock, self._targets)
         carried.tell(made.recorder)
         if run.state is RunState.STARTING:
             made.recorder.move(RunState.FLYING, "Waydrop restarted during the start; the vehicle is armed")
@@ -89,7 +91,7 @@ class TakeUp:
 
     async def _carried(self, run: Run, plan: Plan, link: VehicleLink) -> Carried | None:
         """What the vehicle carries: the run's mission, or the one that was on its way to it; None if another."""
-        facts, on_board = await self._read(link)
+        facts, on_board = await self._read(run.vehicle_id, link)
         mission_id = link.state().mission_id
         if run.changing is not None and (changed := await self._plan(run.changing.plan_id)) is not None:
             carried = carried_change(run, run.changing, changed, facts, on_board, mission_id)
@@ -97,12 +99,12 @@ class TakeUp:
                 return carried
         return carried_as_told(run, plan, facts, on_board, mission_id)
 
-    async def _read(self, link: VehicleLink) -> tuple[VehicleFacts, tuple[MissionItem, ...]]:
+    async def _read(self, vehicle_id: str, link: VehicleLink) -> tuple[VehicleFacts, tuple[MissionItem, ...]]:
         """Raises LinkError if the vehicle does not answer for too long."""
         deadline_s = self._clock.monotonic() + self._settings.lost_after_s
         while True:
             try:
-                return await link.read_facts(), await link.download(MissionType.MISSION)
+                return await self._fleet.facts(vehicle_id), await link.download(MissionType.MISSION)
             except LinkError as error:
                 if self._clock.monotonic() >= deadline_s:
                     raise

@@ -17,6 +17,7 @@ from app.domain.setpoint.forms import Attitude, PositionNed, Setpoint, VelocityB
 from app.domain.setpoint.limiter import Whereabouts, limit, tilt_deg
 from app.domain.setpoint.limits import OffboardLimits
 from app.domain.setpoint.onboard_fence import onboard_fence
+from app.domain.vehicle import FirmwareVersion
 from tests.unit.domain.setpoint.examples import attitudes, body_velocities, example, places, velocities
 
 PATIENT = settings(deadline=None)
@@ -180,6 +181,9 @@ def test_a_global_place_is_clamped_as_the_same_local_one(setpoint: Setpoint) -> 
     assert bool(limit(example("position_global", **changes), LIMITS, HERE).clamps) == (away > 1000.0)
 
 
+NEW, OLD = FirmwareVersion(1, 17, 0), FirmwareVersion(1, 14, 3)
+
+
 def fence(kind: str = "INCLUSION") -> tuple[MissionItem, ...]:
     command = MavCmd[f"NAV_FENCE_POLYGON_VERTEX_{kind}"]
     projection = LocalProjection(HOME[0], HOME[1])
@@ -194,7 +198,7 @@ def fence(kind: str = "INCLUSION") -> tuple[MissionItem, ...]:
 
 
 def fenced(kind: str = "INCLUSION", here: tuple[float, float, float] = (5.0, 5.0, 20.0)) -> Whereabouts:
-    return replace(HERE, here=here, fence=onboard_fence(fence(kind), LocalProjection(HOME[0], HOME[1])))
+    return replace(HERE, here=here, fence=onboard_fence(fence(kind), LocalProjection(HOME[0], HOME[1]), NEW))
 
 
 def test_a_place_beyond_the_fence_on_board_is_refused_and_never_moved() -> None:
@@ -211,4 +215,18 @@ def test_a_velocity_towards_the_fence_is_stopped() -> None:
 
 
 def test_a_vehicle_without_a_fence_has_none() -> None:
-    assert onboard_fence((), LocalProjection(HOME[0], HOME[1])) is None
+    assert onboard_fence((), LocalProjection(HOME[0], HOME[1]), NEW) is None
+
+
+@pytest.mark.parametrize(("firmware", "refused"), [(OLD, False), (NEW, True), (None, True)])
+def test_newer_firmware_wants_a_place_in_all_inclusions_around_home(
+    firmware: FirmwareVersion | None, refused: bool
+) -> None:
+    circle = replace(fence()[0], seq=4, command=MavCmd.NAV_FENCE_CIRCLE_INCLUSION, param1=30.0)
+    home = replace(circle, x=round(HOME[0] * 1e7), y=round(HOME[1] * 1e7))
+    around_home = onboard_fence((*fence(), home), LocalProjection(HOME[0], HOME[1]), firmware)
+    setpoint, there = example("position_ned", north_m=40.0), replace(fenced(), fence=around_home)
+    if refused:
+        assert refusal_of(setpoint, there) == "limit.fence"
+    else:
+        assert limit(setpoint, LIMITS, there).clamps == ()

@@ -1,0 +1,70 @@
+"""A change of plan is held to the vehicle as it is now: its charge, its load, and the wind of its run."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.domain.errors import PlanRejectedError
+from app.domain.events import EventKind
+from app.domain.performance import Performance
+from app.domain.prediction import Wind
+from app.domain.rules import check_plan
+from app.domain.run import RunState
+from app.domain.vehicle import LandedState
+from tests.unit.services.runs.desk import Desk, desk
+from tests.unit.services.runs.test_change import Document, clinic_moved, item, store
+from tests.unit.services.runs.test_plan_gate import codes
+
+DECLARED = Performance(battery_percent_per_min=10.0, reserve_percent=20.0, payload_max_kg=2.0)
+WIND = Wind(north_m_s=3.0)
+
+
+def too_heavy(document: Document) -> None:
+    item(document, "drop")["mass_kg"] = 5.0
+
+
+async def fly(at: Desk) -> None:
+    """In the air with a full battery, on the way to the corner."""
+    at.vehicle.put(battery_percent=95.0)
+    at.run_id = (await at.runs.create("plan-1", "v1", start=True, by="test", wind=WIND)).id
+    await at.until_state(RunState.FLYING)
+    at.vehicle.put(mission_seq=at.mission.seqs_of("corner")[0], landed=LandedState.IN_AIR, relative_altitude_m=15.0)
+    await at.until(lambda: at.run.item_id == "corner", "progress must show")
+
+
+async def test_a_change_that_the_charge_of_now_does_not_carry_home_is_refused() -> None:
+    async with desk(performance=DECLARED) as at:
+        await fly(at)
+        at.vehicle.put(battery_percent=21.0)
+        with pytest.raises(PlanRejectedError) as refused:
+            await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
+        assert "battery.reserve_at_home" in codes(refused.value)
+        assert (at.run.changing, at.run.changes, at.vehicle.on_board) == (None, 0, at.mission.items)
+
+
+async def test_only_what_is_left_to_fly_is_held_to_the_charge_of_now() -> None:
+    async with desk(performance=DECLARED) as at:
+        await fly(at)
+        at.vehicle.put(battery_percent=43.0)
+        whole = check_plan(at.plan, await at.fleet.facts("v1"), WIND)
+        assert "battery.reserve_at_drop" in {finding.code for finding in whole}, "too little for a start on the ground"
+        await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
+        assert at.run.plan_id == "plan-2"
+
+
+async def test_a_change_that_makes_the_load_too_heavy_is_refused() -> None:
+    async with desk(performance=DECLARED) as at:
+        await fly(at)
+        with pytest.raises(PlanRejectedError) as refused:
+            await at.runs.change_mission(at.run_id, store(at, too_heavy), None, "ann")
+        assert codes(refused.value) == {"payload.too_heavy"}
+
+
+async def test_a_change_is_predicted_with_the_wind_of_its_run() -> None:
+    async with desk(performance=DECLARED) as at:
+        await fly(at)
+        await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
+        (told,) = [event for event in at.events.events if event.kind is EventKind.RUN_MISSION_CHANGED]
+        changed = told.data["timeline"]
+        assert changed["wind"] == {"north_m_s": 3.0, "east_m_s": 0.0}
+        assert (changed["battery_start_percent"], changed["battery_used_percent"] > 0.0) == (95.0, True)
