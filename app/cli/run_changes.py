@@ -70,7 +70,7 @@ def continue_run(
     wind: WindOption = None,
     token: TokenOption = None,
 ) -> None:
-    """Make a new run of what is left of one that ended early, without the drops that are over; it waits for its start."""
+    """Make a new run of what is left of one that ended early, without drops that are over; it waits for its start."""
     given = wind_given(wind)
     body = {"continue_at": at, "wind": None if given is None else given.model_dump(mode="json")}
 

@@ -30,7 +30,7 @@ from app.domain.speeds import speeds_along
 from tests.unit.domain.plan_strategies import sensible_plans
 
 PLANS = Path(__file__).parents[3] / "plans"
-MANY = settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
+MANY = settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
 OTHER_WAY = ("geofence.", "limits.", "energy.", "distance.")
 """What a rule may find on the way from the takeoff to where it goes on, which the plan never flew."""
 
@@ -185,7 +185,7 @@ def test_no_tail_has_a_drop_that_is_over_and_each_takes_off_at_the_speeds_in_for
         ]
 
     law()
-    assert passed > 30, "too few runs went on to show anything"
+    assert passed > 10, "too few runs went on to show anything"
 
 
 def errors(plan: Plan) -> list[str]:
