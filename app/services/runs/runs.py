@@ -235,6 +235,8 @@ class Runs:
     async def continuable(self, run_id: str) -> Run:
         """A run whose rest its vehicle may fly now. Raises NotFoundError, ConflictError as refuse_continued."""
         run = await self.get(run_id)
+        if run.is_over and (ending := self._tasks.get(run_id)) is not None:
+            await asyncio.wait({ending}, timeout=5.0)  # its end is stored; its last writes may not be
         refuse_continued(run, is_ending=run_id in self._flights or run_id in self._waiting)
         refuse_other_or_moving(run, self._fleet.link(run.vehicle_id))
         return run
