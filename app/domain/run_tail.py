@@ -91,6 +91,9 @@ def _first_left(run: Run, plan: Plan, over: Collection[str]) -> str | None:
     items = plan.items if change is None else rest_of(plan, change.continue_at, change.left_out).plan.items
     ids = [item.id for item in items]
     last = next((ids.index(item_id) for item_id in reversed(_flown_since(run)) if item_id in ids), -1)
+    kept = {drop.plan_item_id for drop in run.drops} - set(over)
+    while last >= 0 and ids[last] in kept:  # its parcel is on board, and it may never have come there
+        last -= 1
     steps = walk(plan, reference_home(plan, None))
     return next((i for i in ids[last + 1 :] if i not in over and not _is_done_with(steps, i, over)), None)
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from app.domain.vehicle import FlightMode, LandedState, MissionState
+from app.domain.run import RunState
+from app.domain.vehicle import FlightMode, LandedState
 from app.services.access import Role
 from tests.api.service import Service
 from tests.api.test_run_changes import flying
@@ -51,12 +52,10 @@ async def test_a_run_that_is_not_over_or_has_nothing_left_is_not_continued(
     assert (status, problem["code"]) == (409, "run.not_over")
     await service.call("POST", f"/api/v1/runs/{run['id']}/abort")
     await reaches(service, run["id"], "aborted")
-    over = await flying(service, plan, "clinic")
-    service.links[0].change(mission_state=MissionState.COMPLETE, mode=FlightMode.RETURN)
-    await reaches(service, over["id"], "returning")
-    service.links[0].change(armed=False, landed=LandedState.ON_GROUND, relative_altitude_m=0.0)
-    await reaches(service, over["id"], "completed")
-    status, _, problem = await service.call("POST", f"/api/v1/runs/{over['id']}/continuation", json={})
+    stored = await service.services.runs.get(run["id"])
+    over = stored.model_copy(update={"id": "run-over", "state": RunState.COMPLETED})
+    await service.storage.events.append([], [over])
+    status, _, problem = await service.call("POST", f"/api/v1/runs/{over.id}/continuation", json={})
     assert (status, problem["code"]) == (409, "run.nothing_left")
 
 

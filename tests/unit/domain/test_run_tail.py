@@ -78,6 +78,8 @@ def test_a_drop_that_was_kept_is_tried_again_at_its_place_and_one_made_at_its_al
     plan = plan_of()
     kept = run_of(plan, ("takeoff", "corner", "clinic"), drops=(drop("drop", DropOutcome.KEPT),))
     assert ids(tail_of(kept, plan)) == ["takeoff", "clinic", "drop", "home"]
+    ended_there = kept.model_copy(update={"flown_item_ids": ("takeoff", "corner", "clinic", "drop")})
+    assert ids(tail_of(ended_there, plan)) == ["takeoff", "clinic", "drop", "home"]
     made = (*kept.drops, drop("drop-alternate", DropOutcome.RELEASED, "drop"))
     assert drops_over(kept.model_copy(update={"drops": made})) == {"drop", "drop-alternate"}
     assert ids(tail_of(kept.model_copy(update={"drops": made}), plan)) == ["takeoff", "home"]
