@@ -19,7 +19,7 @@ from app.domain.errors import (
 )
 from app.domain.finding import Finding, Severity
 from app.domain.plan import Plan, parse_plan
-from app.domain.plan.items import ChangeSpeed, Land, Loiter, PlanItem, Takeoff, Transition, Waypoint
+from app.domain.plan.items import ChangeSpeed, Delay, DropItem, Land, Loiter, PlanItem, Takeoff, Transition, Waypoint
 from app.domain.plan.walk import Carried, Step, reference_home, walk
 from app.domain.run import Run, RunState
 from app.domain.speeds import asked_speed_m_s
@@ -113,10 +113,19 @@ def _from_the_ground(run: Run, plan: Plan, rest: Rest) -> Plan:
     if not items:
         raise _nothing_left(run)
     index = next(step.index for step in steps if step.item.id == items[0].id)
+    items[1:1] = _waits(steps, index, items)
     whole = rest.plan.model_copy(update={"items": (*_way_up(steps, steps[index]), *items)})
     spoken = tuple(_with_speeds(plan, steps[:index], whole))
     items_json = [item.model_dump(mode="json") for item in spoken]
     return parse_plan({**whole.model_dump(mode="json"), "items": items_json})
+
+
+def _waits(steps: tuple[Step, ...], place: int, items: list[PlanItem]) -> list[PlanItem]:
+    """The delays that were done between the first place and a drop there: a rover has no other way to stop for it."""
+    drop = next((step for step in steps if step.item.id == items[1].id), None) if len(items) > 1 else None
+    if drop is None or not isinstance(drop.item, DropItem) or drop.anchor != place:
+        return []
+    return [step.item for step in steps[place + 1 : drop.index] if isinstance(step.item, Delay)]
 
 
 def _way_up(steps: tuple[Step, ...], first: Step) -> Iterator[PlanItem]:
