@@ -68,7 +68,6 @@ class Commander:
         status.system_status = SystemStatus.UNINIT
         status.mode = self.intended = self._mode_after_disarming = Mode.LOITER
         self._terminated = False
-        self._was_landed = True
 
     # modes --------------------------------------------------------------------------------------------------
 

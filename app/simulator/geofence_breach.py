@@ -17,9 +17,10 @@ from app.simulator.state import VehicleState
 from app.simulator.wire import Mode, Severity
 
 CHECK_S = 0.2
-WARN, HOLD, RETURN, TERMINATE, LAND = 1, 2, 3, 4, 5
-"""GF_ACTION; 0 does not look at all."""
-MODES = {HOLD: Mode.LOITER, RETURN: Mode.RTL, LAND: Mode.LAND}
+HOLD, RETURN, TERMINATE, LAND = 2, 3, 4, 5
+"""GF_ACTION; 0 does not look at all, 1 only warns."""
+MODES = {RETURN: Mode.RTL, LAND: Mode.LAND}
+"""Of the actions that a hold of COM_FAIL_ACT_T comes before."""
 EVENT_NUMBERS = {HOLD: 5, RETURN: 6, TERMINATE: 10, LAND: 7}
 """failsafe_action_t."""
 SEVERITY = {Mode.LOITER: 1, Mode.RTL: 2, Mode.LAND: 3, Mode.TERMINATION: 4}

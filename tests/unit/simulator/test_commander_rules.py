@@ -62,6 +62,26 @@ def test_a_mode_that_cannot_run_is_refused_in_the_air_by_the_name_that_px4_says(
     assert (air.commander.mode_changes, air.commander.intended, air.flown) == (1, mode, (mode, False))
 
 
+@pytest.mark.parametrize(("mode", "name"), [(Mode.POSCTL, "Position"), (Mode.ALTCTL, "Altitude")])
+def test_a_mode_of_the_sticks_is_refused_in_the_air_by_its_name(mode: Mode, name: str) -> None:
+    air = Airborne()
+    assert air.commander.set_mode(mode) is Result.TEMPORARILY_REJECTED
+    assert air.said == [f"Switching to {name} is currently not available"]
+
+
+@pytest.mark.parametrize("armed", [True, False])
+def test_offboard_alone_is_refused_where_time_runs_too_fast_for_it(armed: bool) -> None:
+    air = Airborne()
+    air.status.armed = armed
+    air.offboard.speed = 12.5
+    air.stream_position()
+    assert air.commander.set_mode(Mode.OFFBOARD) is Result.TEMPORARILY_REJECTED
+    assert (air.said, air.status.mode) == (["Offboard refused: simulated at 12.5x, limit 4x"], Mode.LOITER)
+    assert air.commander.set_mode(Mode.MISSION) is Result.ACCEPTED
+    air.offboard.speed = 4.0
+    assert (air.commander.set_mode(Mode.OFFBOARD), air.status.mode) == (Result.ACCEPTED, Mode.OFFBOARD)
+
+
 def test_a_failsafe_changes_the_mode_and_not_the_intention() -> None:
     air = Airborne()
     air.commander.change_mode(Mode.MISSION)
@@ -183,8 +203,10 @@ def test_a_reboot_forgets_the_mode_of_before() -> None:
     air = Airborne()
     air.commander.change_mode(Mode.MISSION)
     air.commander.force_mode(Mode.LAND)
+    air.run(air.commander.step)
     air.commander.boot()
     assert (air.status.armed, air.flown, air.status.home) == (False, (Mode.LOITER, False), None)
+    assert air.status.system_status is SystemStatus.UNINIT
     air.status.armed = True
     air.commander.change_mode(Mode.RTL)
     air.commander.disarm(force=True)
@@ -225,7 +247,28 @@ def test_home_is_not_set_without_a_position() -> None:
     assert air.context.home.north_m == 30.0
 
 
-@pytest.mark.parametrize(("moved_m", "follows"), [(0.9, False), (1.1, True)])
+def test_home_is_known_2_3_seconds_after_power_up() -> None:
+    air = standing()
+    air.commander.boot()
+    for now_s, known in ((2.28, False), (2.3, True)):
+        air.clock.now_s = now_s
+        air.commander.step()
+        assert (air.status.home is not None) is known
+
+
+@pytest.mark.parametrize(("mode", "sets"), [(Mode.TAKEOFF, True), (Mode.MISSION, False)])
+def test_taking_off_sets_home_but_not_in_a_mission_and_landing_never_does(mode: Mode, sets: bool) -> None:
+    air = standing()
+    air.commander.arm(force=True)
+    air.commander.change_mode(mode)
+    for landed, north_m in ((False, 7.0), (True, 50.0)):
+        air.land(landed)
+        air.state.body.north_m = north_m
+        air.commander.step()
+        assert air.context.home.north_m == (7.0 if sets else 0.0)
+
+
+@pytest.mark.parametrize(("moved_m", "follows"), [(0.9, False), (1.0, False), (1.1, True)])
 def test_home_follows_who_stands_disarmed_more_than_a_metre_away(moved_m: float, follows: bool) -> None:
     air = standing()
     air.state.body.east_m = moved_m

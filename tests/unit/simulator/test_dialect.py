@@ -71,6 +71,7 @@ def test_a_module_is_named_by_its_xml_and_by_the_version_of_pymavlink(
 def test_two_builds_have_the_same_bytes(tmp_path: Path) -> None:
     one, two = (dialect_build.generate(tmp_path / folder / f"{folder}.py") for folder in ("one", "two"))
     assert one.read_bytes() == two.read_bytes()
+    assert 'WIRE_PROTOCOL_VERSION = "2.0"' in one.read_text()
 
 
 def test_a_build_leaves_only_the_module_of_this_xml(tmp_path: Path) -> None:

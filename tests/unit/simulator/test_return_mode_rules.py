@@ -144,6 +144,26 @@ def test_it_looks_every_two_seconds_and_at_once_after_power_up() -> None:
     assert len(air.said) == 3
 
 
+@pytest.mark.parametrize("reboots", [True, False])
+def test_the_first_look_is_in_the_first_cycle(reboots: bool) -> None:
+    air, check = checking(polygon(10.0))
+    if reboots:
+        air.run(check.step, 3.0)
+        air.said.clear()
+        check.take(polygon(10.0))
+        check.boot()
+    air.clock.now_s = 0.02
+    check.step()
+    assert air.said == BREACH
+
+
+def test_a_polygon_with_missing_vertices_is_none_to_keep_off() -> None:
+    x, y = (round(degrees * 1e7) for degrees in FRAME.to_global(-9.0, 0.0))
+    air, check = checking(Geofence((Item(POLYGON_INCLUSION, 0, 1, 4.0, 0.0, 0.0, 0.0, x, y, 0.0),), FRAME))
+    air.run(check.step, 3.0)
+    assert air.said == []
+
+
 def test_it_does_not_look_without_a_fence_without_home_or_on_a_return() -> None:
     air, check = checking(None)
     air.run(check.step, 3.0)
