@@ -21,6 +21,7 @@ from app.domain.errors import (
 from app.domain.finding import Severity
 from app.domain.in_flight import InFlight
 from app.domain.plan import Plan, parse_plan
+from app.domain.plan.drops import drops_of
 from app.domain.plan.items import ChangeSpeed, Takeoff
 from app.domain.plan.walk import reference_home, walk
 from app.domain.rules import check_plan, default_facts
@@ -163,7 +164,8 @@ def test_no_tail_has_a_drop_that_is_over_and_each_takes_off_at_the_speeds_in_for
         facts = default_facts(plan.vehicle_type)
         if errors(plan):
             return
-        drops = [item.id for item in plan.items if item.type in ("gripper", "winch")]
+        uses = drops_of(walk(plan, reference_home(plan, None)))
+        drops = [use.item.id for use in uses if use.releases]
         over = data.draw(st.sets(st.sampled_from(drops))) if drops else set()
         flown = tuple(ids(plan)[: data.draw(st.integers(0, len(plan.items) - 1))])
         records = tuple(drop(i, DropOutcome.UNKNOWN if i in over else DropOutcome.KEPT) for i in drops)
