@@ -1,4 +1,4 @@
-"""/runs/{run_id}/mission and /stops: where a run in flight goes on."""
+"""/runs/{run_id}/mission, /stops and /continuation: where a run goes on, in flight or as another run."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from app.api.bodies import json_body
 from app.api.models import Identifier, RequestModel
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import REROUTING
+from app.domain.prediction import WindGiven
 from app.domain.run import Run
 from app.services.access import Role
 
@@ -30,6 +31,18 @@ class MissionChangeRequest(RequestModel):
         if self.plan is None and self.continue_at is None:
             raise PydanticCustomError("nothing_changes", "give plan, continue_at, or both")
         return self
+
+
+class ContinuationRequest(RequestModel):
+    """Fly what is left of a run that is over, from `continue_at` (null: behind the last item done).
+
+    `wind` is what the check and the prediction reckon with; null is the wind of the run.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    continue_at: Identifier | None = None
+    wind: WindGiven | None = None
 
 
 class StopsRequest(RequestModel):
@@ -61,6 +74,14 @@ async def insert_stops(call: Call[NoQuery, StopsRequest]) -> web.Response:
     at, after = (asked.before, False) if asked.before is not None else (asked.after or "", True)
     rerouting = call.request.app[REROUTING]
     return accepted(await rerouting.insert(run_id, asked.items, at=at, after=after, by=call.principal.name))
+
+
+async def continue_run(call: Call[NoQuery, ContinuationRequest]) -> web.Response:
+    """POST /runs/{run_id}/continuation."""
+    run_id, asked = call.path_value("run_id"), call.body
+    wind = None if asked.wind is None else asked.wind.wind()
+    rerouting = call.request.app[REROUTING]
+    return accepted(await rerouting.continue_over(run_id, asked.continue_at, wind, call.principal.name))
 
 
 def accepted(run: Run) -> web.Response:
@@ -102,6 +123,23 @@ ROUTES: tuple[AnyRoute, ...] = (
         body=json_body(StopsRequest),
         answers=(ACCEPTED,),
         errors=("plan.invalid", *_ERRORS),
+        idempotent=True,
+    ),
+    Route(
+        method="POST",
+        path=f"{API}/runs/{{run_id}}/continuation",
+        handler=continue_run,
+        summary="Make a new run of what is left of one that is over; it waits for its start",
+        tag="runs",
+        role=Role.DISPATCHER,
+        query=NoQuery,
+        body=json_body(ContinuationRequest),
+        answers=(ACCEPTED,),
+        errors=(
+            *("not_found", "conflict", "run.not_over", "run.nothing_left", "run.continued", "run.changing"),
+            *("plan.rejected", "vehicle.busy", "vehicle.quarantined", "vehicle.refused", "vehicle.link"),
+            *("vehicle.timeout", "storage.failed"),
+        ),
         idempotent=True,
     ),
 )

@@ -1,4 +1,4 @@
-"""`waydrop runs change` and `waydrop runs insert`: where a run in flight goes on."""
+"""`waydrop runs change`, `insert` and `continue`: where a run goes on, in flight or as another run."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import typer
 from app.cli.plan_file import read_file, read_plan
 from app.cli.service_client import ServerOption, ServiceClient, TokenOption, service_client
 from app.cli.terminal import err
+from app.cli.wind_option import WindOption, wind_given
 from app.domain.errors import InvalidInputError
 from app.domain.plan.json_tree import read_json
 from app.domain.run import Run
@@ -58,6 +59,27 @@ def insert_stops(
         return await client.post(f"/runs/{run}/stops", body)
 
     _tell(asyncio.run(_with_client(server, token, order)))
+
+
+def continue_run(
+    run: RunArgument,
+    server: ServerOption,
+    at: Annotated[
+        str | None, typer.Option("--at", help="Go on with this item; none: behind the last one done.")
+    ] = None,
+    wind: WindOption = None,
+    token: TokenOption = None,
+) -> None:
+    """Make a new run of what is left of one that ended early, without drops that are over; it waits for its start."""
+    given = wind_given(wind)
+    body = {"continue_at": at, "wind": None if given is None else given.model_dump(mode="json")}
+
+    async def order(client: ServiceClient) -> Any:
+        return await client.post(f"/runs/{run}/continuation", body)
+
+    new = Run.model_validate(asyncio.run(_with_client(server, token, order)))
+    start = f"waydrop runs start {new.id}"
+    err().print(f"run {new.id} continues run {run} with plan {new.plan_id}; start it: {start}", markup=False)
 
 
 async def _with_client(server: str, token: str | None, order: Any) -> Any:

@@ -38,6 +38,8 @@ def _told(event: Event) -> Text | None:
             change = data.get("change") or {}
             who = f" by {change['by']}" if change.get("by") else ""
             return Text(f"flies plan {change.get('plan_id')} from {change.get('continue_at')} on, changed{who}")
+        case EventKind.RUN_CONTINUED:
+            return Text(f"what was left is flown by run {data.get('continued_by')}")
         case EventKind.RUN_TARGET_MOVED | EventKind.RUN_TARGET_NOT_FOLLOWED:
             return _target(event)
         case EventKind.RUN_ITEM:

@@ -13,7 +13,7 @@ from rich.table import Table
 
 from app.cli.comparison_table import show_comparison
 from app.cli.consent import answer_consent, consent_line
-from app.cli.run_changes import change_mission, insert_stops
+from app.cli.run_changes import change_mission, continue_run, insert_stops
 from app.cli.run_view import drops_table
 from app.cli.service_client import ServerOption, ServiceClient, TokenOption, service_client
 from app.cli.terminal import err, out, write_json
@@ -110,6 +110,7 @@ _acting(RunAction.ABORT, "On the ground: end the run at once. In the air: return
 runs_app.command("consent")(answer_consent)
 runs_app.command("change")(change_mission)
 runs_app.command("insert")(insert_stops)
+runs_app.command("continue")(continue_run)
 
 
 async def _get(server: str, token: str | None, path: str, **query: int) -> Any:

@@ -75,7 +75,11 @@ def continued(
     if findings or wanted is None:
         raise _rejected(findings)
     rest = rest_of(changed, wanted, flown.concluded)
-    if findings := [*_passed(changed, rest, needed), *_loops(flown, changed, rest), *_misfits(changed, rest, carried)]:
+    if findings := [
+        *_passed(changed, rest, needed),
+        *begun_loops(flown.passed, changed, rest),
+        *_misfits(changed, rest, carried),
+    ]:
         raise _rejected(findings)
     return rest
 
@@ -131,7 +135,7 @@ def _passed(changed: Plan, rest: Rest, needed: Collection[str]) -> Iterator[Find
             yield _at(changed, item_id, "change.item_passed", message, "put it behind the item that is flown now")
 
 
-def _loops(flown: Flown, changed: Plan, rest: Rest) -> Iterator[Finding]:
+def begun_loops(passed: Collection[str], changed: Plan, rest: Rest) -> Iterator[Finding]:
     """A jump leads back: never out of the rest, nor into a loop of which some turns were flown."""
     left = {item.id for item in rest.plan.items}
     for index, item in enumerate(changed.items):
@@ -139,7 +143,7 @@ def _loops(flown: Flown, changed: Plan, rest: Rest) -> Iterator[Finding]:
             continue
         target = changed.index_of(item.target)
         loop = changed.items[target:index] if target is not None else ()
-        if item.target not in left or any(inner.id in flown.passed for inner in loop):
+        if item.target not in left or any(inner.id in passed for inner in loop):
             message = f"the jump leads back to {item.target}, and that loop was begun"
             hint = "continue behind the jump, and write out the turns that are left"
             yield _at(changed, item.id, "change.loop_begun", message, hint)

@@ -65,6 +65,24 @@ class ChangeUnderWayError(ConflictError):
     code = "run.changing"
 
 
+class RunNotOverError(ConflictError):
+    """Only a run that is over is continued by another."""
+
+    code = "run.not_over"
+
+
+class NothingLeftError(ConflictError):
+    """The run has nothing left to fly."""
+
+    code = "run.nothing_left"
+
+
+class RunContinuedError(ConflictError):
+    """The run was continued already; `extra["continued_by"]` is by which run."""
+
+    code = "run.continued"
+
+
 class JobWrongStateError(ConflictError):
     """The job is in a state in which this cannot be done."""
 

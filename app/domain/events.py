@@ -52,6 +52,8 @@ class EventKind(StrEnum):
     """data: mission_type, sent, total, attempt, percent."""
     RUN_MISSION_CHANGED = "run.mission_changed"
     """data: change (see Run.change) and timeline, as predicted for the rest. The vehicle has the changed mission."""
+    RUN_CONTINUED = "run.continued"
+    """data: the whole run, which is over; `continued_by` flies what was left. Stored together with that run."""
     RUN_TARGET_MOVED = "run.target_moved"
     """data: plan_item_id, waypoint_id, plan_id (the run flies it now), moved_from, moved_to, from_planned_m, after_s
     (when the target is there), target (see DropRecord.target)."""

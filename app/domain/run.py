@@ -88,7 +88,9 @@ class Run(BaseModel):
     changed mission infeasible.
     `wind` is the one that its checks and its prediction reckon with.
     A plan may be changed in flight: `plan_id` to `mission_hash` are of the newest that the vehicle carries, `change`
-    says where it went on, `changes` counts. `changing` is a change whose arrival on board is not known yet.
+    says where it went on, `changes` counts, and `flown_before_change` of `flown_item_ids` were flown before it.
+    `changing` is a change whose arrival on board is not known yet.
+    `continues` is the run whose rest this one flies, `continued_by` the one that flies the rest of this: at most one.
     `reached_seq` is the highest mission item known to be done: after a reboot of the vehicle nothing before it is
     flown again.
     """
@@ -117,6 +119,9 @@ class Run(BaseModel):
     change: PlanChange | None = None
     changing: PlanChange | None = None
     changes: int = 0
+    flown_before_change: int = 0
+    continues: str | None = None
+    continued_by: str | None = None
     drops: tuple[DropRecord, ...] = ()
     created_at: float
     updated_at: float

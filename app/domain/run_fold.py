@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from app.domain.events import EventKind
 from app.domain.run import Run
 
-_WHOLE: Final = frozenset({EventKind.RUN_CREATED, EventKind.RUN_CHANGED})
+_WHOLE: Final = frozenset({EventKind.RUN_CREATED, EventKind.RUN_CHANGED, EventKind.RUN_CONTINUED})
 
 
 class RunFold:

@@ -1,4 +1,4 @@
-"""Orders that change where a run flies, made of stored plans and changes in flight."""
+"""Orders that change where a run flies, or continue one that is over, made of stored plans."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from typing import Any
 
 from app.domain.plan import Plan, parse_plan
 from app.domain.plan.insertion import with_items
+from app.domain.prediction import CALM, Wind
 from app.domain.run import Run
+from app.domain.run_tail import tail_of
 from app.services.plans import Plans
 from app.services.runs import Runs
 
@@ -37,6 +39,19 @@ class Rerouting:
         stored = await self._plans.create(plan, by)
         begins = new_ids[0] if _comes_next(plan, new_ids, run.item_id) else None
         return await self._runs.change_mission(run_id, stored.id, begins, by, needed=new_ids)
+
+    async def continue_over(self, run_id: str, continue_at: str | None, wind: Wind | None, by: str) -> Run:
+        """A new run of what is left of one that is over; it does not start by itself. `wind` None: as the old one.
+
+        Raises:
+            NotFoundError, RunNotOverError, RunContinuedError, NothingLeftError, PlanRejectedError, ConflictError,
+            VehicleBusyError, VehicleQuarantinedError, LinkError, StorageError.
+        """
+        run = await self._runs.continuable(run_id)
+        self._runs.require_free(run.vehicle_id)
+        stored = await self._plans.create(tail_of(run, await self._plan(run), continue_at), by)
+        wind = wind or run.wind or CALM
+        return await self._runs.create(stored.id, run.vehicle_id, start=False, by=by, wind=wind, continues=run_id)
 
     async def _plan(self, run: Run) -> Plan:
         return parse_plan((await self._plans.stored(run.plan_id)).document)

@@ -21,7 +21,7 @@ from app.services.jobs.planned import PlannedJobs
 from app.services.jobs.settings import JobSettings
 from app.services.jobs.sights import VehicleSights
 from app.services.runs import Runs
-from app.services.runs.runs import new_run_id
+from app.services.runs.new_run import new_run_id
 
 log = structlog.get_logger(__name__)
 

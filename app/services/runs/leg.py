@@ -119,6 +119,7 @@ def changed_to(run: Run, change: PlanChange, mission: Mission) -> dict[str, obje
         "change": change,
         "changing": None,
         "changes": run.changes + 1,
+        "flown_before_change": len(run.flown_item_ids),
         "drops": carried_over(run.drops, mission),
         "reached_seq": None,
         "item_id": mission.plan_item_of.get(0),

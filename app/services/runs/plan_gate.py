@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import asyncio
 
+from app.domain.compiler import compile_plan
 from app.domain.errors import PlanRejectedError
+from app.domain.mission import Mission
 from app.domain.plan import Plan
-from app.domain.prediction import Wind
+from app.domain.prediction import Timeline, Wind, predict
 from app.domain.rules import Severity, check_plan
 from app.domain.vehicle import VehicleFacts
+from app.services.runs.settings import RECORDED_VISITS
 
 
 async def refuse_unfit_plan(plan: Plan, facts: VehicleFacts, wind: Wind) -> None:
@@ -21,3 +24,13 @@ async def refuse_unfit_plan(plan: Plan, facts: VehicleFacts, wind: Wind) -> None
             hint="mend what the findings name, and post it as a new plan",
             findings=[finding.model_dump(mode="json") for finding in findings],
         )
+
+
+async def compiled_and_predicted(plan: Plan, facts: VehicleFacts, wind: Wind) -> tuple[Mission, Timeline]:
+    """The mission, and what the vehicle is predicted to do with it, by its own parameters.
+
+    Raises PlanRejectedError.
+    """
+    await refuse_unfit_plan(plan, facts, wind)
+    timeline = await asyncio.to_thread(predict, plan, facts, wind)
+    return compile_plan(plan, facts), timeline.first(RECORDED_VISITS)

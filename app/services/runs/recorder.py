@@ -69,9 +69,12 @@ class RunRecorder:
             self.note(kind, **data)
         self.note(EventKind.RUN_DROP, **record.model_dump(mode="json"))
 
-    async def flush(self) -> Run:
-        """Store what waits. Raises StorageError; then everything waits on."""
-        storing = asyncio.ensure_future(self._store())
+    async def flush(self, continues: Run | None = None) -> Run:
+        """Store what waits. Raises StorageError; then everything waits on.
+
+        `continues` is the run, over, whose rest this one flies: stored in the same step, so that no other ever does.
+        """
+        storing = asyncio.ensure_future(self._store(continues))
         try:
             return await asyncio.shield(storing)
         except asyncio.CancelledError:
@@ -81,12 +84,14 @@ class RunRecorder:
                 storing.exception()
             raise
 
-    async def _store(self) -> Run:
+    async def _store(self, continues: Run | None) -> Run:
         async with self._storing:  # two tasks that flush at once must not store the same events twice
             if self._waiting or self._left_out:
                 events, run, left_out = tuple(self._waiting), self.run, self._left_out
                 anew = (self._event(EventKind.RUN_CHANGED, run.model_dump(mode="json")),) if left_out else ()
-                await self._journal.record(*events, *anew, runs=(run,))
+                others = () if continues is None else (self._continued(continues),)
+                told = [self._event(EventKind.RUN_CONTINUED, old.model_dump(mode="json"), old.id) for old in others]
+                await self._journal.record(*told, *events, *anew, runs=(*others, run))
                 del self._waiting[: len(events)]
                 self._left_out -= left_out
                 self.stored = run
@@ -95,7 +100,14 @@ class RunRecorder:
     def _note_run(self) -> None:
         self.note(EventKind.RUN_CHANGED, **self.run.model_dump(mode="json"))
 
-    def _event(self, kind: EventKind, data: dict[str, Any]) -> NewEvent:
+    def _continued(self, old: Run) -> Run:
+        return old.model_copy(update={"continued_by": self.run.id, "updated_at": self._clock.now()})
+
+    def _event(self, kind: EventKind, data: dict[str, Any], run_id: str | None = None) -> NewEvent:
         return NewEvent(
-            kind=kind, time=self._clock.now(), vehicle_id=self.run.vehicle_id, run_id=self.run.id, data=data
+            kind=kind,
+            time=self._clock.now(),
+            vehicle_id=self.run.vehicle_id,
+            run_id=run_id or self.run.id,
+            data=data,
         )

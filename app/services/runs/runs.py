@@ -3,34 +3,31 @@
 from __future__ import annotations
 
 import asyncio
-import secrets
 from collections.abc import Callable, Collection, Coroutine, Sequence
 from functools import partial
 
 import structlog
 
-from app.domain.compiler import compile_plan
 from app.domain.consent import Answer
 from app.domain.errors import NotFoundError, WrongStateError
 from app.domain.events import EventKind
-from app.domain.mission import Mission, mission_hash
-from app.domain.plan import Plan, parse_plan
+from app.domain.plan import parse_plan
 from app.domain.ports import PlanStore, RunStore, StoredPlan, VehicleLink
-from app.domain.prediction import CALM, Timeline, Wind, predict
+from app.domain.prediction import CALM, Wind
 from app.domain.run import Run, RunState
 from app.domain.run_filter import ALL_RUNS, RunFilter
-from app.domain.vehicle import VehicleFacts
+from app.domain.run_tail import refuse_continued
 from app.services.clock import Clock
 from app.services.fleet import Fleet, FleetVehicle
 from app.services.journal import Journal
 from app.services.runs.assembly import assemble
 from app.services.runs.consents import without_flight
 from app.services.runs.flight import RunFlight
-from app.services.runs.leg import drop_records
-from app.services.runs.plan_gate import refuse_unfit_plan
-from app.services.runs.settings import RECORDED_VISITS, RunSettings
+from app.services.runs.new_run import new_run, new_run_id
+from app.services.runs.plan_gate import compiled_and_predicted, refuse_unfit_plan
+from app.services.runs.settings import RunSettings
 from app.services.runs.take_up import TakeUp
-from app.services.runs.vehicle_gate import refuse_unfit_vehicle
+from app.services.runs.vehicle_gate import refuse_other_or_moving, refuse_unfit_vehicle
 from app.services.targets import Targets
 
 log = structlog.get_logger(__name__)
@@ -74,23 +71,29 @@ class Runs:
         await asyncio.gather(*tasks, return_exceptions=True)
 
     async def create(
-        self, plan_id: str, vehicle_id: str, *, start: bool, by: str, wind: Wind = CALM, run_id: str | None = None
+        self,
+        plan_id: str,
+        vehicle_id: str,
+        *,
+        start: bool,
+        by: str,
+        wind: Wind = CALM,
+        run_id: str | None = None,
+        continues: str | None = None,
     ) -> Run:
         """A new run, on its way to the vehicle. Check and prediction reckon with the wind. `run_id`: a new id that the
-        caller has stored before.
+        caller has stored before. `continues`: the run whose rest the plan is, once.
 
         Raises:
             NotFoundError, VehicleBusyError, VehicleQuarantinedError, ConflictError, PlanRejectedError, LinkError,
-            StorageError.
+            StorageError. With `continues` as `continuable` too.
         """
         stored = await self._stored(plan_id)
-        link = self._fleet.link(vehicle_id)
-        vehicle = self._fleet.vehicle(vehicle_id)
-        refuse_unfit_vehicle(vehicle, self._taken_by(vehicle))
+        link, vehicle = self.require_free(vehicle_id), self._fleet.vehicle(vehicle_id)
         run_id = run_id or new_run_id()
         vehicle.run_id = run_id  # taken before the first await: a second request meets a busy vehicle
         try:
-            return await self._create(run_id, stored, vehicle, link, wind, start=start, by=by)
+            return await self._create(run_id, stored, vehicle, link, wind, continues, start=start, by=by)
         except BaseException:
             vehicle.run_id = None
             raise
@@ -200,37 +203,49 @@ class Runs:
         vehicle: FleetVehicle,
         link: VehicleLink,
         wind: Wind,
+        continues: str | None,
         *,
         start: bool,
         by: str,
     ) -> Run:
+        old = None if continues is None else await self.continuable(continues)  # nobody else has the vehicle now
         plan = parse_plan(stored.document)
-        mission, timeline = await self._compile(plan, await self._fleet.facts(vehicle.id), wind)
-        now = self._clock.now()
-        run = Run(
-            id=run_id,
-            plan_id=stored.id,
-            plan_hash=stored.hash,
-            vehicle_id=vehicle.id,
-            vehicle_uid=link.identity.uid,
-            vehicle_type=link.identity.vehicle_type,
-            firmware=None if link.identity.firmware is None else str(link.identity.firmware),
-            mission_hash=mission_hash(mission),
-            requested_by=by,
-            start_requested=start,
-            wind=wind,
-            drops=drop_records(mission),
-            created_at=now,
-            updated_at=now,
+        mission, timeline = await compiled_and_predicted(plan, await self._fleet.facts(vehicle.id), wind)
+        run = new_run(
+            run_id,
+            stored,
+            vehicle.id,
+            link.identity,
+            mission,
+            wind,
+            continues,
+            start=start,
+            by=by,
+            now=self._clock.now(),
         )
         facts = partial(self._fleet.facts, vehicle.id)
         made = assemble(run, plan, mission, link, facts, self._journal, self._settings, self._clock, self._targets)
         made.recorder.note(EventKind.RUN_CREATED, **run.model_dump(mode="json"))
         made.recorder.note(EventKind.RUN_PREDICTED, **timeline.model_dump(mode="json"))
-        await made.recorder.flush()
+        await made.recorder.flush(continues=old)
         self._flights[run_id] = made.flight
         self._own(run_id, made.flight.fly())
         return run
+
+    async def continuable(self, run_id: str) -> Run:
+        """A run whose rest its vehicle may fly now. Raises NotFoundError, ConflictError as refuse_continued."""
+        run = await self.get(run_id)
+        if run.is_over and (ending := self._tasks.get(run_id)) is not None:
+            await asyncio.wait({ending}, timeout=5.0)  # its end is stored; its last writes may not be
+        refuse_continued(run, is_ending=run_id in self._flights or run_id in self._waiting)
+        refuse_other_or_moving(run, self._fleet.link(run.vehicle_id))
+        return run
+
+    def require_free(self, vehicle_id: str) -> VehicleLink:
+        """A vehicle that can take a run. Raises NotFoundError, VehicleQuarantinedError, ConflictError."""
+        link, vehicle = self._fleet.link(vehicle_id), self._fleet.vehicle(vehicle_id)
+        refuse_unfit_vehicle(vehicle, self._taken_by(vehicle))
+        return link
 
     async def _stored(self, plan_id: str) -> StoredPlan:
         stored = await self._plans.get(plan_id)
@@ -246,12 +261,6 @@ class Runs:
                     return run.id
                 self._fleet.release(vehicle.id, run.id)
         return vehicle.run_id
-
-    async def _compile(self, plan: Plan, facts: VehicleFacts, wind: Wind) -> tuple[Mission, Timeline]:
-        """The mission, and what the vehicle is predicted to do with it, by its own parameters."""
-        await refuse_unfit_plan(plan, facts, wind)
-        timeline = await asyncio.to_thread(predict, plan, facts, wind)
-        return compile_plan(plan, facts), timeline.first(RECORDED_VISITS)
 
     async def _take_up(self, run: Run) -> None:
         take_up = TakeUp(self._fleet, self._plans, self._journal, self._settings, self._clock, self._targets)
@@ -287,8 +296,3 @@ class Runs:
         if action:
             self._fleet.vehicle(flight.run.vehicle_id).commanded(action)
         return flight
-
-
-def new_run_id() -> str:
-    """An id that no other run has."""
-    return f"run-{secrets.token_hex(6)}"

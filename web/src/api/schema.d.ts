@@ -836,6 +836,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/runs/{run_id}/continuation": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Make a new run of what is left of one that is over; it waits for its start
+         * @description Role: dispatcher or higher.
+         */
+        post: operations["continue_run"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/targets/{feed}": {
         parameters: {
             query?: never;
@@ -2096,6 +2116,21 @@ export interface components {
             on_link_loss: ("continue" | "hold" | "return" | "land") | null;
         };
         /**
+         * ContinuationRequest
+         * @description Fly what is left of a run that is over, from `continue_at` (null: behind the last item done).
+         *
+         *     `wind` is what the check and the prediction reckon with; null is the wind of the run.
+         */
+        ContinuationRequest: {
+            /**
+             * Continue At
+             * @default null
+             */
+            continue_at: string | null;
+            /** @default null */
+            wind: components["schemas"]["WindGiven"] | null;
+        };
+        /**
          * ConversionFinding
          * @description One thing that a conversion changed. `pointer` is a JSON pointer into the source, `code` is stable.
          */
@@ -2471,7 +2506,7 @@ export interface components {
          * @description What an event says. The data of each kind is documented here; it is what the stream carries.
          * @enum {string}
          */
-        EventKind: "service.started" | "service.stopped" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.command" | "offboard.lease" | "offboard.changed" | "tasks.changed" | "tasks.gripper" | "plan.created" | "run.created" | "run.changed" | "run.predicted" | "run.upload_progress" | "run.mission_changed" | "run.target_moved" | "run.target_not_followed" | "run.item" | "run.item_ended" | "run.command" | "run.ack" | "run.drop" | "run.attachment" | "drop.consent_asked" | "drop.consent_closed" | "simulator.fault" | "job.changed" | "job.queue_changed" | "webhook.changed";
+        EventKind: "service.started" | "service.stopped" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.command" | "offboard.lease" | "offboard.changed" | "tasks.changed" | "tasks.gripper" | "plan.created" | "run.created" | "run.changed" | "run.predicted" | "run.upload_progress" | "run.mission_changed" | "run.continued" | "run.target_moved" | "run.target_not_followed" | "run.item" | "run.item_ended" | "run.command" | "run.ack" | "run.drop" | "run.attachment" | "drop.consent_asked" | "drop.consent_closed" | "simulator.fault" | "job.changed" | "job.queue_changed" | "webhook.changed";
         /**
          * EventsView
          * @description A page of events in order. `last_seq` is the newest there is; ask again after the last one of the page.
@@ -4515,7 +4550,9 @@ export interface components {
          *     changed mission infeasible.
          *     `wind` is the one that its checks and its prediction reckon with.
          *     A plan may be changed in flight: `plan_id` to `mission_hash` are of the newest that the vehicle carries, `change`
-         *     says where it went on, `changes` counts. `changing` is a change whose arrival on board is not known yet.
+         *     says where it went on, `changes` counts, and `flown_before_change` of `flown_item_ids` were flown before it.
+         *     `changing` is a change whose arrival on board is not known yet.
+         *     `continues` is the run whose rest this one flies, `continued_by` the one that flies the rest of this: at most one.
          *     `reached_seq` is the highest mission item known to be done: after a reboot of the vehicle nothing before it is
          *     flown again.
          */
@@ -4603,6 +4640,21 @@ export interface components {
              * @default 0
              */
             changes: number;
+            /**
+             * Flown Before Change
+             * @default 0
+             */
+            flown_before_change: number;
+            /**
+             * Continues
+             * @default null
+             */
+            continues: string | null;
+            /**
+             * Continued By
+             * @default null
+             */
+            continued_by: string | null;
             /**
              * Drops
              * @default []
@@ -11576,6 +11628,172 @@ export interface operations {
                 };
             };
             /** @description `vehicle.link`: The link to the vehicle failed; `mission.upload_failed`: The mission could not be uploaded */
+            502: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `vehicle.timeout`: The vehicle did not answer */
+            504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    continue_run: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description Repeat the request with the same key and body: it is done once */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                run_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["ContinuationRequest"];
+            };
+        };
+        responses: {
+            /** @description The run as it is now; follow it at Location or by the stream */
+            202: {
+                headers: {
+                    /** @description Where the new or changed resource is */
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Run"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON; `idempotency.key_invalid`: The Idempotency-Key cannot be used */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `conflict`: Not now; `run.not_over`: The run is not over; `run.nothing_left`: Nothing is left to fly; `run.continued`: The run was continued already; `run.changing`: The mission is being changed; `vehicle.busy`: The vehicle is busy with a run; `vehicle.quarantined`: The vehicle is quarantined; `vehicle.refused`: The vehicle refused */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `plan.rejected`: The plan cannot be flown; `request.invalid`: The body does not fit this request; `idempotency.key_reused`: The Idempotency-Key was used for another request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `vehicle.link`: The link to the vehicle failed */
             502: {
                 headers: {
                     [name: string]: unknown;

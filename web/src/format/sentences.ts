@@ -33,6 +33,7 @@ const SAY: Readonly<Record<EventKind, Say>> = {
   "run.changed": sayRun,
   "run.upload_progress": sayUpload,
   "run.mission_changed": (e, v) => ({ text: `${v} flies on with a changed plan, from “${str(part(e.data["change"], "continue_at"))}”${after(", ordered by ", part(e.data["change"], "by"))}.`, tone: "info" }),
+  "run.continued": (e, v) => ({ text: `What was left of run ${short(e.run_id)} of ${v} is flown by run ${short(str(e.data["continued_by"]))}.`, tone: "info" }),
   "run.target_moved": (e, v) => ({ text: `${v} follows a moving target: “${str(e.data["waypoint_id"])}” is now ${distance(num(e.data["from_planned_m"]))} from where it was planned.`, tone: "info" }),
   "run.target_not_followed": (e, v) => ({ text: `${v} does not follow its moving target: ${str(e.data["reason"])}.`, tone: "warn" }),
   "run.item": (e, v) => ({ text: `${v} ${e.data["what"] === "reached" ? "has done" : "is on its way to"} “${str(e.data["item_id"])}”.`, tone: "info" }),

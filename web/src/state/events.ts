@@ -14,6 +14,7 @@ const APPLY: Readonly<Partial<Record<EventKind, Apply>>> = {
   "vehicle.quarantined": (world, event) => withVehicle(world, event, () => ({ quarantined: words(event.data["reason"]) })),
   "run.created": onRun,
   "run.changed": onRun,
+  "run.continued": onRun,
   "run.upload_progress": onUploadProgress,
   "run.item": onItem,
   "run.drop": onDrop,
