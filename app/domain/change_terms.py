@@ -14,6 +14,8 @@ from app.domain.run import Run, RunState
 from app.domain.vehicle import FlightMode, LandedState, VehicleState, VehicleType
 
 FRESH_POSITION_S: Final = 2.0
+_TAKEN_OUT: Final = frozenset({"pause", "return", "land", "contingency"})
+"""Asked for: the vehicle leaves Mission mode in a moment."""
 _TURNING: Final = frozenset({"transition_to_fixed_wing", "transition_to_multicopter"})
 
 
@@ -65,7 +67,7 @@ class ChangeTerms:
         flying = run.state in (RunState.FLYING, RunState.AT_DROP) and state.mode is FlightMode.MISSION
         if not state.connected:
             raise ConflictError("the link to the vehicle is lost", hint="wait until it is connected")
-        if not (paused or flying):
+        if not (paused or (flying and run.asked not in _TAKEN_OUT)):
             raise _wrong(run, f"run {run.id} is {run.state.value}: its mission cannot be changed now")
 
     def _refuse_phase(self) -> None:

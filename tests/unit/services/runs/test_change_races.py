@@ -1,0 +1,110 @@
+"""What happens around a change in flight at the worst moment: nobody's command is overruled, and no drop made twice."""
+
+from __future__ import annotations
+
+import asyncio
+
+import pytest
+
+from app.domain.errors import ChangeUnderWayError, VehicleRefusedError, WrongStateError
+from app.domain.run import Run
+from app.domain.vehicle import FlightMode
+from app.services.runs.orders import FailureOrder
+from tests.unit.services.runs.desk import Desk, desk
+from tests.unit.services.runs.test_change import clinic_moved, fly, store
+
+
+def when_the_facts_are_read(at: Desk) -> tuple[asyncio.Event, asyncio.Event]:
+    """Told when a change asks for the vehicle's facts; it gets them when the second is set."""
+    asked, gate, read_facts = asyncio.Event(), asyncio.Event(), at.vehicle.read_facts
+
+    async def later() -> object:
+        asked.set()
+        await gate.wait()
+        return await read_facts()
+
+    at.vehicle.read_facts = later  # type: ignore[method-assign, assignment]
+    return asked, gate
+
+
+@pytest.mark.parametrize("command", ["return_to_launch", "land", "pause"])
+async def test_a_command_given_while_a_change_is_prepared_breaks_it_off(command: str) -> None:
+    async with desk() as at:
+        await fly(at)
+        on_board = at.vehicle.on_board
+        asked, gate = when_the_facts_are_read(at)
+        change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann"))
+        await asked.wait()
+        await getattr(at.runs, command)(at.run_id, "bob")
+        at.vehicle.put(mode=FlightMode.MISSION)  # its HEARTBEAT may say so for another second
+        gate.set()
+        with pytest.raises(ChangeUnderWayError):
+            await asyncio.wait_for(change, 10.0)
+        assert (at.vehicle.on_board, at.run.changing, at.run.plan_id) == (on_board, None, "plan-1")
+
+
+def newest(at: Desk) -> Run:
+    """The run as it is before it is stored."""
+    return at.runs._flights[at.run_id]._recorder.run
+
+
+async def test_a_command_given_while_a_change_is_stored_breaks_it_off_and_nothing_is_sent() -> None:
+    async with desk() as at:
+        await fly(at)
+        on_board = at.vehicle.on_board
+        at.events.pause()
+        change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann"))
+        await at.until(lambda: newest(at).changing is not None, "the change must begin")
+        returns = asyncio.create_task(at.runs.return_to_launch(at.run_id, "bob"))
+        await at.until(lambda: newest(at).asked == "return", "it is asked")
+        at.events.open.set()
+        with pytest.raises(ChangeUnderWayError):
+            await asyncio.wait_for(change, 10.0)
+        await returns
+        assert (at.vehicle.on_board, at.vehicle.sent[-1], at.run.changing) == (on_board, "return", None)
+
+
+async def test_a_failed_drop_that_the_plan_answers_breaks_a_change_off() -> None:
+    async with desk() as at:
+        await fly(at)
+        at.vehicle.upload_gate.clear()
+        change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann"))
+        await at.until(lambda: at.run.changing is not None, "the change must begin")
+        at.runs._flights[at.run_id]._sender.carry_out([FailureOrder("return", "drop")])
+        with pytest.raises(ChangeUnderWayError):
+            await asyncio.wait_for(change, 10.0)
+        assert at.vehicle.sent[-1] == "return"
+
+
+async def test_a_vehicle_that_was_told_to_return_is_not_given_its_old_mission_again() -> None:
+    async with desk() as at:
+        await fly(at)
+        at.vehicle.infeasible = 1
+        ready = at.vehicle.wait_mission_ready
+
+        async def refused(**terms: object) -> None:
+            try:
+                await ready(**terms)  # type: ignore[arg-type]
+            finally:
+                at.events.pause()
+
+        at.vehicle.wait_mission_ready = refused  # type: ignore[method-assign, assignment]
+        change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann"))
+        await at.until(lambda: not at.events.open.is_set(), "it is found infeasible")
+        sent = at.vehicle.on_board
+        returns = asyncio.create_task(at.runs.return_to_launch(at.run_id, "bob"))
+        await at.until(lambda: newest(at).asked == "return", "it is asked")
+        at.events.open.set()
+        with pytest.raises(VehicleRefusedError):
+            await asyncio.wait_for(change, 10.0)
+        await returns
+        assert (at.vehicle.on_board, newest(at).asked, at.vehicle.sent[-1]) == (sent, "return", "return")
+
+
+async def test_a_vehicle_that_was_told_to_return_is_not_changed_while_it_still_says_mission() -> None:
+    async with desk() as at:
+        await fly(at)
+        await at.runs.return_to_launch(at.run_id, "bob")
+        at.vehicle.put(mode=FlightMode.MISSION)
+        with pytest.raises(WrongStateError):
+            await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
