@@ -23,7 +23,8 @@ _TURNING: Final = frozenset({"transition_to_fixed_wing", "transition_to_multicop
 class ChangeTerms:
     """What is looked at. `mission` is on board, `current` the item of it that is flown.
 
-    `drop_is_busy`: the vehicle waits at a drop, or the outcome of a release is awaited.
+    `drop_is_busy`: the vehicle waits at a drop, or the outcome of a release is awaited. `item_is_heard`: its
+    MISSION_CURRENT is not from before the link was lost.
     """
 
     run: Run
@@ -32,6 +33,7 @@ class ChangeTerms:
     state: VehicleState
     current: int | None
     drop_is_busy: bool
+    item_is_heard: bool
 
     def refuse_unfit(self) -> None:
         """Raises WrongStateError, DropInProgressError, PauseFirstError, ConflictError."""
@@ -42,6 +44,7 @@ class ChangeTerms:
                 hint="order it again when the drop has its outcome",
             )
         self._refuse_phase()
+        self._refuse_unseen()
         if self.state.mode is FlightMode.MISSION:
             self._refuse_moving()
 
@@ -81,6 +84,14 @@ class ChangeTerms:
             raise _wrong(self.run, "the vehicle takes off, lands or stands: its mission cannot be changed now")
         if self.state.vtol_state in _TURNING:
             raise _wrong(self.run, "the vehicle is in a transition: its mission cannot be changed now")
+
+    def _refuse_unseen(self) -> None:
+        """What it did unseen may be a drop, and going on with the item it was last seen at would make that again."""
+        seq = self.state.mission_seq
+        if not self.item_is_heard or (seq is not None and seq != (self.current or 0)):
+            raise ConflictError(
+                "it is not known yet how far the vehicle flew on unseen", hint="order it again in a few seconds"
+            )
 
     def _refuse_moving(self) -> None:
         if self.run.mission_id is None:

@@ -114,6 +114,7 @@ class MissionChanger:
             state=self._link.state(),
             current=watch.progress.current,
             drop_is_busy=watch.drop_is_busy,
+            item_is_heard=watch.item_is_heard,
         )
 
     async def _prepare(
@@ -156,8 +157,9 @@ class MissionChanger:
         )
 
     async def _send(self, pending: PendingChange, orders: int) -> None:
-        """Stored before it is sent: after a restart it must be known what may be on board. Not sent if more than `orders`
-        were given by then.
+        """Stored before it is sent: after a restart it must be known what may be on board.
+
+        Not sent if more than `orders` were given by then.
         """
         self._watch.change = pending
         self._recorder.change(changing=pending.change)

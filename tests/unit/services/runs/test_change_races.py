@@ -6,8 +6,10 @@ import asyncio
 
 import pytest
 
-from app.domain.errors import ChangeUnderWayError, VehicleRefusedError, WrongStateError
-from app.domain.run import Run
+from app.domain.drop import DropPhase
+from app.domain.errors import ChangeUnderWayError, ConflictError, VehicleRefusedError, WrongStateError
+from app.domain.mission import MavCmd
+from app.domain.run import Run, RunState
 from app.domain.vehicle import FlightMode
 from app.services.runs.orders import FailureOrder
 from tests.unit.services.runs.desk import Desk, desk
@@ -108,3 +110,21 @@ async def test_a_vehicle_that_was_told_to_return_is_not_changed_while_it_still_s
         at.vehicle.put(mode=FlightMode.MISSION)
         with pytest.raises(WrongStateError):
             await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
+
+
+async def test_an_embedded_drop_that_was_made_unseen_is_not_made_again_by_a_change_in_the_hold_after_it() -> None:
+    async with desk("multicopter-embedded.json") as at:
+        await fly(at, "clinic")
+        at.vehicle.put(connected=False)
+        flight = at.runs._flights[at.run_id]
+        await at.until(lambda: flight._watch._connected_since_s is None, "the link must be lost")
+        at.vehicle.put(connected=True, mode=FlightMode.HOLD)
+        await at.until_state(RunState.PAUSED)
+        with pytest.raises(ConflictError, match="unseen"):  # MISSION_CURRENT comes a second after the HEARTBEAT
+            await at.runs.change_mission(at.run_id, "plan-1", "clinic", "ann")
+        at.vehicle.put(mission_seq=at.mission.seqs_of("home")[0])
+        await at.until(lambda: at.run.item_id == "home", "what it flew unseen must show")
+        await at.until(lambda: at.drop.phase is DropPhase.DONE, "the drop must have its outcome")
+        await at.until(lambda: flight._watch.item_is_heard, "it is heard for long enough")
+        await at.runs.change_mission(at.run_id, "plan-1", None, "ann")
+        assert MavCmd.DO_GRIPPER not in [one.command for one in at.vehicle.on_board]
