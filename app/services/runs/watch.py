@@ -105,7 +105,7 @@ class FlightWatch:
             if not release.is_over and (release.is_busy or release.compiled.plan_item_id not in ahead):
                 release.end("the plan was changed in flight", self._clock.monotonic())
                 self.record(release)
-        self.skip_to = change.first_seq(self._progress.item_id)
+        self.skip_to = change.first_seq(self.leg.plan, self._progress)
         self.leg = change.begin(self._recorder)
         progress = Progress.of(change.mission)
         self._progress = replace(progress, flown=self._progress.flown, passed_to=self.skip_to - 1)

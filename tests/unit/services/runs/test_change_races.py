@@ -13,7 +13,7 @@ from app.domain.run import Run, RunState
 from app.domain.vehicle import FlightMode
 from app.services.runs.orders import FailureOrder
 from tests.unit.services.runs.desk import Desk, desk
-from tests.unit.services.runs.test_change import clinic_moved, fly, store
+from tests.unit.services.runs.test_change import Document, clinic_moved, fly, item, store
 
 
 def when_the_facts_are_read(at: Desk) -> tuple[asyncio.Event, asyncio.Event]:
@@ -128,3 +128,26 @@ async def test_an_embedded_drop_that_was_made_unseen_is_not_made_again_by_a_chan
         await at.until(lambda: flight._watch.item_is_heard, "it is heard for long enough")
         await at.runs.change_mission(at.run_id, "plan-1", None, "ann")
         assert MavCmd.DO_GRIPPER not in [one.command for one in at.vehicle.on_board]
+
+
+async def test_a_stop_put_into_a_flight_is_not_skipped_when_its_place_is_passed_meanwhile() -> None:
+    def with_a_stop(document: Document) -> None:
+        stop = {
+            **item(document, "corner"),
+            "id": "stop",
+            "latitude_deg": item(document, "corner")["latitude_deg"] + 2e-4,
+        }
+        document["items"].insert(document["items"].index(item(document, "corner")) + 1, stop)
+
+    async with desk() as at:
+        await fly(at)
+        at.vehicle.upload_gate.clear()
+        change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, with_a_stop), None, "ann", ["stop"]))
+        await at.until(lambda: at.run.changing is not None, "the change must begin")
+        at.vehicle.put(mission_seq=at.mission.seqs_of("clinic")[0])
+        await at.until(lambda: at.run.item_id == "clinic", "it flies what it flew")
+        at.vehicle.upload_gate.set()
+        await asyncio.wait_for(change, 10.0)
+        assert "set_current" not in at.vehicle.sent[-1]
+        await at.until(lambda: at.run.item_id == "corner", "it flies back")
+        assert "stop" not in at.run.flown_item_ids
