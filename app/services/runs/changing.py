@@ -208,8 +208,8 @@ class MissionChanger:
 
     async def _restore(self, refused: PendingChange, back: PendingChange) -> None:
         """The vehicle took the upload and found it infeasible: it holds, and what it flew before is gone from it."""
-        if self._watch.change is refused:
-            return  # not known to be on board
+        if not refused.has_arrived(self._link.state()):
+            return  # it was refused before it was on board
         if self._recorder.run.asked not in ("", "pause"):
             return  # it was told to do something else meanwhile
         self._recorder.change(asked="refused")

@@ -104,7 +104,7 @@ class FlightWatch:
         for release in self.leg.releases:
             if not release.is_over and (release.is_busy or release.compiled.plan_item_id not in ahead):
                 release.end("the plan was changed in flight", self._clock.monotonic())
-                self.record(release)
+                self._recorder.drop(release.record)  # it was not flown: a change took it out
         self.skip_to = change.first_seq(self.leg.plan, self._progress)
         self.leg = change.begin(self._recorder)
         progress = Progress.of(change.mission)

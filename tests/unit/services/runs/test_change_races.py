@@ -6,7 +6,7 @@ import asyncio
 
 import pytest
 
-from app.domain.drop import DropPhase
+from app.domain.drop import DropOutcome, DropPhase, DropRecord
 from app.domain.errors import ChangeUnderWayError, ConflictError, VehicleRefusedError, WrongStateError
 from app.domain.mission import MavCmd
 from app.domain.run import Run, RunState
@@ -113,17 +113,21 @@ async def test_a_vehicle_that_was_told_to_return_is_not_changed_while_it_still_s
 
 
 async def test_an_embedded_drop_that_was_made_unseen_is_not_made_again_by_a_change_in_the_hold_after_it() -> None:
-    async with desk("multicopter-embedded.json") as at:
+    def with_a_way_back(document: Document) -> None:
+        document["items"].insert(-1, {**item(document, "clinic"), "id": "back", "latitude_deg": 47.398})
+
+    async with desk("multicopter-embedded.json", changes=with_a_way_back) as at:
         await fly(at, "clinic")
         at.vehicle.put(connected=False)
         flight = at.runs._flights[at.run_id]
         await at.until(lambda: flight._watch._connected_since_s is None, "the link must be lost")
         at.vehicle.put(connected=True, mode=FlightMode.HOLD)
         await at.until_state(RunState.PAUSED)
+        await at.runs.pause(at.run_id, "ann")
         with pytest.raises(ConflictError, match="unseen"):  # MISSION_CURRENT comes a second after the HEARTBEAT
             await at.runs.change_mission(at.run_id, "plan-1", "clinic", "ann")
-        at.vehicle.put(mission_seq=at.mission.seqs_of("home")[0])
-        await at.until(lambda: at.run.item_id == "home", "what it flew unseen must show")
+        at.vehicle.put(mission_seq=at.mission.seqs_of("back")[0])
+        await at.until(lambda: at.run.item_id == "back", "what it flew unseen must show")
         await at.until(lambda: at.drop.phase is DropPhase.DONE, "the drop must have its outcome")
         await at.until(lambda: flight._watch.item_is_heard, "it is heard for long enough")
         await at.runs.change_mission(at.run_id, "plan-1", None, "ann")
@@ -151,3 +155,36 @@ async def test_a_stop_put_into_a_flight_is_not_skipped_when_its_place_is_passed_
         assert "set_current" not in at.vehicle.sent[-1]
         await at.until(lambda: at.run.item_id == "corner", "it flies back")
         assert "stop" not in at.run.flown_item_ids
+
+
+async def test_a_drop_that_a_change_takes_out_is_not_told_as_flown() -> None:
+    def without_drop(document: Document) -> None:
+        document["items"] = [one for one in document["items"] if one["id"] != "drop"]
+
+    async with desk() as at:
+        await fly(at, "clinic")
+        await at.runs.change_mission(at.run_id, store(at, without_drop), None, "ann")
+        assert at.drop.outcome is DropOutcome.KEPT
+        assert "drop" not in at.run.flown_item_ids
+
+
+async def test_a_mission_found_infeasible_before_it_was_looked_at_is_replaced_by_the_one_before() -> None:
+    async with desk() as at:
+        await fly(at)
+        at.vehicle.infeasible = 1
+        at.runs._flights[at.run_id]._watch._settle_change = lambda change, seen: None  # type: ignore[method-assign]
+        with pytest.raises(VehicleRefusedError):
+            await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
+        assert at.vehicle.on_board[1].x == round(at.mission.drops[0].latitude_deg * 1e7)
+        assert at.run.asked == "refused"
+
+
+def test_a_parcel_that_came_back_from_its_alternate_and_was_tried_again_is_told_of_by_its_drop() -> None:
+    def last(outcome: DropOutcome) -> list[str]:
+        drop = DropRecord(plan_item_id="drop", supervised=True, phase=DropPhase.DONE, outcome=outcome)
+        kept = drop.model_copy(update={"plan_item_id": "locker", "alternate_to": "drop", "outcome": DropOutcome.KEPT})
+        run = Run(id="r", plan_id="p", plan_hash="h", vehicle_id="v", drops=(drop, kept), created_at=0, updated_at=0)
+        return [record.plan_item_id for record in run.last_drops]
+
+    assert last(DropOutcome.KEPT) == ["locker"]
+    assert [last(DropOutcome.RELEASED), last(DropOutcome.UNKNOWN), last(DropOutcome.PENDING)] == [["drop"]] * 3
