@@ -14,6 +14,8 @@ from app.domain.run import Run, RunState
 from app.domain.vehicle import FlightMode, LandedState, VehicleState, VehicleType
 
 FRESH_POSITION_S: Final = 2.0
+_TAKEN_OUT: Final = frozenset({"pause", "return", "land", "contingency"})
+"""Asked for: the vehicle leaves Mission mode in a moment."""
 _TURNING: Final = frozenset({"transition_to_fixed_wing", "transition_to_multicopter"})
 
 
@@ -21,7 +23,8 @@ _TURNING: Final = frozenset({"transition_to_fixed_wing", "transition_to_multicop
 class ChangeTerms:
     """What is looked at. `mission` is on board, `current` the item of it that is flown.
 
-    `drop_is_busy`: the vehicle waits at a drop, or the outcome of a release is awaited.
+    `drop_is_busy`: the vehicle waits at a drop, or the outcome of a release is awaited. `item_is_heard`: its
+    MISSION_CURRENT is not from before the link was lost.
     """
 
     run: Run
@@ -30,6 +33,7 @@ class ChangeTerms:
     state: VehicleState
     current: int | None
     drop_is_busy: bool
+    item_is_heard: bool
 
     def refuse_unfit(self) -> None:
         """Raises WrongStateError, DropInProgressError, PauseFirstError, ConflictError."""
@@ -40,6 +44,7 @@ class ChangeTerms:
                 hint="order it again when the drop has its outcome",
             )
         self._refuse_phase()
+        self._refuse_unseen()
         if self.state.mode is FlightMode.MISSION:
             self._refuse_moving()
 
@@ -65,7 +70,7 @@ class ChangeTerms:
         flying = run.state in (RunState.FLYING, RunState.AT_DROP) and state.mode is FlightMode.MISSION
         if not state.connected:
             raise ConflictError("the link to the vehicle is lost", hint="wait until it is connected")
-        if not (paused or flying):
+        if not (paused or (flying and run.asked not in _TAKEN_OUT)):
             raise _wrong(run, f"run {run.id} is {run.state.value}: its mission cannot be changed now")
 
     def _refuse_phase(self) -> None:
@@ -79,6 +84,14 @@ class ChangeTerms:
             raise _wrong(self.run, "the vehicle takes off, lands or stands: its mission cannot be changed now")
         if self.state.vtol_state in _TURNING:
             raise _wrong(self.run, "the vehicle is in a transition: its mission cannot be changed now")
+
+    def _refuse_unseen(self) -> None:
+        """What it did unseen may be a drop, and going on with the item it was last seen at would make that again."""
+        seq = self.state.mission_seq
+        if not self.item_is_heard or (seq is not None and seq != (self.current or 0)):
+            raise ConflictError(
+                "it is not known yet how far the vehicle flew on unseen", hint="order it again in a few seconds"
+            )
 
     def _refuse_moving(self) -> None:
         if self.run.mission_id is None:

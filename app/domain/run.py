@@ -7,7 +7,7 @@ from typing import Final
 
 from pydantic import BaseModel, ConfigDict
 
-from app.domain.drop import DropRecord
+from app.domain.drop import DropOutcome, DropRecord
 from app.domain.errors import WrongStateError
 from app.domain.in_flight import InFlight
 from app.domain.prediction.wind import Wind
@@ -159,9 +159,14 @@ class Run(BaseModel):
 
     @property
     def last_drops(self) -> tuple[DropRecord, ...]:
-        """The drops that say where each parcel is: not those whose parcel went on to an alternate."""
-        gone_on = {drop.alternate_to for drop in self.drops}
-        return tuple([drop for drop in self.drops if drop.plan_item_id not in gone_on])
+        """The drops that say where each parcel is: not those whose parcel went on to an alternate.
+
+        A parcel that came back from its alternate and was tried again is told of by its drop alone.
+        """
+        kept = {drop.plan_item_id for drop in self.drops if drop.outcome is DropOutcome.KEPT}
+        gone_on = {drop.alternate_to for drop in self.drops if drop.alternate_to in kept}
+        tried_again = {drop.plan_item_id for drop in self.drops if drop.alternate_to not in (None, *kept)}
+        return tuple([drop for drop in self.drops if drop.plan_item_id not in gone_on | tried_again])
 
     def drop(self, plan_item_id: str) -> DropRecord:
         """The record of one drop; KeyError if the plan has no such drop."""

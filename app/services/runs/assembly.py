@@ -47,9 +47,9 @@ def assemble(
     leg = leg_of(run, plan, mission, settings)
     watch = FlightWatch(link, leg, recorder, settings, clock, targets)
     preparation = Preparation(link, mission, recorder, settings, clock, closes_gripper=_starts_loaded(plan))
-    sender = OrderSender(link, recorder, watch, settings)
-    consents = Consents(watch, recorder)
     changer = MissionChanger(link, facts, recorder, watch, settings, clock)
+    sender = OrderSender(link, recorder, watch, settings, changer.break_off)
+    consents = Consents(watch, recorder)
     flight = RunFlight(link, recorder, preparation, watch, sender, consents, changer, settings)
     return Assembled(flight, recorder, watch)
 

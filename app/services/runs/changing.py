@@ -60,6 +60,8 @@ class MissionChanger:
         self._clock = clock
         self._turn = asyncio.Lock()
         self._sending: asyncio.Task[None] | None = None
+        self._orders = 0
+        """Commands given instead, so far: one that comes while a change is prepared must break it off too."""
 
     @property
     def is_open(self) -> bool:
@@ -80,13 +82,15 @@ class MissionChanger:
         if self._turn.locked() or (self.is_open and self._recorder.run.mission_id is not None):
             raise ChangeUnderWayError("another change is under way", hint="wait until it is known what came of it")
         async with self._turn:
+            orders = self._orders
             self._terms().refuse_unfit()
             facts = await self._facts()
             pending = await self._prepare(stored, facts, continue_at, by, needed)
             back = await self._way_back(facts, by)
-            self._terms().refuse_unfit()  # that took its time
+            self._refuse_broken_off(orders)  # that took its time
+            self._terms().refuse_unfit()
             try:
-                await self._send(pending)
+                await self._send(pending, orders)
             except VehicleRefusedError:
                 if back is not None:
                     await self._restore(pending, back)
@@ -101,9 +105,14 @@ class MissionChanger:
             return None
 
     def break_off(self) -> None:
-        """End a transfer that is under way: until its last item has come, the vehicle flies what it flew."""
+        """End a change that is under way: until its last item has come, the vehicle flies what it flew."""
+        self._orders += 1
         if self._sending is not None:
             self._sending.cancel()
+
+    def _refuse_broken_off(self, orders: int) -> None:
+        if self._orders != orders:
+            raise _broken_off()
 
     def _terms(self) -> ChangeTerms:
         watch = self._watch
@@ -116,6 +125,7 @@ class MissionChanger:
             state=self._link.state(),
             current=watch.progress.current,
             drop_is_busy=watch.drop_is_busy,
+            item_is_heard=watch.item_is_heard,
         )
 
     async def _prepare(
@@ -157,18 +167,26 @@ class MissionChanger:
             change, plan, mission, timeline.first(RECORDED_VISITS), self._settings, continue_at is None
         )
 
-    async def _send(self, pending: PendingChange) -> None:
-        """Stored before it is sent: after a restart it must be known what may be on board."""
+    async def _send(self, pending: PendingChange, orders: int) -> None:
+        """Stored before it is sent: after a restart it must be known what may be on board.
+
+        Not sent if more than `orders` were given by then.
+        """
         self._watch.change = pending
         self._recorder.change(changing=pending.change)
         self._note("sent", pending)
         try:
             await self._recorder.flush()
+            self._refuse_broken_off(orders)
             self._sending = asyncio.ensure_future(self._transfer(pending.mission))
             await asyncio.wait({self._sending})
             await self._settle(pending, self._sending)
         except StorageError:
-            self._withdraw(pending)
+            self._withdraw(pending, "it could not be recorded")
+            raise
+        except ChangeUnderWayError:
+            if self._sending is None:
+                self._withdraw(pending, "something else was commanded")
             raise
         finally:
             pending.ended_s = self._clock.monotonic()
@@ -193,7 +211,7 @@ class MissionChanger:
         with suppress(StorageError):
             await self._recorder.flush()
         if sending.cancelled() and not arrived:
-            raise ChangeUnderWayError("the change was broken off: something else was commanded meanwhile")
+            raise _broken_off()
         if error is not None:
             raise error
         if self._watch.skip_to > 0 and self._link.state().mode is FlightMode.MISSION:
@@ -201,16 +219,18 @@ class MissionChanger:
 
     async def _restore(self, refused: PendingChange, back: PendingChange) -> None:
         """The vehicle took the upload and found it infeasible: it holds, and what it flew before is gone from it."""
-        if self._watch.change is refused:
-            return  # not known to be on board
+        if not refused.has_arrived(self._link.state()):
+            return  # it was refused before it was on board
+        if self._recorder.run.asked not in ("", "pause"):
+            return  # it was told to do something else meanwhile
         self._recorder.change(asked="refused")
         with suppress(WaydropError):
-            await self._send(back)
+            await self._send(back, self._orders)
 
-    def _withdraw(self, pending: PendingChange) -> None:
+    def _withdraw(self, pending: PendingChange, why: str) -> None:
         self._watch.change = None
         self._recorder.change(changing=None)
-        self._note("not sent: it could not be recorded", pending)
+        self._note(f"not sent: {why}", pending)
 
     def _note(self, result: str, pending: PendingChange) -> None:
         change = pending.change
@@ -219,6 +239,10 @@ class MissionChanger:
             self._recorder.note(EventKind.RUN_COMMAND, command="change_mission", by=change.by, **told)
         else:
             self._recorder.note(EventKind.RUN_ACK, command="change_mission", result=result)
+
+
+def _broken_off() -> ChangeUnderWayError:
+    return ChangeUnderWayError("the change was broken off: something else was commanded meanwhile")
 
 
 def _stored(run: Run, plan: Plan) -> StoredPlan:

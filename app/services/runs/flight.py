@@ -100,6 +100,7 @@ class RunFlight:
         async with self._acting:
             if self._recorder.run.state not in IN_FLIGHT:
                 raise self._wrong(asked)
+            self.changer.break_off()  # one may have begun while an earlier command was under way
             before = self._recorder.run.asked
             self._recorder.change(asked=asked)
             self._recorder.note(EventKind.RUN_COMMAND, command=asked)

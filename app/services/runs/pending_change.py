@@ -9,6 +9,7 @@ from app.domain.events import EventKind
 from app.domain.mission import Mission
 from app.domain.plan import Plan
 from app.domain.prediction import Timeline
+from app.domain.progress import Progress
 from app.domain.run import PlanChange
 from app.domain.vehicle import VehicleState
 from app.services.runs.leg import Leg, changed_to, leg_of
@@ -48,10 +49,18 @@ class PendingChange:
         """Whether the vehicle names it as the mission that it carries (MISSION_CURRENT.mission_id)."""
         return state.mission_id == self.change.mission_id
 
-    def first_seq(self, current: str | None) -> int:
-        """Its item to go on with, if the vehicle has come to `current` while it was under way."""
+    def first_seq(self, flown_by: Plan, progress: Progress) -> int:
+        """Its item to go on with, if the vehicle has come further in `flown_by` while it was under way.
+
+        0 if anything before that is news: what a change brings is never skipped, and flying back does no harm.
+        """
+        current = progress.item_id
         seqs = self.mission.seqs_of(current) if self.follows and current is not None else ()
-        return seqs[0] if seqs else 0
+        first = seqs[0] if seqs else 0
+        before = {self.mission.plan_item_of[seq] for seq in range(first) if seq in self.mission.plan_item_of}
+        flown = {item.id: item for item in flown_by.items if item.id in progress.flown}
+        as_flown = all(item == flown.get(item.id) for item in self.plan.items if item.id in before)
+        return first if as_flown else 0
 
     def begin(self, recorder: RunRecorder) -> Leg:
         """It is on board: the run is of this plan from now on. The leg that the flight follows."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import math
-from collections.abc import Coroutine, Sequence
+from collections.abc import Callable, Coroutine, Sequence
 from typing import Final
 
 from app.domain.commands import CommandAck, CommandRequest
@@ -27,11 +27,20 @@ LEAVE_WITHIN_S: Final = 1.0
 class OrderSender:
     """Sends releases and resumes, each in a task of its own, and hands the answers back to the drop."""
 
-    def __init__(self, link: VehicleLink, recorder: RunRecorder, watch: FlightWatch, settings: RunSettings) -> None:
+    def __init__(
+        self,
+        link: VehicleLink,
+        recorder: RunRecorder,
+        watch: FlightWatch,
+        settings: RunSettings,
+        break_off: Callable[[], None],
+    ) -> None:
+        """`break_off` ends a change of the mission that is under way."""
         self._link = link
         self._recorder = recorder
         self._watch = watch
         self._settings = settings
+        self._break_off = break_off
         self._tasks: set[asyncio.Task[None]] = set()
 
     def carry_out(self, orders: Sequence[Order]) -> None:
@@ -60,6 +69,7 @@ class OrderSender:
 
     async def _on_failure(self, order: FailureOrder) -> None:
         """Do what the plan says of a failed drop. If that fails too, the mission on board goes on."""
+        self._break_off()
         returns = order.action == "return"
         self._recorder.change(asked="contingency" if returns else "pause")
         self._recorder.note(EventKind.RUN_COMMAND, command=order.action, because=f"{order.plan_item_id} failed")
@@ -150,9 +160,12 @@ class OrderSender:
 
     async def _set_current(self, seq: int, **why: object) -> None:
         self._recorder.note(EventKind.RUN_COMMAND, command="set_current", params=[seq], **why)
+        self._watch.moving_on += 1
         try:
             await self._link.set_current(seq)
             result = "accepted"
         except WaydropError as error:
             result = error.detail
+        finally:
+            self._watch.moving_on -= 1
         self._recorder.note(EventKind.RUN_ACK, command="set_current", result=result)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
@@ -19,7 +20,7 @@ from app.services.runs.evidence import Look
 from app.services.runs.item_clock import ItemClock
 from app.services.runs.leg import Leg
 from app.services.runs.orders import Order, Release
-from app.services.runs.pending_change import PendingChange
+from app.services.runs.pending_change import SETTLED_S, PendingChange
 from app.services.runs.recorder import RunRecorder
 from app.services.runs.settings import LAST_REPORTS_S, SLOWEST_HEARTBEAT_S, UNFINISHED_DROPS_S, RunSettings
 from app.services.targets import Targets
@@ -42,6 +43,8 @@ class FlightWatch:
     ) -> None:
         self._link = link
         self.leg = leg
+        self.moving_on = 0
+        """Commands that make another item current and are not answered yet: their numbers are of this mission."""
         self.change: PendingChange | None = None
         """A changed mission that is on its way to the vehicle, or may be on board."""
         self.skip_to = 0
@@ -89,7 +92,15 @@ class FlightWatch:
     def drop_is_busy(self) -> bool:
         """Whether the vehicle waits at a drop or was sent to an alternate, or what a release did is not known yet."""
         open_ones = [release for release in self.leg.releases if not release.is_over]
-        return any(one.is_active or one.is_busy or one.record.alternate_to is not None for one in open_ones)
+        return self.moving_on > 0 or any(
+            one.is_active or one.is_busy or one.record.alternate_to is not None for one in open_ones
+        )
+
+    @property
+    def item_is_heard(self) -> bool:
+        """Whether MISSION_CURRENT was heard since the link came back, if it was lost."""
+        since_s = self._connected_since_s
+        return since_s is not None and self._clock.monotonic() - since_s > SETTLED_S
 
     def take_change(self, change: PendingChange) -> None:
         """The vehicle carries the changed mission: follow that one from here on."""
@@ -97,8 +108,8 @@ class FlightWatch:
         for release in self.leg.releases:
             if not release.is_over and (release.is_busy or release.compiled.plan_item_id not in ahead):
                 release.end("the plan was changed in flight", self._clock.monotonic())
-                self.record(release)
-        self.skip_to = change.first_seq(self._progress.item_id)
+                self._recorder.drop(release.record)  # it was not flown: a change took it out
+        self.skip_to = change.first_seq(self.leg.plan, self._progress)
         self.leg = change.begin(self._recorder)
         progress = Progress.of(change.mission)
         self._progress = replace(progress, flown=self._progress.flown, passed_to=self.skip_to - 1)
@@ -155,7 +166,7 @@ class FlightWatch:
             self._settle_change(self.change, seen)
             seen = self.now()
         if self._connected_since_s is None:
-            self._connected_since_s = seen.now_s
+            self._connected_since_s = -math.inf if self._first_look_s is None else seen.now_s
         self._connected_at_s = seen.now_s
         if self._rebooted:
             self.end(RunState.FAILED, "the vehicle rebooted in flight")
@@ -171,8 +182,8 @@ class FlightWatch:
         return orders
 
     def _follow_mission(self, state: VehicleState) -> None:
-        if state.mode is FlightMode.MISSION and state.mission_seq is not None:
-            self._was_away = False
+        if state.mission_seq is not None and (state.mode is FlightMode.MISSION or self._flew_on_unseen(state)):
+            self._was_away = self._was_away and state.mode is not FlightMode.MISSION
             before = self._progress.current
             self._advance(self._progress.now_current(state.mission_seq))
             if self._progress.current != before:
@@ -189,6 +200,13 @@ class FlightWatch:
             self._advance(self._progress.completed())
         if self._progress.is_complete and unasked:
             self._mission_done = True
+
+    def _flew_on_unseen(self, state: VehicleState) -> bool:
+        """Whether a vehicle that holds now is further in the run's mission than it was seen."""
+        run_mission_id, current = self._recorder.run.mission_id, self._progress.current
+        named = run_mission_id is not None and state.mission_id == run_mission_id
+        ahead = current is not None and (state.mission_seq or 0) > current
+        return named and ahead and state.mode is FlightMode.HOLD
 
     def divert(self, plan_item_id: str) -> None:
         """The vehicle is about to be sent to this drop's alternate: from now on the drop there is looked at too."""

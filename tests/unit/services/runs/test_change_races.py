@@ -1,0 +1,214 @@
+"""What happens around a change in flight at the worst moment: nobody's command is overruled, and no drop made twice."""
+
+from __future__ import annotations
+
+import asyncio
+
+import pytest
+
+from app.domain.drop import DropOutcome, DropPhase, DropRecord
+from app.domain.errors import ChangeUnderWayError, ConflictError, VehicleRefusedError, WrongStateError
+from app.domain.mission import MavCmd
+from app.domain.run import Run, RunState
+from app.domain.vehicle import FlightMode
+from app.services.runs.orders import FailureOrder
+from tests.unit.services.runs.desk import Desk, desk
+from tests.unit.services.runs.test_change import Document, clinic_moved, fly, item, store
+
+
+def when_the_facts_are_read(at: Desk) -> tuple[asyncio.Event, asyncio.Event]:
+    """Told when a change asks for the vehicle's facts; it gets them when the second is set."""
+    asked, gate, read_facts = asyncio.Event(), asyncio.Event(), at.vehicle.read_facts
+
+    async def later() -> object:
+        asked.set()
+        await gate.wait()
+        return await read_facts()
+
+    at.vehicle.read_facts = later  # type: ignore[method-assign, assignment]
+    return asked, gate
+
+
+@pytest.mark.parametrize("command", ["return_to_launch", "land", "pause"])
+async def test_a_command_given_while_a_change_is_prepared_breaks_it_off(command: str) -> None:
+    async with desk() as at:
+        await fly(at)
+        on_board = at.vehicle.on_board
+        asked, gate = when_the_facts_are_read(at)
+        change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann"))
+        await asked.wait()
+        await getattr(at.runs, command)(at.run_id, "bob")
+        at.vehicle.put(mode=FlightMode.MISSION)  # its HEARTBEAT may say so for another second
+        gate.set()
+        with pytest.raises(ChangeUnderWayError):
+            await asyncio.wait_for(change, 10.0)
+        assert (at.vehicle.on_board, at.run.changing, at.run.plan_id) == (on_board, None, "plan-1")
+
+
+def newest(at: Desk) -> Run:
+    """The run as it is before it is stored."""
+    return at.runs._flights[at.run_id]._recorder.run
+
+
+async def test_a_command_given_while_a_change_is_stored_breaks_it_off_and_nothing_is_sent() -> None:
+    async with desk() as at:
+        await fly(at)
+        on_board = at.vehicle.on_board
+        at.events.pause()
+        change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann"))
+        await at.until(lambda: newest(at).changing is not None, "the change must begin")
+        returns = asyncio.create_task(at.runs.return_to_launch(at.run_id, "bob"))
+        await at.until(lambda: newest(at).asked == "return", "it is asked")
+        at.events.open.set()
+        with pytest.raises(ChangeUnderWayError):
+            await asyncio.wait_for(change, 10.0)
+        await returns
+        assert (at.vehicle.on_board, at.vehicle.sent[-1], at.run.changing) == (on_board, "return", None)
+
+
+async def test_a_failed_drop_that_the_plan_answers_breaks_a_change_off() -> None:
+    async with desk() as at:
+        await fly(at)
+        at.vehicle.upload_gate.clear()
+        change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann"))
+        await at.until(lambda: at.run.changing is not None, "the change must begin")
+        at.runs._flights[at.run_id]._sender.carry_out([FailureOrder("return", "drop")])
+        with pytest.raises(ChangeUnderWayError):
+            await asyncio.wait_for(change, 10.0)
+        assert at.vehicle.sent[-1] == "return"
+
+
+async def test_a_vehicle_that_was_told_to_return_is_not_given_its_old_mission_again() -> None:
+    async with desk() as at:
+        await fly(at)
+        at.vehicle.infeasible = 1
+        ready = at.vehicle.wait_mission_ready
+
+        async def refused(**terms: object) -> None:
+            try:
+                await ready(**terms)  # type: ignore[arg-type]
+            finally:
+                at.events.pause()
+
+        at.vehicle.wait_mission_ready = refused  # type: ignore[method-assign, assignment]
+        change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann"))
+        await at.until(lambda: not at.events.open.is_set(), "it is found infeasible")
+        sent = at.vehicle.on_board
+        returns = asyncio.create_task(at.runs.return_to_launch(at.run_id, "bob"))
+        await at.until(lambda: newest(at).asked == "return", "it is asked")
+        at.events.open.set()
+        with pytest.raises(VehicleRefusedError):
+            await asyncio.wait_for(change, 10.0)
+        await returns
+        assert (at.vehicle.on_board, newest(at).asked, at.vehicle.sent[-1]) == (sent, "return", "return")
+
+
+async def test_a_vehicle_that_was_told_to_return_is_not_changed_while_it_still_says_mission() -> None:
+    async with desk() as at:
+        await fly(at)
+        await at.runs.return_to_launch(at.run_id, "bob")
+        at.vehicle.put(mode=FlightMode.MISSION)
+        with pytest.raises(WrongStateError):
+            await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
+
+
+async def test_an_embedded_drop_that_was_made_unseen_is_not_made_again_by_a_change_in_the_hold_after_it() -> None:
+    def with_a_way_back(document: Document) -> None:
+        document["items"].insert(-1, {**item(document, "clinic"), "id": "back", "latitude_deg": 47.398})
+
+    async with desk("multicopter-embedded.json", changes=with_a_way_back) as at:
+        await fly(at, "clinic")
+        at.vehicle.put(connected=False)
+        flight = at.runs._flights[at.run_id]
+        await at.until(lambda: flight._watch._connected_since_s is None, "the link must be lost")
+        at.vehicle.put(connected=True, mode=FlightMode.HOLD)
+        await at.until_state(RunState.PAUSED)
+        await at.runs.pause(at.run_id, "ann")
+        with pytest.raises(ConflictError, match="unseen"):  # MISSION_CURRENT comes a second after the HEARTBEAT
+            await at.runs.change_mission(at.run_id, "plan-1", "clinic", "ann")
+        at.vehicle.put(mission_seq=at.mission.seqs_of("back")[0])
+        await at.until(lambda: at.run.item_id == "back", "what it flew unseen must show")
+        await at.until(lambda: at.drop.phase is DropPhase.DONE, "the drop must have its outcome")
+        await at.until(lambda: flight._watch.item_is_heard, "it is heard for long enough")
+        await at.runs.change_mission(at.run_id, "plan-1", None, "ann")
+        assert MavCmd.DO_GRIPPER not in [one.command for one in at.vehicle.on_board]
+
+
+async def test_a_stop_put_into_a_flight_is_not_skipped_when_its_place_is_passed_meanwhile() -> None:
+    def with_a_stop(document: Document) -> None:
+        stop = {
+            **item(document, "corner"),
+            "id": "stop",
+            "latitude_deg": item(document, "corner")["latitude_deg"] + 2e-4,
+        }
+        document["items"].insert(document["items"].index(item(document, "corner")) + 1, stop)
+
+    async with desk() as at:
+        await fly(at)
+        at.vehicle.upload_gate.clear()
+        change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, with_a_stop), None, "ann", ["stop"]))
+        await at.until(lambda: at.run.changing is not None, "the change must begin")
+        at.vehicle.put(mission_seq=at.mission.seqs_of("clinic")[0])
+        await at.until(lambda: at.run.item_id == "clinic", "it flies what it flew")
+        at.vehicle.upload_gate.set()
+        await asyncio.wait_for(change, 10.0)
+        assert "set_current" not in at.vehicle.sent[-1]
+        await at.until(lambda: at.run.item_id == "corner", "it flies back")
+        assert "stop" not in at.run.flown_item_ids
+
+
+async def test_a_drop_that_a_change_takes_out_is_not_told_as_flown() -> None:
+    def without_drop(document: Document) -> None:
+        document["items"] = [one for one in document["items"] if one["id"] != "drop"]
+
+    async with desk() as at:
+        await fly(at, "clinic")
+        await at.runs.change_mission(at.run_id, store(at, without_drop), None, "ann")
+        assert at.drop.outcome is DropOutcome.KEPT
+        assert "drop" not in at.run.flown_item_ids
+
+
+async def test_a_mission_found_infeasible_before_it_was_looked_at_is_replaced_by_the_one_before() -> None:
+    async with desk() as at:
+        await fly(at)
+        at.vehicle.infeasible = 1
+        at.runs._flights[at.run_id]._watch._settle_change = lambda change, seen: None  # type: ignore[method-assign]
+        with pytest.raises(VehicleRefusedError):
+            await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
+        assert at.vehicle.on_board[1].x == round(at.mission.drops[0].latitude_deg * 1e7)
+        assert at.run.asked == "refused"
+
+
+def test_a_parcel_that_came_back_from_its_alternate_and_was_tried_again_is_told_of_by_its_drop() -> None:
+    def last(outcome: DropOutcome) -> list[str]:
+        drop = DropRecord(plan_item_id="drop", supervised=True, phase=DropPhase.DONE, outcome=outcome)
+        kept = drop.model_copy(update={"plan_item_id": "locker", "alternate_to": "drop", "outcome": DropOutcome.KEPT})
+        run = Run(id="r", plan_id="p", plan_hash="h", vehicle_id="v", drops=(drop, kept), created_at=0, updated_at=0)
+        return [record.plan_item_id for record in run.last_drops]
+
+    assert last(DropOutcome.KEPT) == ["locker"]
+    assert [last(DropOutcome.RELEASED), last(DropOutcome.UNKNOWN), last(DropOutcome.PENDING)] == [["drop"]] * 3
+
+
+async def test_no_mission_is_changed_while_the_vehicle_is_sent_on_from_a_drop() -> None:
+    """The command is sent again if its ack is lost: its number would be of another item by then."""
+    async with desk() as at:
+        set_current, gate, sent = at.vehicle.set_current, asyncio.Event(), asyncio.Event()
+
+        async def later(seq: int) -> None:
+            if seq > 0:
+                sent.set()
+                await gate.wait()
+            await set_current(seq)
+
+        at.vehicle.set_current = later  # type: ignore[method-assign]
+        await at.create()
+        await at.fly_to_drop()
+        await asyncio.wait_for(sent.wait(), 10.0)
+        assert at.drop.outcome is DropOutcome.RELEASED
+        at.vehicle.put(mission_seq=at.mission.drops[0].hold_seqs[-1] + 1)
+        watch = at.runs._flights[at.run_id]._watch
+        await at.until(lambda: watch.progress.item_id == "home", "the hold is over")
+        assert watch.drop_is_busy
+        gate.set()
+        await at.until(lambda: not watch.drop_is_busy, "the command is answered")
