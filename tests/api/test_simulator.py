@@ -71,7 +71,7 @@ async def test_the_true_state_of_each_vehicle_is_shown_under_the_id_it_has_here(
 async def test_each_fault_is_described_with_the_schema_of_its_value(simulated: Service) -> None:
     _, _, view = await simulated.call("GET", VIEW)
     faults = {kind["fault"]: kind for kind in view["faults"]}
-    assert len(faults) == 19
+    assert len(faults) == 20
     assert all(kind["effect"] for kind in faults.values())
     assert faults["loss"]["value_schema"].items() >= {"type": "number", "minimum": 0.0, "maximum": 1.0}.items()
     assert "RTL" in faults["mode"]["value_schema"]["enum"]
