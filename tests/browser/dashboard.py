@@ -20,6 +20,9 @@ FLIGHT_MS = 90_000
 
 Scheme = Literal["dark", "light"]
 
+TAP = """button => ['pointerdown', 'pointerup'].forEach(
+  kind => button.dispatchEvent(new PointerEvent(kind, { bubbles: true, isPrimary: true })))"""
+
 SOFTWARE_GL = "GPU stall due to ReadPixels"
 """What Chromium says when a canvas is copied without a graphics card; no fault of the page."""
 
@@ -105,6 +108,10 @@ class Dashboard:
         await expect(self.page.get_by_text("Can be flown")).to_be_visible(timeout=20_000)
         await self.button(f"Upload to {vehicle_id}").click()
         await self.until_state("uploaded")
+
+    async def tap(self, name: str) -> None:
+        """Press a button and let go at once, by the clock of its events: a busy page makes a held one of a click."""
+        await self.button(name).evaluate(TAP)
 
     async def hold(self, name: str) -> None:
         """Hold a button until it is confirmed."""
