@@ -79,6 +79,7 @@ def test_ids_and_numbers_map_both_ways(plan: Plan) -> None:
     assume(not _has_errors(plan))
     mission = compile_plan(plan, default_facts(plan.vehicle_type))
     ids = [item.id for item in plan.items]
+    ids += [item.alternate.id for item in plan.items if isinstance(item, Gripper) and item.alternate]
     assert len(set(ids)) == len(ids)
     assert set(mission.plan_item_of) == set(range(len(mission.items)))
     assert sorted(seq for item_id in ids for seq in mission.seqs_of(item_id)) == list(range(len(mission.items)))
