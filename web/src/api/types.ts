@@ -28,6 +28,7 @@ export type Principal = Schemas["PrincipalView"];
 export type Role = Schemas["Role"];
 export type SimulatorView = Schemas["SimulatorView"];
 export type SimulatedVehicle = Schemas["SimulatedVehicleView"];
+export type SimulatorSpeed = Schemas["SpeedView"];
 export type FaultKind = Schemas["FaultKind"];
 
 /** A fact of the stream. `page.missing` is the page's own: it stands for events that the service no longer has. */
