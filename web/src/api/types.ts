@@ -35,6 +35,12 @@ export type FaultKind = Schemas["FaultKind"];
 export type EventKind = Schemas["EventKind"] | "page.missing";
 export type StreamEvent = Omit<Schemas["Event"], "kind"> & { kind: EventKind };
 
+export type Job = Schemas["Job"];
+export type JobState = Schemas["JobState"];
+export type JobCandidate = Schemas["Candidate"];
+export type JobQueue = Schemas["VehicleQueue"];
+export type JobQueues = Schemas["JobQueuesView"];
+
 /** A plan document as somebody wrote it, perhaps half: plan/document.ts reads what is there. */
 export type PlanDocument = Readonly<Record<string, unknown>>;
 
