@@ -1,4 +1,4 @@
-"""/targets/{feed}: where a moving delivery target is."""
+"""/targets: where moving delivery targets are."""
 
 from __future__ import annotations
 
@@ -30,6 +30,17 @@ class TargetView(BaseModel):
     stale: bool
 
 
+class TargetsView(BaseModel):
+    """All targets that have reported since Waydrop started, by feed."""
+
+    targets: list[TargetView]
+
+
+async def list_targets(call: Call[NoQuery, Empty]) -> web.Response:
+    """GET /targets."""
+    return json_answer(TargetsView(targets=[_view(fix) for fix in call.request.app[TARGETS].all()]))
+
+
 async def report_target(call: Call[NoQuery, TargetReport]) -> web.Response:
     """POST /targets/{feed}."""
     feed = call.path_value("feed")
@@ -48,6 +59,17 @@ def _view(fix: TargetFix) -> TargetView:
 
 
 ROUTES: tuple[AnyRoute, ...] = (
+    Route(
+        method="GET",
+        path=f"{API}/targets",
+        handler=list_targets,
+        summary="What is known of each moving target",
+        tag="targets",
+        role=Role.VIEWER,
+        query=NoQuery,
+        body=NO_BODY,
+        answers=(Answer(200, "The targets; none is no error", TargetsView),),
+    ),
     Route(
         method="POST",
         path=f"{API}/targets/{{feed}}",

@@ -60,6 +60,10 @@ class Targets:
             raise NotFoundError(f"nothing was reported by {feed!r}", hint="POST its position to the same path")
         return TargetFix(feed, kept.report, kept.age_s + self._clock.monotonic() - kept.received_s)
 
+    def all(self) -> tuple[TargetFix, ...]:
+        """What is known of every target now, by feed."""
+        return tuple(self.fix(feed) for feed in sorted(self._kept))
+
     def fixes(self, feeds: Iterable[str]) -> Mapping[str, TargetFix]:
         """What is known of these targets now; without those of which nothing is."""
         return {feed: self.fix(feed) for feed in feeds if feed in self._kept}

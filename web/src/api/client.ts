@@ -2,7 +2,7 @@
 
 import { ProblemError, problemFrom, unreachable } from "./problem";
 import { readToken } from "./token";
-import type { Attachment, Comparison, EntryCheck, Job, JobQueue, JobQueues, OffboardDetail, PlanCheck, PlanConversion, PlanDocument, PlanExports, PlanHead, Principal, Run, SimulatorSpeed, SimulatorView, StoredPlan, TargetFormat, TaskQueue, Vehicle, VehicleType } from "./types";
+import type { Attachment, Comparison, EntryCheck, Job, JobQueue, JobQueues, OffboardDetail, PlanCheck, PlanConversion, PlanDocument, PlanExports, PlanHead, Principal, Run, SimulatorSpeed, SimulatorView, StoredPlan, Target, TargetFormat, TaskQueue, Vehicle, VehicleType } from "./types";
 import type { ForeignFormat } from "../plan/foreign";
 import type { Schema } from "../schema/control";
 import type { RunAction } from "../state/runs";
@@ -54,6 +54,8 @@ export const api = {
     send(`/runs/${encodeURIComponent(run)}/drops/${encodeURIComponent(drop)}/consent`, { grant, question }, {}),
   vehicleAction: (id: string, action: "hold" | "return" | "land"): Promise<unknown> =>
     send(`/vehicles/${encodeURIComponent(id)}/${action}`, {}, {}),
+  /** Every moving target that has reported. */
+  targets: async (): Promise<Target[]> => (await get<{ targets: Target[] }>("/targets")).targets,
   /** One page of jobs, newest first; `next` begins the one behind it. */
   jobs: (query: Readonly<Record<string, string>>): Promise<{ jobs: Job[]; next: string | null }> => get(`/jobs?${new URLSearchParams(query)}`),
   /** Of one that waits with what speaks against each vehicle now. */

@@ -35,6 +35,7 @@ export type FaultKind = Schemas["FaultKind"];
 export type EventKind = Schemas["EventKind"] | "page.missing";
 export type StreamEvent = Omit<Schemas["Event"], "kind"> & { kind: EventKind };
 
+export type Target = Schemas["TargetView"];
 export type Job = Schemas["Job"];
 export type JobState = Schemas["JobState"];
 export type JobCandidate = Schemas["Candidate"];

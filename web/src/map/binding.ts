@@ -11,10 +11,12 @@ import { goTo } from "../state/controls";
 import { handsVehicle } from "../state/hands-on";
 import { goThere } from "../state/hands-session";
 import { mapToolInHand } from "../state/map-tool";
-import { plansById } from "../state/plans";
+import { runPlan } from "../state/run-plan";
 import { itemId, panel, selectedRun, selectedVehicle, selectVehicle, vehicleId } from "../state/selection";
+import { serviceNow } from "../state/clock";
 import { slowed } from "../state/slowed";
-import { live, tracks, vehicles } from "../state/store";
+import { live, tracks, vehicles, world } from "../state/store";
+import { shownTargets } from "../state/targets";
 import { draftTask, placeTask, taskPlaces } from "../state/task-draft";
 import { taskQueue } from "../state/task-queue";
 import { theme } from "../state/theme";
@@ -27,6 +29,7 @@ import { gridLabels, type Label } from "./grid-labels";
 import { releaseFeatures } from "./release";
 import { PALETTES } from "./palette";
 import { Scene } from "./scene";
+import { targetFeatures } from "./target-features";
 import { taskFeatures } from "./task-features";
 import type { Look } from "./look";
 
@@ -35,14 +38,12 @@ export const shownPlan = computed<{ readonly key: string; readonly view: PlanVie
   const draft = draftView.value;
   if (panel.value === "plan" && draft !== null) return { key: `draft ${draftNumber.value}`, view: draft, run: null, timeline: draftTimeline.value };
   const run = selectedRun.value;
-  const view = runPlan.value;
-  return run === null || view === null ? null : { key: run.plan_id, view, run, timeline: plansById.value[run.plan_id]?.timeline ?? null };
+  const view = runPlanView.value;
+  return run === null || view === null ? null : { key: run.id, view, run, timeline: runPlan.value?.timeline ?? null };
 });
 
-const runPlan = computed(() => {
-  const stored = selectedRun.value === null ? undefined : plansById.value[selectedRun.value.plan_id];
-  return stored ? viewPlan(stored.plan) : null;
-});
+/** Read once: telemetry and the run's progress do not change it. */
+const runPlanView = computed(() => (runPlan.value === null ? null : viewPlan(runPlan.value.plan)));
 
 const home = computed(() => homeOf(selectedVehicle.value ?? Object.values(vehicles.value)[0] ?? null, shownPlan.value?.view ?? null));
 /** As text: telemetry brings the same place again and again, and nothing is drawn anew for that. */
@@ -84,6 +85,7 @@ export function bindScene(container: HTMLElement, onLabels: (labels: readonly La
     effect(() => scene.setData("sketch", sketchFeatures(sketch.value))),
     effect(() => scene.setDrawing(mapToolInHand.value)),
     effect(() => scene.setData("tasks", taskFeatures(taskQueue.value, draftTask.value, taskPlaces.value))),
+    effect(() => scene.setData("targets", targetFeatures(panel.value === "plan" ? null : shownTargets.value, shownTargets.value === null ? null : serviceNow(world.value.serviceAhead_s)))),
     effect(() => scene.setData("destination", destinationFeatures(goTo.value?.at ?? null, goTo.value === null ? null : vehiclePoint(handsVehicle.value)))),
     effect(() => {
       void homeKey.value;

@@ -1,4 +1,4 @@
-/** The map's icons, drawn by our own code when the style first asks for one: vehicles by type, drops by outcome, directions, home. */
+/** The map's icons, drawn by our own code when the style first asks for one: vehicles by type, drops by outcome, moving targets, directions, home. */
 
 import type { Palette } from "./palette";
 
@@ -9,7 +9,7 @@ export interface Icon {
 
 const SCALE = 3; // sharp on every screen, and small enough to be drawn in a blink
 
-/** The icon with this name ("vehicle:vtol:ok", "drop:released", "arrow", "home"), or null if there is none. */
+/** The icon with this name ("vehicle:vtol:ok", "drop:released", "target:stale", "arrow", "home"), or null if there is none. */
 export function drawIcon(name: string, palette: Palette): Icon | null {
   const [kind, first = "", second = ""] = name.split(":");
   switch (kind) {
@@ -17,6 +17,8 @@ export function drawIcon(name: string, palette: Palette): Icon | null {
       return draw(36, (c) => vehicle(c, first, toneColor(second, palette), palette));
     case "drop":
       return draw(26, (c) => drop(c, first, palette));
+    case "target":
+      return draw(24, (c) => target(c, first === "stale" ? palette.vehicleStale : palette.drop, palette));
     case "arrow":
       return draw(14, (c) => arrow(c, palette));
     case "home":
@@ -116,6 +118,20 @@ const MARKS: Readonly<Record<string, string>> = {
   kept: "M-4-3H4",
   unknown: "M-3-6L3 0M3-6L-3 0",
 };
+
+/** A moving delivery target: a diamond with its middle marked. */
+function target(c: CanvasRenderingContext2D, color: string, p: Palette): void {
+  const diamond = new Path2D("M0-9L9 0 0 9-9 0Z");
+  for (const [width, style] of [[5, p.halo], [2.4, color]] as const) {
+    c.lineWidth = width;
+    c.strokeStyle = style;
+    c.stroke(diamond);
+  }
+  c.fillStyle = p.background;
+  c.fill(diamond);
+  c.fillStyle = color;
+  c.fill(new Path2D("M0-4L4 0 0 4-4 0Z"));
+}
 
 function home(c: CanvasRenderingContext2D, p: Palette): void {
   c.fillStyle = p.background;

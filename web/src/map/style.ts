@@ -3,10 +3,11 @@
 import type { ExpressionSpecification, LayerSpecification, StyleSpecification } from "maplibre-gl";
 import type { FeatureCollection } from "geojson";
 import { ROUND, text, textPaint, type Look } from "./look";
+import { targetLayers } from "./target-layers";
 import { taskLayers } from "./task-layers";
 import { tileLayers, tileSources } from "./tiles";
 
-export const SOURCES = ["gridMinor", "gridMajor", "rings", "fences", "tracks", "path", "release", "handles", "places", "drops", "sketch", "destination", "tasks", "vehicles"] as const;
+export const SOURCES = ["gridMinor", "gridMajor", "rings", "fences", "tracks", "path", "release", "handles", "places", "drops", "sketch", "destination", "tasks", "targets", "vehicles"] as const;
 export type SourceId = (typeof SOURCES)[number];
 export type MapData = Record<SourceId, FeatureCollection>;
 
@@ -24,6 +25,7 @@ export function buildStyle(look: Look, data: MapData): StyleSpecification {
       ...planLayers(look),
       ...destinationLayers(look),
       ...taskLayers(look),
+      ...targetLayers(look),
       ...vehicleLayers(look),
       ...sketchLayers(look),
     ],

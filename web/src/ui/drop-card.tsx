@@ -1,5 +1,5 @@
 import type { DropRecord } from "../api/types";
-import { clockTime, distance, fullTime, speed } from "../format/units";
+import { age, clockTime, distance, fullTime, speed } from "../format/units";
 import { asSentence, certaintyName, consentWords, outcomeName, outcomeTone, plain } from "../format/words";
 import { Badge } from "./badge";
 import { DropAttachments } from "./drop-attachments";
@@ -31,6 +31,7 @@ export function DropCard({ run, drop, allowed_m }: { run: string; drop: DropReco
                 .join(" · ")}
             </p>
           )}
+          {drop.target && <p class="drop-result">{`Target ${drop.target.feed}${drop.target.distance_m === null ? "" : ` was ${distance(drop.target.distance_m)} away`}, reported ${age(drop.target.age_s)} before`}</p>}
           {drop.reason !== "" && <p class="drop-reason">{asSentence(drop.reason)}</p>}
         </div>
         <OffsetPicture drop={drop} allowed_m={allowed_m} />

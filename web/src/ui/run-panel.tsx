@@ -1,11 +1,11 @@
-import { useEffect } from "preact/hooks";
 import type { Run } from "../api/types";
 import { clockTime, percent, seconds } from "../format/units";
 import { asSentence, runStateName, runStateTone } from "../format/words";
 import { itemProgress } from "../map/features";
 import { viewPlan } from "../plan/document";
 import { questionsOf } from "../state/consents";
-import { needPlan, plansById } from "../state/plans";
+import { plansById } from "../state/plans";
+import { runPlan } from "../state/run-plan";
 import { newestRuns } from "../state/runs";
 import { selectRun, selectedRun, showPanel } from "../state/selection";
 import { runs } from "../state/store";
@@ -13,6 +13,7 @@ import { Badge } from "./badge";
 import { ConsentCard } from "./consent-card";
 import { DropCard } from "./drop-card";
 import { Icon } from "./icons";
+import { MovingTargets } from "./moving-targets";
 import { PlanItems } from "./plan-items";
 import { ProofButton } from "./proof-button";
 import { RunActions } from "./run-actions";
@@ -36,10 +37,11 @@ export function RunPanel() {
       <RunActions key={run.id} run={run} />
       <SkipTo key={`skip ${run.id}`} run={run} />
       {run.started_at !== null && run.ended_at === null && <TelemetryStrips vehicle={run.vehicle_id} />}
+      <MovingTargets vehicle={run.vehicle_id} />
       {run.drops.length > 0 && (
         <section aria-label="Drops" class="drops">
           {run.drops.map((drop) => (
-            <DropCard key={`${run.id} ${drop.plan_item_id}`} run={run.id} drop={drop} allowed_m={allowedOffset(run, drop.plan_item_id)} />
+            <DropCard key={`${run.id} ${drop.plan_item_id}`} run={run.id} drop={drop} allowed_m={allowedOffset(drop.plan_item_id)} />
           ))}
           <ProofButton key={run.id} run={run} />
         </section>
@@ -51,9 +53,9 @@ export function RunPanel() {
 }
 
 /** How far from its point the plan lets a parcel be released. */
-function allowedOffset(run: Run, itemId: string): number | null {
-  const stored = plansById.value[run.plan_id];
-  const limit = stored === undefined ? null : viewPlan(stored.plan).items.find(({ id }) => id === itemId)?.fields["max_offset_m"];
+function allowedOffset(itemId: string): number | null {
+  const stored = runPlan.value;
+  const limit = stored === null ? null : viewPlan(stored.plan).items.find(({ id }) => id === itemId)?.fields["max_offset_m"];
   return typeof limit === "number" ? limit : null;
 }
 
@@ -88,13 +90,11 @@ function RunPicker({ run }: { run: Run }) {
 }
 
 function RunHead({ run }: { run: Run }) {
-  const plan = plansById.value[run.plan_id];
-  useEffect(() => needPlan(run.plan_id), [run.plan_id]);
   const took = run.started_at === null ? null : (run.ended_at ?? run.updated_at) - run.started_at;
   return (
     <header class="run-head" data-run={run.id} data-state={run.state}>
       <div>
-        <h3>{plan?.name ?? "Run"}</h3>
+        <h3>{runPlan.value?.name ?? "Run"}</h3>
         <Badge tone={runStateTone(run.state)}>{runStateName(run.state)}</Badge>
       </div>
       <small>
@@ -121,8 +121,8 @@ function SkipTo({ run }: { run: Run }) {
 }
 
 function RunItems({ run }: { run: Run }) {
-  const stored = plansById.value[run.plan_id];
-  if (!stored) return null;
+  const stored = runPlan.value;
+  if (stored === null) return null;
   const plan = viewPlan(stored.plan);
   return (
     <section aria-label="Items of the plan">

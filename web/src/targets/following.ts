@@ -1,0 +1,64 @@
+/** The moving targets of a run: which drops follow one, where it is by now, and what was last said of it. Pure. */
+
+import type { StreamEvent, Target } from "../api/types";
+import { offset, type Point } from "../map/geometry";
+import type { PlanView } from "../plan/document";
+import { isRecord } from "../plan/pointer";
+
+/** A drop whose waypoint follows a target, no farther than `max_move_m` from the planned place. */
+export interface Follower {
+  readonly dropId: string;
+  readonly feed: string;
+  readonly planned: Point | null;
+  readonly max_move_m: number | null;
+}
+
+/** What became of the newest look: the waypoint was moved to a meeting, or it stays, and why. */
+export type Word = { readonly kind: "moved"; readonly at: Point; readonly meets_at: number; readonly from_planned_m: number } | { readonly kind: "stays"; readonly reason: string };
+
+export function followersOf(plan: PlanView): Follower[] {
+  let last: Point | null = null;
+  return plan.items.flatMap((item) => {
+    last = item.at ?? last;
+    const target = item.fields["target"];
+    if (item.type !== "gripper" || !isRecord(target) || typeof target["feed"] !== "string") return [];
+    const most = target["max_move_m"];
+    return [{ dropId: item.id, feed: target["feed"], planned: pointOf(target["planned"]) ?? last, max_move_m: typeof most === "number" ? most : null }];
+  });
+}
+
+/** Where it is `age_s` after its report, if it goes on as it was reported. */
+export function placeAfter({ report }: Target, age_s: number): Point {
+  return offset([report.longitude_deg, report.latitude_deg], speedOf(report) * age_s, courseOf(report));
+}
+
+export function speedOf({ north_m_s: north, east_m_s: east }: Target["report"]): number {
+  return Math.hypot(north, east);
+}
+
+/** Towards where it moves, 0 to 360. */
+export function courseOf({ north_m_s: north, east_m_s: east }: Target["report"]): number {
+  return ((Math.atan2(east, north) * 180) / Math.PI + 360) % 360;
+}
+
+/** `feed` has the newest event first. */
+export function lastWord(feed: readonly StreamEvent[], run: string, dropId: string): Word | null {
+  for (const { kind, run_id, time, data } of feed) {
+    if (run_id !== run || data["plan_item_id"] !== dropId) continue;
+    if (kind === "run.target_not_followed") return { kind: "stays", reason: String(data["reason"] ?? "") };
+    if (kind !== "run.target_moved") continue;
+    const at = pointOf(data["moved_to"]);
+    if (at !== null) return { kind: "moved", at, meets_at: time + numberOf(data["after_s"]), from_planned_m: numberOf(data["from_planned_m"]) };
+  }
+  return null;
+}
+
+function numberOf(value: unknown): number {
+  return typeof value === "number" ? value : 0;
+}
+
+function pointOf(value: unknown): Point | null {
+  if (!isRecord(value)) return null;
+  const { latitude_deg: lat, longitude_deg: lon } = value;
+  return typeof lat === "number" && typeof lon === "number" ? [lon, lat] : null;
+}
