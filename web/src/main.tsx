@@ -20,12 +20,14 @@ import { watchTaskDraft } from "./state/task-draft";
 import { watchTaskQueue } from "./state/task-queue";
 import { applyTheme } from "./state/theme";
 import { keepUnits } from "./state/units";
+import { keepWind } from "./state/wind";
 
 const root = document.getElementById("app");
 if (root === null) throw new Error("index.html has no #app");
 
 applyTheme();
 keepUnits();
+keepWind();
 keepSelectionInAddress();
 startClock();
 keepDraftText();

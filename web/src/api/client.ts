@@ -4,6 +4,7 @@ import { ProblemError, problemFrom, unreachable } from "./problem";
 import { readToken } from "./token";
 import type { Attachment, Comparison, EntryCheck, Job, JobQueue, JobQueues, OffboardDetail, PlanCheck, PlanConversion, PlanDocument, PlanExports, PlanHead, Principal, Run, SimulatorSpeed, SimulatorView, StoredPlan, Target, TargetFormat, TaskQueue, Vehicle, VehicleType } from "./types";
 import type { ForeignFormat } from "../plan/foreign";
+import type { Wind } from "../plan/wind";
 import type { Schema } from "../schema/control";
 import type { RunAction } from "../state/runs";
 
@@ -31,8 +32,9 @@ export const api = {
   attach: (run: string, drop: string, name: string, content: File): Promise<Attachment> =>
     call(`${attachmentsOf(run, drop)}?name=${encodeURIComponent(name)}`, { method: "POST", headers: { "Content-Type": content.type }, body: content }),
 
-  checkPlan: (plan: PlanDocument, vehicle: string | null, signal: AbortSignal): Promise<PlanCheck> =>
-    send("/plan-checks", vehicle === null ? { plan } : { plan, vehicle }, { signal }),
+  /** `wind` null: calm air. */
+  checkPlan: (plan: PlanDocument, vehicle: string | null, wind: Wind | null, signal: AbortSignal): Promise<PlanCheck> =>
+    send("/plan-checks", { plan, vehicle, wind }, { signal }),
   /** A file of other software as a plan; `name` and `vehicleType` count where it says none. Nothing is stored. */
   convertPlan: (content: Blob, format: ForeignFormat, name: string, vehicleType: VehicleType | null): Promise<PlanConversion> => {
     const query = new URLSearchParams({ format, name, ...(vehicleType === null ? {} : { vehicle_type: vehicleType }) });
@@ -43,8 +45,8 @@ export const api = {
   exports: (plan: string): Promise<PlanExports> => get(`/plans/${encodeURIComponent(plan)}/exports`),
   exportFile: async (plan: string, format: TargetFormat): Promise<Blob> => (await file(`/plans/${encodeURIComponent(plan)}/exports/${format}`)).blob(),
   createPlan: (plan: PlanDocument): Promise<StoredPlan> => send("/plans", plan, { once: true }),
-  createRun: (plan: string, vehicle: string, start: boolean): Promise<Run> =>
-    send("/runs", { plan, vehicle, start }, { once: true }),
+  createRun: (plan: string, vehicle: string, start: boolean, wind: Wind | null): Promise<Run> =>
+    send("/runs", { plan, vehicle, start, wind }, { once: true }),
 
   runAction: (id: string, action: RunAction): Promise<Run> => send(`/runs/${encodeURIComponent(id)}/${action}`, {}, {}),
   /** A flight goes on with a later item of its plan: answered once the vehicle has the rest. */

@@ -5,11 +5,13 @@ import { api } from "../api/client";
 import { asProblem, type ProblemError } from "../api/problem";
 import type { Finding, PlanDocument, Timeline } from "../api/types";
 import { withoutNulls } from "../plan/document";
+import type { Wind } from "../plan/wind";
 import { draftPlan, draftText, openDraft, planText } from "./draft-text";
 import { report } from "./notices";
 import { keepPlan, readStoredPlans } from "./plans";
 import { selectRun, vehicleId } from "./selection";
 import { dispatch, live } from "./store";
+import { wind } from "./wind";
 
 const CHECK_DELAY_MS = 300;
 
@@ -55,10 +57,10 @@ export async function openStored(id: string): Promise<void> {
   }
 }
 
-/** Check the draft a moment after the last change, against the chosen vehicle; an older answer never wins. */
+/** Check the draft a moment after the last change, against the chosen vehicle in the typed wind; an older answer never wins. */
 export function watchDraft(): void {
   effect(() => {
-    const [plan, vehicle] = [draftPlan.value, vehicleId.value];
+    const [plan, vehicle, air] = [draftPlan.value, vehicleId.value, wind.value];
     if (plan === null || !live.value) {
       check.value = { kind: "none" };
       checking.value = false;
@@ -66,7 +68,7 @@ export function watchDraft(): void {
     }
     const abort = new AbortController();
     checking.value = true;
-    const timer = setTimeout(() => void runCheck(plan, vehicle, abort.signal), CHECK_DELAY_MS);
+    const timer = setTimeout(() => void runCheck(plan, vehicle, air, abort.signal), CHECK_DELAY_MS);
     return () => {
       clearTimeout(timer);
       abort.abort();
@@ -74,9 +76,9 @@ export function watchDraft(): void {
   });
 }
 
-async function runCheck(plan: PlanDocument, vehicle: string | null, signal: AbortSignal): Promise<void> {
+async function runCheck(plan: PlanDocument, vehicle: string | null, air: Wind | null, signal: AbortSignal): Promise<void> {
   try {
-    const { findings, timeline } = await api.checkPlan(plan, vehicle, signal);
+    const { findings, timeline } = await api.checkPlan(plan, vehicle, air, signal);
     if (signal.aborted) return;
     check.value = { kind: "done", findings, timeline };
   } catch (error) {
@@ -89,10 +91,11 @@ async function runCheck(plan: PlanDocument, vehicle: string | null, signal: Abor
 /** Store the draft unless it is stored, and make a run of it: uploads to the vehicle, and starts nothing. */
 export async function uploadDraft(vehicle: string): Promise<void> {
   const plan = draftPlan.value;
+  const air = wind.value;
   if (plan === null || sending.value) return;
   sending.value = true;
   try {
-    const run = await api.createRun(await storeDraft(plan), vehicle, false);
+    const run = await api.createRun(await storeDraft(plan), vehicle, false, air);
     dispatch({ type: "run_read", run });
     selectRun(run.id);
   } catch (error) {

@@ -13,6 +13,7 @@ import { FindingNote } from "./finding-note";
 import { Icon } from "./icons";
 import { PlanSource } from "./plan-source";
 import { PlanTabs } from "./plan-tabs";
+import { WindFields } from "./wind-fields";
 
 export function PlanPanel() {
   return (
@@ -21,6 +22,7 @@ export function PlanPanel() {
       <ConversionNote />
       <PlanProblem />
       <PlanSummary />
+      {draftView.value !== null && <WindFields />}
       <PlanTabs plan={draftView.value} />
       <SendForm />
     </div>
