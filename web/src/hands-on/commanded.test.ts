@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import type { FlightOrder, Offboard } from "../api/types";
-import { commandedWords, goneWords, orderWords, resultWords, takeOverWords } from "./commanded";
+import { commandedWords, goneWords, lookAwayWords, orderWords, resultWords, takeOverWords } from "./commanded";
 import { closeWords } from "./words";
 
 const spaced = (text: string) => text.replaceAll("\u00a0", " ");
@@ -9,6 +9,7 @@ const ORDER: FlightOrder = { command: "DO_REPOSITION", latitude_deg: 47.4, longi
 describe("a vehicle that is commanded", () => {
   it("is told from one that is flown by hand", () => {
     for (const by of ["commands", "setpoints"] as const) expect(commandedWords("v3", by)).toContain("this page sends no setpoints");
+    expect([lookAwayWords("v3", "commands"), lookAwayWords("v3", "setpoints")]).toEqual([expect.stringContaining("circles where it is"), expect.stringContaining("v3 holds")]);
     expect(commandedWords("v3", "commands")).toContain("stays in Hold");
     expect(commandedWords("v3", "setpoints")).toContain("OFFBOARD");
   });
@@ -16,7 +17,7 @@ describe("a vehicle that is commanded", () => {
   it("says what becomes of it when the page, or Waydrop, goes away", () => {
     const [closed, hidden, dead] = goneWords("v3", "commands").map(([, what]) => what);
     expect(closed).toBe("v3 is told to circle where it is at once, and the rest of its tasks is dropped.");
-    expect(hidden).toBe("the same within 10 s.");
+    expect(hidden).toBe("The same within 10 s.");
     expect(dead).toContain("flies on to the place it was last sent to");
     const streamed = goneWords("v3", "setpoints").map(([, what]) => what);
     expect([streamed[0], streamed[2]]).toEqual([expect.stringContaining("told to hold"), expect.stringContaining("COM_OBL_RC_ACT")]);

@@ -6,7 +6,12 @@ import { altitude, distance } from "../format/units";
 /** What Waydrop says to it while it flies its tasks. */
 export function commandedWords(vehicle: string, by: FlownBy): string {
   const how = by === "commands" ? `${vehicle} stays in Hold, and Waydrop sends it DO_REPOSITION and DO_ORBIT for its tasks.` : `Waydrop streams the setpoints of its tasks to ${vehicle}, in OFFBOARD mode.`;
-  return `${how} Keys, sticks and gamepads do nothing: this page sends no setpoints.`;
+  return `${how} Keys, sticks and gamepads do nothing, for this page sends no setpoints; Escape leaves to Hold.`;
+}
+
+/** While its tasks are flown. */
+export function lookAwayWords(vehicle: string, by: FlownBy): string {
+  return `Flown while this page is in front of you. Look away for 10 s, and ${vehicle} ${by === "commands" ? "circles where it is" : "holds"} and drops the rest.`;
 }
 
 /** Who goes away, and what then becomes of a vehicle that flies its tasks. */
@@ -14,11 +19,11 @@ export function goneWords(vehicle: string, by: FlownBy): readonly (readonly [who
   const stops = by === "commands" ? "is told to circle where it is" : "is told to hold";
   const alone =
     by === "commands"
-      ? `nothing is sent any more: ${vehicle} flies on to the place it was last sent to and circles there, and a circle goes on.`
-      : `the stream ends: ${vehicle}’s own failsafe acts, as COM_OBL_RC_ACT says.`;
+      ? `Nothing is sent any more: ${vehicle} flies on to the place it was last sent to and circles there, and a circle goes on.`
+      : `The stream ends: ${vehicle}’s own failsafe acts, as COM_OBL_RC_ACT says.`;
   return [
     ["This page is closed or loaded anew", `${vehicle} ${stops} at once, and the rest of its tasks is dropped.`],
-    ["It is hidden, behind another window or without a connection", "the same within 10 s."],
+    ["It is hidden, behind another window or without a connection", "The same within 10 s."],
     [`Waydrop or its link to ${vehicle} dies`, alone],
   ];
 }

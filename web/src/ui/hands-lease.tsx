@@ -16,7 +16,7 @@ export function HandsLease({ vehicle }: { vehicle: string }) {
     <>
       {ended !== "" && (
         <div class="hands-note tone-info" role="status">
-          <b>Hands off</b>
+          <b>{tasksOnly.value ? "Control has ended" : "Hands off"}</b>
           <p>
             {ended} {fellSilent && `${vehicle} was told to hold; to fly on, take a new lease.`}
           </p>

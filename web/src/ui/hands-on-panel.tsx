@@ -92,8 +92,9 @@ function Head() {
     <header class="hands-head">
       <h3>{tasksOnly.value ? `${vehicle.id} by tasks` : `${vehicle.id} by hand`}</h3>
       <span class={`hands-state ${on ? "on" : ""}`} role="status">
-        {on ? (handsOn.value.leads === "tasks" ? "Flies tasks" : "Hands on") : off ? "Hands off" : plain(state)}
+        {on ? (handsOn.value.leads === "tasks" ? "Flies tasks" : "Hands on") : off ? (tasksOnly.value ? "Not commanded" : "Hands off") : plain(state)}
       </span>
+      {tasksOnly.value && engaged.value && <small class="hands-how">Commanded, not flown by hand</small>}
     </header>
   );
 }

@@ -1,8 +1,9 @@
 import { useEffect } from "preact/hooks";
 import type { TaskQueue } from "../api/types";
 import { asSentence } from "../format/words";
-import { handsOn, handsVehicle } from "../state/hands-on";
-import { tasksOnly } from "../state/offboard-facts";
+import { lookAwayWords } from "../hands-on/commanded";
+import { engaged, handsOn, handsVehicle } from "../state/hands-on";
+import { flownBy, tasksOnly } from "../state/offboard-facts";
 import { nextTask, queueAction, taskRefusal } from "../state/task-draft";
 import { ownsQueue, taskQueue } from "../state/task-queue";
 import { afterLastWords, stateName, stateTone } from "../tasks/words";
@@ -36,6 +37,7 @@ export function HandsTasks({ vehicle }: { vehicle: string }) {
       {own && queue !== null && <QueueActions queue={queue} vehicle={vehicle} />}
       {refusal !== null && <RefusalNote refusal={refusal} />}
       {own && <TaskForm vehicle={vehicle} />}
+      {own && tasksOnly.value && engaged.value && flownBy.value !== null && <p class="hint">{lookAwayWords(vehicle, flownBy.value)}</p>}
       {own && handsOn.value.leads === "tasks" && !tasksOnly.value && <p class="hint">Flown while this page is in front of you. Look away for 10 s, and {vehicle} holds and drops the rest. A gamepad takes over at once, and so do the controls.</p>}
     </section>
   );
