@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 
-from playwright.async_api import Browser, Page, expect
+from playwright.async_api import Browser, expect
 from playwright.async_api import TimeoutError as PageTimeout
 
 from tests.browser.cockpit import ATTEMPTS, PRESS_MS, SMALL, Cockpit
