@@ -73,7 +73,7 @@ function Ordered({ order }: { order: FlightOrder }) {
           <dt>Commanded</dt>
           <dd title={order.command}>{orderWords(order)}</dd>
         </div>
-        <div>
+        <div class="sent-command">
           <dt>Command</dt>
           <dd>{order.command}</dd>
         </div>
