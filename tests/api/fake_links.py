@@ -10,7 +10,7 @@ from app.domain.commands import CommandAck, CommandRequest, MavResult
 from app.domain.errors import WaydropError
 from app.domain.mission import Mission, MissionItem, MissionType
 from app.domain.mission_port import UploadProgress
-from app.domain.ports import LinkFact, MissionCurrent, StateChanged, Unsubscribe, VehicleIdentity
+from app.domain.ports import ClockRateTold, LinkFact, MissionCurrent, StateChanged, Unsubscribe, VehicleIdentity
 from app.domain.setpoint.message import SetpointMessage
 from app.domain.vehicle import (
     FirmwareVersion,
@@ -87,6 +87,10 @@ class FakeLink:
     def subscribe(self, listener: Callable[[LinkFact], None]) -> Unsubscribe:
         self._listeners.append(listener)
         return lambda: self._listeners.remove(listener) if listener in self._listeners else None
+
+    def tell_clock_rate(self, rate: float) -> None:
+        self.move(clock=self._state.clock.told(rate))
+        self.tell(ClockRateTold(rate))
 
     async def read_facts(self) -> VehicleFacts:
         self._refuse()

@@ -12,7 +12,7 @@ from app.domain.default_facts import default_facts
 from app.domain.errors import LinkError, VehicleRefusedError, WaydropError
 from app.domain.mission import MavCmd, Mission, MissionItem, MissionType
 from app.domain.mission_port import UploadProgress
-from app.domain.ports import LinkFact, StateChanged, Unsubscribe, VehicleIdentity
+from app.domain.ports import ClockRateTold, LinkFact, StateChanged, Unsubscribe, VehicleIdentity
 from app.domain.setpoint.message import SetpointMessage
 from app.domain.vehicle import (
     FirmwareVersion,
@@ -95,6 +95,11 @@ class ScriptedVehicle:
     def subscribe(self, listener: Callable[[LinkFact], None]) -> Unsubscribe:
         self.listeners.append(listener)
         return lambda: self.listeners.remove(listener) if listener in self.listeners else None
+
+    def tell_clock_rate(self, rate: float) -> None:
+        self.truth = replace(self.truth, clock=self.truth.clock.told(rate))
+        for listener in tuple(self.listeners):
+            listener(ClockRateTold(rate))
 
     async def read_facts(self) -> VehicleFacts:
         return self.facts
