@@ -112,7 +112,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Who flies the vehicle by hand, which setpoints it follows, and the limits
+         * Who flies the vehicle by hand, which setpoints it follows, how it flies tasks, and the limits
          * @description Role: viewer or higher.
          */
         get: operations["get_offboard"];
@@ -3498,12 +3498,13 @@ export interface components {
         };
         /**
          * OffboardDetail
-         * @description Offboard control of one vehicle: how it is, what the vehicle follows, what bounds it.
+         * @description Offboard control of one vehicle: how it is, what the vehicle follows, how it flies tasks, what bounds it.
          */
         OffboardDetail: {
             offboard: components["schemas"]["OffboardView"];
             /** Capabilities */
             capabilities: components["schemas"]["CapabilityView"][];
+            tasks: components["schemas"]["TaskMeansView"];
             limits: components["schemas"]["OffboardLimits"];
         };
         /**
@@ -5198,6 +5199,24 @@ export interface components {
             age_s: number;
             /** Stale */
             stale: boolean;
+        };
+        /**
+         * TaskMeansView
+         * @description How tasks would be flown as the vehicle flies now. `flown_by` null: not at all, and `reason` says why.
+         */
+        TaskMeansView: {
+            /** Flown By */
+            flown_by: ("setpoints" | "commands") | null;
+            /**
+             * Reason
+             * @default
+             */
+            reason: string;
+            /**
+             * Hint
+             * @default
+             */
+            hint: string;
         };
         /**
          * TaskQueued
