@@ -29,6 +29,7 @@ from app.domain.rules import check_plan
 from app.domain.run import PlanChange, Run
 from app.domain.vehicle import FlightMode, VehicleFacts
 from app.services.clock import Clock
+from app.services.plans import NewPlan
 from app.services.runs.leg import concluded_drops
 from app.services.runs.pending_change import PendingChange
 from app.services.runs.recorder import RunRecorder
@@ -68,10 +69,13 @@ class MissionChanger:
         """Whether a change is under way, or it is not known yet whether it arrived."""
         return self._turn.locked() or (self._watch.change is not None and self._watch.change.is_open)
 
-    async def change(self, stored: StoredPlan, continue_at: str | None, by: str, needed: Collection[str] = ()) -> None:
+    async def change(
+        self, plan: StoredPlan | NewPlan, continue_at: str | None, by: str, needed: Collection[str] = ()
+    ) -> None:
         """Fly on with another plan, without a pause; None goes on with the item now flown. Stored when this returns.
 
-        `needed` are items that must be among those left to fly.
+        A new plan is stored in one step with the record that it is being sent. `needed` are items that must be among
+        those left to fly.
 
         Raises:
             WrongStateError, DropInProgressError, PauseFirstError, ConflictError: it cannot be changed now.
@@ -85,10 +89,13 @@ class MissionChanger:
             orders = self._orders
             self._terms().refuse_unfit()
             facts = await self._facts()
+            stored = plan.stored if isinstance(plan, NewPlan) else plan
             pending = await self._prepare(stored, facts, continue_at, by, needed)
             back = await self._way_back(facts, by)
             self._refuse_broken_off(orders)  # that took its time
             self._terms().refuse_unfit()
+            if isinstance(plan, NewPlan):
+                self._recorder.bring(plan)
             try:
                 await self._send(pending, orders)
             except VehicleRefusedError:
