@@ -96,6 +96,9 @@ class MissionChanger:
             self._terms().refuse_unfit()
             if isinstance(plan, NewPlan):
                 self._recorder.bring(plan)
+            if pending.is_same and pending.follows:
+                await self._adopt(pending)
+                return
             try:
                 await self._send(pending, orders)
             except VehicleRefusedError:
@@ -158,21 +161,26 @@ class MissionChanger:
                 findings=[finding.model_dump(mode="json") for finding in findings],
             )
         mission = compile_plan(rest.plan, in_flight)
+        mission_id = self._link.mission_id_of(mission)
         timeline = await asyncio.to_thread(predict, rest.plan, in_flight, wind)
         change = PlanChange(
             plan_id=stored.id,
             plan_hash=stored.hash,
             mission_hash=mission_hash(mission),
-            mission_id=self._link.mission_id_of(mission),
+            mission_id=mission_id,
             continue_at=wanted,
             left_out=rest.left_out,
             began=began,
             by=by,
             at=self._clock.now(),
         )
-        return PendingChange(
-            change, plan, mission, timeline.first(RECORDED_VISITS), self._settings, continue_at is None
-        )
+        follows, is_same = continue_at is None, run.mission_id == mission_id == self._link.state().mission_id
+        return PendingChange(change, plan, mission, timeline.first(RECORDED_VISITS), self._settings, follows, is_same)
+
+    async def _adopt(self, pending: PendingChange) -> None:
+        """The mission that is flown is the changed plan's too, item for item: nothing is sent. Raises StorageError."""
+        self._watch.take_change(pending)
+        await self._recorder.flush()
 
     async def _send(self, pending: PendingChange, orders: int) -> None:
         """Stored before it is sent: after a restart it must be known what may be on board.
