@@ -155,6 +155,13 @@ class Runs:
         await flight.return_to_launch()
         return flight.run
 
+    async def go_to_rally(self, run_id: str, by: str) -> Run:
+        """Return to a rally point: `run.rally` says which. Raises as return_to_launch, and as RallyReturn.choose."""
+        chosen = await (await self._flight(run_id)).choose_rally()
+        flight = await self._flight(run_id, "return")
+        await flight.return_to_launch(chosen)
+        return flight.run
+
     async def land(self, run_id: str, by: str) -> Run:
         """Land where it is. Raises NotFoundError, WrongStateError, LinkError."""
         flight = await self._flight(run_id, "land")
@@ -243,9 +250,7 @@ class Runs:
         return link
 
     async def _stored(self, plan: str | NewPlan) -> StoredPlan:
-        if isinstance(plan, NewPlan):
-            return plan.stored
-        stored = await self._plans.get(plan)
+        stored = plan.stored if isinstance(plan, NewPlan) else await self._plans.get(plan)
         if stored is None:
             raise NotFoundError(f"no plan {plan!r}", hint="POST the plan to /api/v1/plans first")
         return stored
