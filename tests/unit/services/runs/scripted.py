@@ -111,13 +111,17 @@ class ScriptedVehicle:
             if self.upload_error is not None:
                 raise self.upload_error
             self.on_board = mission.items
-            self.truth = replace(self.truth, mission_id=77)
+            rally_id = self.rally_points_id_of(mission) if mission.rally else None
+            self.truth = replace(self.truth, mission_id=77, rally_points_id=rally_id)
             yield UploadProgress(MissionType.MISSION, len(mission.items), len(mission.items), 1, "mission_id", 77)
         finally:
             self.upload_closed = True
 
     def mission_id_of(self, mission: Mission) -> int:
         return mission_checksum(to_wire(mission.items))
+
+    def rally_points_id_of(self, mission: Mission) -> int:
+        return mission_checksum(to_wire(mission.rally))
 
     async def replace_mission(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:
         """`upload_gate` holds it back before its last item; `lost_ack`: it arrives, and nobody hears of it."""
