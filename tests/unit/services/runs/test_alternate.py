@@ -13,10 +13,12 @@ from app.domain.consent import Answer
 from app.domain.drop import DropOutcome, DropPhase
 from app.domain.errors import DropInProgressError, LinkTimeoutError
 from app.domain.events import NewEvent
+from app.domain.moving_target.report import TargetReport
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode
 from app.services.runs.leg import concluded_drops
 from tests.unit.domain.plan_pieces import at
+from tests.unit.services.fakes import ManualClock
 from tests.unit.services.runs.desk import Desk, desk, restarted
 from tests.unit.services.runs.scripted import FAST
 
@@ -159,6 +161,33 @@ async def test_an_order_that_could_come_too_late_is_not_sent(plain: Desk) -> Non
     await plain.until(lambda: "return" in plain.vehicle.sent, "the alternate is passed, and the plan says return")
     assert [outcome for _, outcome in _outcomes(plain)] == ["kept", "kept"]
     assert _sent_to(plain) == []
+
+
+def _at_a_ship(document: dict[str, Any]) -> None:
+    _plain(document)
+    drop = next(item for item in document["items"] if item["type"] == "gripper")
+    drop["target"] = {"feed": "ship-1", "max_move_m": 40, "max_speed_m_s": 2}
+
+
+async def test_a_drop_refused_at_its_moving_target_is_made_at_its_fixed_alternate_without_the_target() -> None:
+    async with desk(changes=_at_a_ship) as made:
+        made.runs._targets._clock = clock = ManualClock()
+        ship = {
+            "latitude_deg": made.mission.drops[0].latitude_deg,
+            "longitude_deg": made.mission.drops[0].longitude_deg,
+        }
+        made.runs._targets.report("ship-1", TargetReport(**ship, north_m_s=0.0, east_m_s=0.0, time=clock.now()))
+        await made.create()
+        made.vehicle.answers = [[MavResult.DENIED]]
+        await made.fly_to_drop()
+        await made.until(lambda: len(made.run.drops) == 2, "it must be sent on")
+        clock.time_s += 60.0  # the ship is not heard any more
+        await _fly_on_to_the_alternate(made)
+        await made.until(lambda: _outcomes(made)[-1] == ("locker", "released"), "it must be released there")
+        first, second = made.run.drops
+        assert first.target is not None
+        assert first.target.distance_m == pytest.approx(0.0, abs=0.1)
+        assert (first.outcome, second.target) == (DropOutcome.KEPT, None)
 
 
 @pytest.fixture
