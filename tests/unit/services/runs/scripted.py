@@ -55,6 +55,7 @@ class ScriptedVehicle:
         self.listeners: list[Callable[[LinkFact], None]] = []
         self.looks = 0
         self.heartbeat_age_s = 0.1
+        self.boot_ahead_s = 0.0
         self.sent: list[str] = []
         self.releases: list[CommandRequest] = []
         self.setpoints: list[SetpointMessage] = []
@@ -90,7 +91,12 @@ class ScriptedVehicle:
     def state(self) -> VehicleState:
         self.looks += 1
         now_s = time.monotonic()
-        return replace(self.truth, boot_time_s=now_s, position_age_s=0.01, heartbeat_age_s=self.heartbeat_age_s)
+        return replace(
+            self.truth,
+            boot_time_s=now_s + self.boot_ahead_s,
+            position_age_s=0.01,
+            heartbeat_age_s=self.heartbeat_age_s,
+        )
 
     def subscribe(self, listener: Callable[[LinkFact], None]) -> Unsubscribe:
         self.listeners.append(listener)
