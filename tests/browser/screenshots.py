@@ -21,7 +21,7 @@ SCHEMES: tuple[Scheme, ...] = ("dark", "light")
 SIZES = {"wide": (1440, 900), "middle": (900, 700), "narrow": (360, 800), "wall": (3840, 2160)}
 PATIENCE_MS = 180_000
 """Software WebGL draws a 4K map slowly, the more so on a busy machine."""
-VIEWS = ("Map", "Fleet", "Plan", "Run", "Hands on", "Faults", "Events")
+VIEWS = ("Map", "Fleet", "Plan", "Run", "Jobs", "Hands on", "Faults", "Events")
 
 
 def faulty_plan() -> str:
@@ -83,7 +83,7 @@ async def every_view(browser: Browser, url: str, folder: Path, size: str, scheme
             await board.page.screenshot(path=folder / f"{size}-{scheme}.png")
             await board.page.locator(".plan-item-main").nth(2).click()
             await board.page.screenshot(path=folder / f"{size}-{scheme}-editor.png")
-            for tab in ("Area", "Details", "JSON", "Hands on", "Simulator"):
+            for tab in ("Area", "Details", "JSON", "Jobs", "Hands on", "Simulator"):
                 await board.page.get_by_role("tab", name=tab).click()
                 await board.page.screenshot(path=folder / f"{size}-{scheme}-{file_name(tab)}.png")
                 if tab == "Hands on":

@@ -110,7 +110,7 @@ async def test_no_view_has_an_accessibility_violation(
     async with Dashboard.opened(browser, idle_service.url, scheme=scheme) as dashboard:
         await dashboard.vehicle("v1").click()
         await dashboard.page.evaluate(AXE())
-        for tab in ("Run", "Hands on", "Simulator", "Plan"):
+        for tab in ("Run", "Jobs", "Hands on", "Simulator", "Plan"):
             await dashboard.page.get_by_role("tab", name=tab).click()
             if tab == "Simulator":
                 await expect(dashboard.page.locator(".fault").first).to_be_visible()
