@@ -285,9 +285,10 @@ class FlightWatch:
 
     def end(self, state: RunState, reason: str) -> None:
         """The run's last state: every drop that is still open ends with it."""
+        why = reason or ("the mission was flown to its end" if state is RunState.COMPLETED else state.value)
         for release in self.leg.releases:
             if not release.is_over:
-                release.end(reason or state.value, self._clock.monotonic())
+                release.end(why, self._clock.monotonic())
                 self.record(release)
         self._recorder.change(item_id=None)
         self._recorder.move(state, reason)

@@ -214,6 +214,14 @@ async def test_a_link_lost_on_the_way_to_the_alternate_drops_nothing_and_nothing
     assert unheard.run.flown_item_ids[-1] == "locker", "it was on its way there when it was last seen"
 
 
+async def test_a_vehicle_heard_again_after_its_mission_tells_why_the_parcel_was_kept(unheard: Desk) -> None:
+    unheard.vehicle.put(connected=True, mode=FlightMode.RETURN)
+    unheard.vehicle.touch_down(complete=True, last_seq=len(unheard.mission.items) - 1)
+    await unheard.until(lambda: unheard.run.is_over, "the run must end")
+    assert (unheard.run.state, _outcomes(unheard)[1]) == (RunState.COMPLETED, ("locker", "kept"))
+    assert unheard.run.drops[1].reason == "the mission was flown to its end"
+
+
 async def test_a_failsafe_on_the_way_to_the_alternate_keeps_the_parcel_and_the_vehicle(unheard: Desk) -> None:
     sent = list(unheard.vehicle.sent)
     unheard.vehicle.put(connected=True, mode=FlightMode.RETURN)
