@@ -177,22 +177,3 @@ class FakeLink:
     def _refuse(self) -> None:
         if self.refusal is not None:
             raise self.refusal
-
-
-class FakeSource:
-    """LinkSource with a few vehicles that are there from the start."""
-
-    def __init__(self, links: Sequence[FakeLink]) -> None:
-        self._links = tuple(links)
-
-    def links(self) -> Sequence[FakeLink]:
-        return self._links
-
-    def subscribe(self, listener: Callable[[FakeLink], None]) -> Unsubscribe:
-        return lambda: None
-
-    async def start(self) -> None:
-        """Nothing to open."""
-
-    async def close(self) -> None:
-        """Nothing to close."""

@@ -57,7 +57,7 @@ export interface SessionHost {
 }
 
 const ENGAGED: ReadonlySet<Phase> = new Set<Phase>(["entering", "flying", "leaving"]);
-export const RATE_HZ = 20;
+const RATE_HZ = 20;
 const RENEW_MS = 3000; // a lease lasts 10 s
 /** After this the service's dead-man has long acted; if nothing was heard of it, the network is gone. */
 const SILENT_MS = 3000;

@@ -6,11 +6,11 @@ import { ROUND, text, textPaint, type Look } from "./look";
 import { taskLayers } from "./task-layers";
 import { tileLayers, tileSources } from "./tiles";
 
-export const SOURCES = ["gridMinor", "gridMajor", "rings", "fences", "tracks", "path", "release", "handles", "places", "drops", "sketch", "destination", "tasks", "vehicles"] as const;
+const SOURCES = ["gridMinor", "gridMajor", "rings", "fences", "tracks", "path", "release", "handles", "places", "drops", "sketch", "destination", "tasks", "vehicles"] as const;
 export type SourceId = (typeof SOURCES)[number];
 export type MapData = Record<SourceId, FeatureCollection>;
 
-export const NOTHING: FeatureCollection = { type: "FeatureCollection", features: [] };
+const NOTHING: FeatureCollection = { type: "FeatureCollection", features: [] };
 export const NO_DATA: MapData = Object.fromEntries(SOURCES.map((id) => [id, NOTHING])) as MapData;
 
 export function buildStyle(look: Look, data: MapData): StyleSpecification {
