@@ -132,6 +132,10 @@ class MavsdkVehicleLink:
         """See MissionLink."""
         return mission_checksum(to_wire(mission.items))
 
+    def rally_points_id_of(self, mission: Mission) -> int:
+        """See MissionLink."""
+        return mission_checksum(to_wire(mission.rally))
+
     async def replace_mission(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:
         """See MissionLink."""
         self._refuse_if_quarantined()

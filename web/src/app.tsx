@@ -12,7 +12,7 @@ import { Notices } from "./ui/notices";
 import { PlanPanel } from "./ui/plan-panel";
 import { RunPanel } from "./ui/run-panel";
 import { SimulatorPanel } from "./ui/simulator-panel";
-import { PanelTabs, ViewBar } from "./ui/tabs";
+import { PANEL_NAMES, PanelTabs, ViewBar } from "./ui/tabs";
 import { TokenDialog } from "./ui/token-dialog";
 
 export function App() {
@@ -27,6 +27,7 @@ export function App() {
         <Fleet />
         <Feed />
         <section class="card panel" aria-label="Panel">
+          <h2 class="visually-hidden">{PANEL_NAMES[panel.value]}</h2>
           <PanelTabs />
           <div id="panel" role="tabpanel" aria-labelledby={`tab-${panel.value}`} tabIndex={-1}>
             <Shown />

@@ -252,6 +252,7 @@ class FlightWatch:
             was_airborne=self._was_airborne,
             asked=self._recorder.run.asked,
             was_armed=self._was_armed,
+            rally_point=None if self._recorder.run.rally is None else self._recorder.run.rally.index + 1,
             asks_consent_to=next((r.record.plan_item_id for r in self.leg.supervised if r.is_asking), ""),
         )
         phase, reason = phase_of(view)
@@ -284,9 +285,10 @@ class FlightWatch:
 
     def end(self, state: RunState, reason: str) -> None:
         """The run's last state: every drop that is still open ends with it."""
+        why = reason or ("the mission was flown to its end" if state is RunState.COMPLETED else state.value)
         for release in self.leg.releases:
             if not release.is_over:
-                release.end(reason or state.value, self._clock.monotonic())
+                release.end(why, self._clock.monotonic())
                 self.record(release)
         self._recorder.change(item_id=None)
         self._recorder.move(state, reason)

@@ -112,7 +112,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Who flies the vehicle by hand, which setpoints it follows, and the limits
+         * Who flies the vehicle by hand, which setpoints it follows, how it flies tasks, and the limits
          * @description Role: viewer or higher.
          */
         get: operations["get_offboard"];
@@ -750,6 +750,26 @@ export interface paths {
          * @description Role: pilot or higher.
          */
         post: operations["return_run"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/runs/{run_id}/rally": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Give up the mission and go to a rally point; the run's `rally` says which
+         * @description Role: pilot or higher.
+         */
+        post: operations["rally_run"];
         delete?: never;
         options?: never;
         head?: never;
@@ -3518,12 +3538,13 @@ export interface components {
         };
         /**
          * OffboardDetail
-         * @description Offboard control of one vehicle: how it is, what the vehicle follows, what bounds it.
+         * @description Offboard control of one vehicle: how it is, what the vehicle follows, how it flies tasks, what bounds it.
          */
         OffboardDetail: {
             offboard: components["schemas"]["OffboardView"];
             /** Capabilities */
             capabilities: components["schemas"]["CapabilityView"][];
+            tasks: components["schemas"]["TaskMeansView"];
             limits: components["schemas"]["OffboardLimits"];
         };
         /**
@@ -4460,6 +4481,34 @@ export interface components {
             left_m: number | null;
         };
         /**
+         * RallyDestination
+         * @description The rally point to which a vehicle returns; PX4 does not report it, so this is what its rules give.
+         *
+         *     `index` is that in the plan's `rally_points`, `or_index` are others that were nearly as near. `distance_m` is from
+         *     where it was told. `lands` false: it stays in the air there (RTL_LAND_DELAY below 0); null: it does not tell.
+         */
+        RallyDestination: {
+            /** Index */
+            index: number;
+            /** Latitude Deg */
+            latitude_deg: number;
+            /** Longitude Deg */
+            longitude_deg: number;
+            /** Distance M */
+            distance_m: number;
+            /**
+             * Or Index
+             * @default []
+             */
+            or_index: number[];
+            /** Rtl Type */
+            rtl_type: number;
+            /** Lands */
+            lands: boolean | null;
+            /** Reason */
+            reason: string;
+        };
+        /**
          * RallyPoint
          * @description A place the vehicle may return to instead of home.
          */
@@ -4588,6 +4637,7 @@ export interface components {
          *     mode again, or "" for the mission itself;
          *     "contingency" when a drop failed and the plan says to return; "refused" when the vehicle holds because it found a
          *     changed mission infeasible.
+         *     `rally` is the rally point to which it was asked to return; null for any other return.
          *     `wind` is the one that its checks and its prediction reckon with.
          *     A plan may be changed in flight: `plan_id` to `mission_hash` are of the newest that the vehicle carries, `change`
          *     says where it went on, `changes` counts, and `flown_before_change` of `flown_item_ids` were flown before it.
@@ -4671,6 +4721,8 @@ export interface components {
              * @default
              */
             asked: string;
+            /** @default null */
+            rally: components["schemas"]["RallyDestination"] | null;
             /** @default null */
             change: components["schemas"]["PlanChange"] | null;
             /** @default null */
@@ -5226,6 +5278,24 @@ export interface components {
         TargetsView: {
             /** Targets */
             targets: components["schemas"]["TargetView"][];
+        };
+        /**
+         * TaskMeansView
+         * @description How tasks would be flown as the vehicle flies now. `flown_by` null: not at all, and `reason` says why.
+         */
+        TaskMeansView: {
+            /** Flown By */
+            flown_by: ("setpoints" | "commands") | null;
+            /**
+             * Reason
+             * @default
+             */
+            reason: string;
+            /**
+             * Hint
+             * @default
+             */
+            hint: string;
         };
         /**
          * TaskQueued
@@ -10998,6 +11068,165 @@ export interface operations {
                 };
             };
             /** @description `conflict`: Not now; `run.wrong_state`: The run is in another state; `vehicle.quarantined`: The vehicle is quarantined; `vehicle.refused`: The vehicle refused */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.invalid`: The body does not fit this request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `vehicle.link`: The link to the vehicle failed */
+            502: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `vehicle.timeout`: The vehicle did not answer */
+            504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    rally_run: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                run_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The run as it is now; follow it at Location or by the stream */
+            202: {
+                headers: {
+                    /** @description Where the new or changed resource is */
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Run"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `conflict`: Not now; `run.wrong_state`: The run is in another state; `vehicle.quarantined`: The vehicle is quarantined; `vehicle.refused`: The vehicle refused; `run.rally_refused`: A return goes to no rally point now */
             409: {
                 headers: {
                     [name: string]: unknown;

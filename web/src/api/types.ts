@@ -55,6 +55,9 @@ export type AuditEntry = Schemas["AuditView"];
 export type Clamp = Schemas["ClampView"];
 export type SentSetpoint = Schemas["SentView"];
 export type Cadence = Schemas["CadenceView"];
+export type FlightOrder = Schemas["OrderView"];
+export type TaskMeans = Schemas["TaskMeansView"];
+export type FlownBy = NonNullable<TaskMeans["flown_by"]>;
 export type VelocityBody = Schemas["VelocityBody"];
 export type PositionGlobal = Schemas["PositionGlobal"];
 

@@ -4,6 +4,7 @@ import { computed, effect, signal } from "@preact/signals";
 import { api } from "../api/client";
 import type { Job, JobCandidate } from "../api/types";
 import { mayChangeChoice } from "../jobs/lists";
+import { serviceNow } from "./clock";
 import { report } from "./notices";
 import { panel, selectRun } from "./selection";
 import { dispatch, feed, jobs, live, runs, world } from "./store";
@@ -14,6 +15,12 @@ export const jobsRead = signal(false);
 export const openedJob = signal<string | null>(null);
 /** What speaks for and against each vehicle, of the opened job while it waits; null before it is known. */
 export const candidatesNow = signal<{ readonly job: string; readonly candidates: readonly JobCandidate[] } | null>(null);
+
+/** The service's time in whole Unix seconds, for deadlines; null if it is not known. */
+export const jobsNow = computed(() => {
+  const at = serviceNow(world.value.serviceAhead_s);
+  return at === null ? null : Math.floor(at);
+});
 
 const PAGE = 200;
 const MOST_PAGES = 10;

@@ -147,6 +147,7 @@ export function sampleRun(fields: Partial<Run> = {}): Run {
     flown_before_change: 0,
     continues: null,
     continued_by: null,
+    rally: null,
     drops: [sampleDrop()],
     created_at: 100,
     updated_at: 100,

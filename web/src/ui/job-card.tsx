@@ -2,10 +2,9 @@ import type { Job, JobCandidate } from "../api/types";
 import { candidateWords, jobStateName, jobStateTone, startWords, vehicleWords } from "../format/job-words";
 import { fullSentence } from "../format/words";
 import { isCancellable } from "../jobs/lists";
-import { serviceNow } from "../state/clock";
-import { cancelJob, candidatesNow, openedJob, openRunOf } from "../state/jobs";
+import { cancelJob, candidatesNow, jobsNow, openedJob, openRunOf } from "../state/jobs";
 import { may } from "../state/principal";
-import { live, world } from "../state/store";
+import { live } from "../state/store";
 import { Badge } from "./badge";
 import { HoldButton } from "./hold-button";
 
@@ -36,7 +35,7 @@ export function JobCard({ job }: { job: Job }) {
 }
 
 function JobFacts({ job }: { job: Job }) {
-  const now = job.deadline === null && job.not_before === null ? null : serviceNow(world.value.serviceAhead_s);
+  const now = job.deadline === null && job.not_before === null ? null : jobsNow.value;
   const facts = [vehicleWords(job), ...startWords(job, now), job.order_id === null ? "" : `order ${job.order_id}`, job.requested_by === "" ? "" : `by ${job.requested_by}`];
   return <small>{facts.filter((fact) => fact !== "").join(" · ")}</small>;
 }

@@ -2,7 +2,7 @@ import { PANELS, panel, showPanel, showView, view, VIEWS, type Panel, type View 
 import { hasSimulator } from "../state/simulator";
 import { Icon, type IconName } from "./icons";
 
-const PANEL_NAMES: Readonly<Record<Panel, string>> = { plan: "Plan", run: "Run", jobs: "Jobs", hands: "Hands on", simulator: "Simulator" };
+export const PANEL_NAMES: Readonly<Record<Panel, string>> = { plan: "Plan", run: "Run", jobs: "Jobs", hands: "Hands on", simulator: "Simulator" };
 
 /** Plan, run, jobs, hands on, and the simulated vehicles where there are any, beside the map. Arrow keys move between the tabs. */
 export function PanelTabs() {
