@@ -184,7 +184,8 @@ class FlightWatch:
         return orders
 
     def _follow_mission(self, state: VehicleState) -> None:
-        if state.mission_seq is not None and (state.mode is FlightMode.MISSION or self._flew_on_unseen(state)):
+        flew_unseen = self._progress.is_behind(state, self._recorder.run.mission_id)
+        if state.mission_seq is not None and (state.mode is FlightMode.MISSION or flew_unseen):
             self._was_away = self._was_away and state.mode is not FlightMode.MISSION
             before = self._progress.current
             self._advance(self._progress.now_current(state.mission_seq))
@@ -202,13 +203,6 @@ class FlightWatch:
             self._advance(self._progress.completed())
         if self._progress.is_complete and unasked:
             self._mission_done = True
-
-    def _flew_on_unseen(self, state: VehicleState) -> bool:
-        """Whether a vehicle that holds now is further in the run's mission than it was seen."""
-        run_mission_id, current = self._recorder.run.mission_id, self._progress.current
-        named = run_mission_id is not None and state.mission_id == run_mission_id
-        ahead = current is not None and (state.mission_seq or 0) > current
-        return named and ahead and state.mode is FlightMode.HOLD
 
     def divert(self, plan_item_id: str) -> None:
         """The vehicle is about to be sent to this drop's alternate: from now on the drop there is looked at too."""
