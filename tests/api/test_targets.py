@@ -13,7 +13,7 @@ from app.domain.plan import Plan
 from app.domain.vehicle import FlightMode
 from app.domain.vehicle_clock import VehicleClock
 from app.services.access import Role
-from app.services.plans import PlanView
+from app.services.plans import NewPlan
 from app.services.target_following import TargetFollower
 from tests.api.fake_links import HOME
 from tests.api.service import Service
@@ -240,14 +240,14 @@ async def test_what_a_person_changed_meanwhile_is_not_undone(
     service: Service, plan: dict[str, Any], follower: TargetFollower, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run = await flying(service, plan, "clinic")
-    create = service.services.plans.create
+    checked = service.services.plans.checked
 
-    async def slowly(moved: Plan, by: str) -> PlanView:
-        stored = await create(moved, by)
+    async def slowly(moved: Plan, by: str) -> NewPlan:
+        new = await checked(moved, by)
         await service.call("POST", f"/api/v1/runs/{run['id']}/mission", json={"continue_at": "home"})
-        return stored
+        return new
 
-    monkeypatch.setattr(service.services.plans, "create", slowly)
+    monkeypatch.setattr(service.services.plans, "checked", slowly)
     await say(service, report(10))
     await follower.look()
     _, _, changed = await service.call("GET", f"/api/v1/runs/{run['id']}")
