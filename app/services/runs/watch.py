@@ -9,7 +9,7 @@ from typing import Final
 
 from app.domain.complete_sign import CompleteSign
 from app.domain.events import EventKind
-from app.domain.flight_phase import FlightView, how_it_ended, is_airborne, phase_of
+from app.domain.flight_phase import FlightView, how_it_ended, is_airborne, phase_of, why_open
 from app.domain.ports import ClockRateTold, ItemReached, LinkFact, Rebooted, VehicleLink
 from app.domain.progress import Progress
 from app.domain.run import NEXT, RunState
@@ -269,8 +269,7 @@ class FlightWatch:
         """The heartbeat that says disarmed may overtake the report that the last item was reached."""
         if not self._mission_done and self._recorder.run.asked in UNASKED and landed_s < LAST_REPORTS_S:
             return True
-        open_answers = any(release.awaits_answer for release in self.leg.supervised)
-        return open_answers and landed_s < UNFINISHED_DROPS_S
+        return landed_s < UNFINISHED_DROPS_S and any(release.awaits_answer for release in self.leg.supervised)
 
     def _look_at_silence(self, seen: Look) -> None:
         silent_s = seen.now_s - self._connected_at_s
@@ -279,10 +278,9 @@ class FlightWatch:
 
     def end(self, state: RunState, reason: str) -> None:
         """The run's last state: every drop that is still open ends with it."""
-        why = reason or ("the mission was flown to its end" if state is RunState.COMPLETED else state.value)
         for release in self.leg.releases:
             if not release.is_over:
-                release.end(why, self._clock.monotonic())
+                release.end(why_open(state, reason), self._clock.monotonic())
                 self.record(release)
         self._recorder.change(item_id=None)
         self._recorder.move(state, reason)
