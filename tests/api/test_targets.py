@@ -294,13 +294,3 @@ async def test_without_the_target_the_parcel_is_kept_and_the_plan_says_what_then
     assert (drop["target"] is None) == (body is None)
     await until_run(service, run["id"], lambda run: run["state"] == "returning")
     assert service.links[0].state().mode is FlightMode.RETURN
-
-
-async def test_all_targets_are_listed_with_their_age_and_none_is_no_error(service: Service) -> None:
-    assert (await service.call("GET", "/api/v1/targets"))[2] == {"targets": []}
-    await say(service, report(age_s=6.0))
-    status, _, listed = await service.call("GET", "/api/v1/targets", headers=await service.token(Role.VIEWER))
-    assert (status, [(one["feed"], one["age_s"], one["stale"]) for one in listed["targets"]]) == (
-        200,
-        [("ship-1", 6.0, True)],
-    )
