@@ -4380,7 +4380,8 @@ export interface components {
          * Proof
          * @description One run's proof. Times are Unix seconds. It may change until `is_final`; attachments may come later, too.
          *
-         *     `entries` are its commands, acks, drops and states, in order. `waydrop verify-journal --anchor SEQ:HASH` with any of
+         *     `continues` is the run whose rest this one flew, `continued_by` the one that flew the rest of this: its drops that
+         *     are not told of here. `entries` are its commands, acks, drops and states, in order. `waydrop verify-journal --anchor SEQ:HASH` with any of
          *     them shows whether the journal still says the same.
          */
         Proof: {
@@ -4410,6 +4411,16 @@ export interface components {
              * @default []
              */
             earlier_plans: components["schemas"]["EarlierPlan"][];
+            /**
+             * Continues
+             * @default null
+             */
+            continues: string | null;
+            /**
+             * Continued By
+             * @default null
+             */
+            continued_by: string | null;
             vehicle: components["schemas"]["VehicleProof"];
             /** Drops */
             drops: components["schemas"]["DropRecord"][];
