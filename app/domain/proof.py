@@ -82,8 +82,8 @@ class Proof(_Part):
     """One run's proof. Times are Unix seconds. It may change until `is_final`; attachments may come later, too.
 
     `continues` is the run whose rest this one flew, `continued_by` the one that flew the rest of this: its drops that
-    are not told of here. `entries` are its commands, acks, drops and states, in order. `waydrop verify-journal --anchor SEQ:HASH` with any of
-    them shows whether the journal still says the same.
+    are not told of here. `entries` are its commands, acks, drops and states, in order. `waydrop verify-journal --anchor
+    SEQ:HASH` with any of them shows whether the journal still says the same.
     """
 
     gateway: str

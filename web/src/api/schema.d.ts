@@ -1669,12 +1669,19 @@ export interface components {
         /**
          * AssignmentView
          * @description Which vehicle would get a job now, null if none can, and what speaks for and against each.
+         *
+         *     `warning`: why waiting alone gives it to none of them; empty if it may.
          */
         AssignmentView: {
             /** Vehicle Id */
             vehicle_id: string | null;
             /** Candidates */
             candidates: components["schemas"]["Candidate"][];
+            /**
+             * Warning
+             * @default
+             */
+            warning: string;
         };
         /**
          * Attachment
@@ -1844,7 +1851,7 @@ export interface components {
          * @description One vehicle. It can have the job if `refusals` is empty. `reason` says why it was chosen, or why another was.
          *
          *     `distance_m`: from where it is to where the plan begins, null if either is not known. At most MOST_REFUSALS are
-         *     listed; `refusals_left_out` counts the others.
+         *     listed; `refusals_left_out` counts the others. `lasting`: one of all is, so waiting alone gives it no job.
          */
         Candidate: {
             /** Vehicle Id */
@@ -1879,6 +1886,11 @@ export interface components {
              * @default 0
              */
             refusals_left_out: number;
+            /**
+             * Lasting
+             * @default false
+             */
+            lasting: boolean;
         };
         /**
          * CapabilityView
@@ -2947,7 +2959,9 @@ export interface components {
          *     `priority`: the higher goes first; `rank` orders those of one priority, the lower first. `deadline` is the latest
          *     start. `vehicle_id`, `run_id` and `candidates` are of the assignment; a queued job has none. `auto_start` false: the
          *     run waits on the vehicle for a person's start. `start_asked_at`: Waydrop told the run to start; it does so once.
-         *     `end_asked`: the job is to end so as soon as its run has been taken off the vehicle.
+         *     `wind` is what its checks and its run reckon with; null is calm air. `warning`, of one that waits: why waiting alone
+         *     gives it to no vehicle; empty if it may. `end_asked`: the job is to end so as soon as its run has been taken off
+         *     the vehicle.
          */
         Job: {
             /** Id */
@@ -2963,6 +2977,13 @@ export interface components {
              */
             order_id: string | null;
             wish: components["schemas"]["Wish"];
+            /** @default null */
+            wind: components["schemas"]["Wind"] | null;
+            /**
+             * Warning
+             * @default
+             */
+            warning: string;
             /**
              * Not Before
              * @default null
@@ -3057,9 +3078,10 @@ export interface components {
          * @description A plan, by its id or the document itself, and the vehicles that may fly it: an id, or "any".
          *
          *     `allowed_vehicles` narrows "any". A vehicle with less than `min_battery_percent` is refused, and one that does not
-         *     tell; 0 takes them too. The job is not begun before `not_before`, and ends `expired` if it has not taken off by
-         *     `deadline`. `auto_start` false: the mission is put on the vehicle, and a person starts the run. True: Waydrop starts
-         *     it, once, as soon as it is prepared and nothing speaks against its vehicle. The higher `priority` goes first.
+         *     tell; 0 takes them too. The checks and the run reckon with `wind`; null is calm air. The job is not begun before
+         *     `not_before`, and ends `expired` if it has not taken off by `deadline`. `auto_start` false: the mission is put on
+         *     the vehicle, and a person starts the run. True: Waydrop starts it, once, as soon as it is prepared and nothing
+         *     speaks against its vehicle. The higher `priority` goes first.
          */
         JobOrder: {
             /** Plan */
@@ -3081,6 +3103,8 @@ export interface components {
              * @default 30
              */
             min_battery_percent: number;
+            /** @default null */
+            wind: components["schemas"]["WindGiven"] | null;
             /**
              * Not Before
              * @default null
@@ -4381,8 +4405,8 @@ export interface components {
          * @description One run's proof. Times are Unix seconds. It may change until `is_final`; attachments may come later, too.
          *
          *     `continues` is the run whose rest this one flew, `continued_by` the one that flew the rest of this: its drops that
-         *     are not told of here. `entries` are its commands, acks, drops and states, in order. `waydrop verify-journal --anchor SEQ:HASH` with any of
-         *     them shows whether the journal still says the same.
+         *     are not told of here. `entries` are its commands, acks, drops and states, in order. `waydrop verify-journal --anchor
+         *     SEQ:HASH` with any of them shows whether the journal still says the same.
          */
         Proof: {
             /** Gateway */
@@ -4538,6 +4562,8 @@ export interface components {
         /**
          * Refusal
          * @description One reason. `code` is a VehicleRefusal or a rule's; `pointer` leads into the plan, null if it is not about it.
+         *
+         *     `lasting`: waiting alone does not mend it, nor does a full battery, nor a flight to where the plan begins.
          */
         Refusal: {
             /** Code */
@@ -4554,6 +4580,11 @@ export interface components {
              * @default null
              */
             pointer: string | null;
+            /**
+             * Lasting
+             * @default false
+             */
+            lasting: boolean;
         };
         /**
          * RefuseUploadFault
