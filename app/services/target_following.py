@@ -111,11 +111,13 @@ class TargetFollower:
         follower = follower_at(plan, run.item_id)
         if follower is None or run.drop(follower.drop.id).phase is not DropPhase.WAITING:
             return
-        place = _place(self._fleet.link(run.vehicle_id).state())
+        state = self._fleet.link(run.vehicle_id).state()
+        place = _place(state)
         if place is None:
             return
         fix = self._targets.fixes([follower.target.feed]).get(follower.target.feed)
         speed_m_s = speed_towards_m_s(plan, await self._facts(run, followed), follower.waypoint.id)
+        speed_m_s *= state.clock.rate  # the target moves in our time, and a simulated vehicle may fly in a faster one
         wanted = aim(follower.target, follower.planned, fix, place, speed_m_s)
         if isinstance(wanted, NoAim):
             await self._tell_not_followed(run, followed, follower, fix, wanted.code, wanted.reason)

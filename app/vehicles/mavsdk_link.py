@@ -14,7 +14,15 @@ from app.domain.errors import LinkError, VehicleQuarantinedError
 from app.domain.mav_type import vehicle_type
 from app.domain.mission import MavCmd, Mission, MissionItem, MissionType
 from app.domain.mission_port import UploadProgress
-from app.domain.ports import DuplicateSystem, LinkFact, LinkRestored, Rebooted, Unsubscribe, VehicleIdentity
+from app.domain.ports import (
+    ClockRateTold,
+    DuplicateSystem,
+    LinkFact,
+    LinkRestored,
+    Rebooted,
+    Unsubscribe,
+    VehicleIdentity,
+)
 from app.domain.setpoint.message import SetpointMessage
 from app.domain.vehicle import FlightMode, VehicleFacts, VehicleState
 from app.vehicles.command_sender import CommandSender, command
@@ -103,6 +111,11 @@ class MavsdkVehicleLink:
     def subscribe(self, listener: Callable[[LinkFact], None]) -> Unsubscribe:
         """See VehicleLink. A quarantined link tells DuplicateSystem to each new listener."""
         return self._facts.subscribe(listener)
+
+    def tell_clock_rate(self, rate: float) -> None:
+        """See VehicleLink."""
+        self._measurements.clock = self._measurements.clock.told(rate)
+        self._facts.tell(ClockRateTold(rate))
 
     async def read_facts(self) -> VehicleFacts:
         """See VehicleLink."""

@@ -45,7 +45,6 @@ class Measurements:
     heartbeat: Heartbeat | None = None
     heartbeat_s: float | None = None
     mode: FlightMode | None = None
-    mode_s: float | None = None
     system: ExtendedSysState | None = None
     position: GlobalPositionInt | None = None
     position_s: float | None = None
@@ -65,7 +64,7 @@ class Measurements:
         """HEARTBEAT: mode, armed, failsafe."""
         old, before = self.heartbeat, self.mode
         self.heartbeat, self.heartbeat_s = message, received_s
-        self.mode, self.mode_s = flight_mode(message.custom_mode), received_s
+        self.mode = flight_mode(message.custom_mode)
         same = (
             old is not None
             and (old.base_mode ^ message.base_mode) & _ARMED == 0
@@ -74,10 +73,10 @@ class Measurements:
         )
         return None if same else StateChanged()
 
-    def take_mode(self, message: CurrentMode, received_s: float) -> LinkFact | None:
+    def take_mode(self, message: CurrentMode) -> LinkFact | None:
         """CURRENT_MODE: the mode, sooner than the next HEARTBEAT."""
         before = self.mode
-        self.mode, self.mode_s = flight_mode(message.custom_mode), received_s
+        self.mode = flight_mode(message.custom_mode)
         return None if before is self.mode else StateChanged()
 
     def take_system(self, message: ExtendedSysState) -> LinkFact | None:

@@ -10,7 +10,7 @@ from app.domain.commands import CommandAck, CommandRequest, MavResult
 from app.domain.errors import WaydropError
 from app.domain.mission import Mission, MissionItem, MissionType
 from app.domain.mission_port import UploadProgress
-from app.domain.ports import LinkFact, MissionCurrent, StateChanged, Unsubscribe, VehicleIdentity
+from app.domain.ports import ClockRateTold, LinkFact, MissionCurrent, StateChanged, Unsubscribe, VehicleIdentity
 from app.domain.setpoint.message import SetpointMessage
 from app.domain.vehicle import (
     FirmwareVersion,
@@ -87,6 +87,10 @@ class FakeLink:
     def subscribe(self, listener: Callable[[LinkFact], None]) -> Unsubscribe:
         self._listeners.append(listener)
         return lambda: self._listeners.remove(listener) if listener in self._listeners else None
+
+    def tell_clock_rate(self, rate: float) -> None:
+        self.move(clock=self._state.clock.told(rate))
+        self.tell(ClockRateTold(rate))
 
     async def read_facts(self) -> VehicleFacts:
         self._refuse()
@@ -173,22 +177,3 @@ class FakeLink:
     def _refuse(self) -> None:
         if self.refusal is not None:
             raise self.refusal
-
-
-class FakeSource:
-    """LinkSource with a few vehicles that are there from the start."""
-
-    def __init__(self, links: Sequence[FakeLink]) -> None:
-        self._links = tuple(links)
-
-    def links(self) -> Sequence[FakeLink]:
-        return self._links
-
-    def subscribe(self, listener: Callable[[FakeLink], None]) -> Unsubscribe:
-        return lambda: None
-
-    async def start(self) -> None:
-        """Nothing to open."""
-
-    async def close(self) -> None:
-        """Nothing to close."""

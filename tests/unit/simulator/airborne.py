@@ -45,7 +45,7 @@ class Airborne:
         self.status = self.state.status
         self.store = MissionStore()
         self.result = MissionResult(valid=True)
-        self.offboard = OffboardStream(self.params, self.clock, 1.0)
+        self.offboard = OffboardStream(self.params, self.clock)
         self.checks = ModeChecks(self.status, self.params, self.clock, self.result, self.offboard)
         self.commander = Commander(
             self.state, self.params, self.clock, self.result, self.offboard, self.checks, self.text, self.event

@@ -109,10 +109,6 @@ export function heading(value: number | null): string {
   return value === null ? UNKNOWN : `${String(Math.round(value) % 360).padStart(3, "0")}°`;
 }
 
-export function coordinate(value: number | null): string {
-  return value === null ? UNKNOWN : `${value.toFixed(6)}°`;
-}
-
 /** An age, coarse enough to be read while it grows: 0.4 s, 12 s, 3 min. */
 export function age(value_s: number | null): string {
   if (value_s === null) return "never";
@@ -120,6 +116,11 @@ export function age(value_s: number | null): string {
   if (value_s < 120) return `${Math.round(value_s)} s`;
   if (value_s < 7200) return `${Math.round(value_s / 60)} min`;
   return `${Math.round(value_s / 3600)} h`;
+}
+
+/** The age of a heartbeat, which comes each second: only what is longer than that is news. */
+export function linkAge(value_s: number | null): string {
+  return value_s !== null && value_s < 2 ? "< 2 s" : age(value_s);
 }
 
 /** Unix seconds as local time of day. */

@@ -42,5 +42,14 @@ export function newestRuns(runs: Readonly<Record<string, Run>>): Run[] {
 export function currentRun(vehicle: Vehicle, runs: Readonly<Record<string, Run>>): Run | null {
   const named = vehicle.run_id === null ? undefined : runs[vehicle.run_id];
   if (named && !isOver(named)) return named;
-  return newestRuns(runs).find((run) => run.vehicle_id === vehicle.id && !isOver(run)) ?? null;
+  return newestOpen(runs).get(vehicle.id) ?? null;
+}
+
+const known = new WeakMap<Readonly<Record<string, Run>>, ReadonlyMap<string, Run>>();
+
+/** By vehicle. Worked out once for each state of the runs: a large fleet asks for it with every frame of telemetry. */
+function newestOpen(runs: Readonly<Record<string, Run>>): ReadonlyMap<string, Run> {
+  const found = known.get(runs) ?? new Map(newestRuns(runs).filter((run) => !isOver(run)).reverse().map((run) => [run.vehicle_id, run]));
+  known.set(runs, found);
+  return found;
 }
