@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-import json
 from pathlib import Path
 from typing import Any
-
-import pytest
 
 from app.domain.vehicle import LandedState
 from app.services.access import Role
@@ -90,30 +87,6 @@ async def test_a_check_says_who_would_get_it_and_queues_nothing(service: Service
     assert "vehicle.type_differs" in codes(told, "v1")
     _, _, listed = await service.call("GET", "/api/v1/jobs")
     assert listed == {"jobs": [], "next": None}
-
-
-async def test_a_job_that_no_vehicle_can_ever_fly_says_so_at_once_and_waits_all_the_same(service: Service) -> None:
-    wing = json.loads((Path(__file__).parents[2] / "plans" / "fixed-wing-pass.json").read_text())
-    status, _, job = await service.call("POST", "/api/v1/jobs", json={"plan": wing})
-    assert (status, job["state"]) == (202, "queued")
-    assert "no vehicle can fly it as it is" in job["warning"]
-    assert "v1: " in job["warning"]
-    assert all(one["lasting"] for one in job["candidates"])
-    _, _, told = await service.call("POST", "/api/v1/job-checks", json={"plan": wing})
-    assert told["warning"] == job["warning"]
-    assert (await job_of(service, job["id"]))["warning"] == job["warning"]
-    await stop(service)
-    await stop(service, "v2")
-    assert (await queue(service))["warning"] == "", "these queues may go on"
-
-
-async def test_the_wind_of_a_job_is_that_of_its_run(service: Service) -> None:
-    job = await queue(service, wind={"from_deg": 0, "speed_m_s": 5})
-    assert job["wind"] == {"north_m_s": pytest.approx(-5.0), "east_m_s": pytest.approx(0.0, abs=1e-6)}
-    job = await until_job(service, job["id"], "prepared")
-    _, _, run = await service.call("GET", f"/api/v1/runs/{job['run_id']}")
-    assert run["wind"] == job["wind"]
-    assert (await queue(service, expect=422, wind={"from_deg": 0}))["code"] == "request.invalid"
 
 
 async def test_where_waydrop_chooses_a_vehicle_far_from_the_plans_home_is_refused(service: Service) -> None:

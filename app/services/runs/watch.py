@@ -137,8 +137,6 @@ class FlightWatch:
                 self._rebooted = True
             case ClockRateTold():
                 self._rate = self._rate.told(fact.rate)
-            case _:
-                pass  # the next look reads the state
 
     def now(self) -> Look:
         """The vehicle at this moment."""
@@ -275,8 +273,7 @@ class FlightWatch:
         """The heartbeat that says disarmed may overtake the report that the last item was reached."""
         if not self._mission_done and self._recorder.run.asked in UNASKED and landed_s < LAST_REPORTS_S:
             return True
-        open_answers = any(release.awaits_answer for release in self.leg.supervised)
-        return open_answers and landed_s < UNFINISHED_DROPS_S
+        return landed_s < UNFINISHED_DROPS_S and any(release.awaits_answer for release in self.leg.supervised)
 
     def _look_at_silence(self, seen: Look) -> None:
         silent_s = seen.now_s - self._connected_at_s
