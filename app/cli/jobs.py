@@ -15,6 +15,7 @@ from app.cli.plan_file import read_plan
 from app.cli.runs import JsonOption
 from app.cli.service_client import ServerOption, ServiceClient, TokenOption, service_client
 from app.cli.terminal import err, out, write_json
+from app.cli.wind_option import WindOption, wind_given
 from app.domain.jobs.job import Job, JobState
 from app.domain.jobs.queue import Place
 from app.services.jobs.orders import LEAST_BATTERY_PERCENT
@@ -45,6 +46,7 @@ def add(
     ] = LEAST_BATTERY_PERCENT,
     not_before: Annotated[str | None, typer.Option(metavar=TIME, help="Begin then: 2026-05-01T08:00:00Z.")] = None,
     deadline: Annotated[str | None, typer.Option(metavar=TIME, help="The latest start.")] = None,
+    wind: WindOption = None,
     priority: Annotated[int, typer.Option(min=-100, max=100, help="The higher goes first.")] = 0,
     auto_start: Annotated[
         bool, typer.Option("--auto-start", help="Start it as soon as it is prepared; else a person does.")
@@ -53,6 +55,7 @@ def add(
     as_json: JsonOption = False,
 ) -> None:
     """Queue a plan. With --check exit status 1 if no vehicle could take it now."""
+    given = wind_given(wind)
     order: dict[str, Any] = {
         "plan": _plan(plan),
         "vehicle": vehicle,
@@ -60,6 +63,7 @@ def add(
         "min_battery_percent": min_battery,
         "not_before": not_before,
         "deadline": deadline,
+        "wind": None if given is None else given.model_dump(mode="json"),
         "priority": priority,
         "auto_start": auto_start,
     }
@@ -70,6 +74,8 @@ def add(
         out().print(candidates_table(AssignmentView.model_validate(answer).candidates))
     else:
         _show(Job.model_validate(answer))
+    if answer["warning"]:
+        err().print(f"warning: {answer['warning']}", markup=False)
     if check and answer["vehicle_id"] is None:
         err().print("no vehicle can take it now")
         raise typer.Exit(ExitStatus.NOT_ACHIEVED)

@@ -81,8 +81,9 @@ class AttachmentProof(Attachment):
 class Proof(_Part):
     """One run's proof. Times are Unix seconds. It may change until `is_final`; attachments may come later, too.
 
-    `entries` are its commands, acks, drops and states, in order. `waydrop verify-journal --anchor SEQ:HASH` with any of
-    them shows whether the journal still says the same.
+    `continues` is the run whose rest this one flew, `continued_by` the one that flew the rest of this: its drops that
+    are not told of here. `entries` are its commands, acks, drops and states, in order. `waydrop verify-journal --anchor
+    SEQ:HASH` with any of them shows whether the journal still says the same.
     """
 
     gateway: str
@@ -98,6 +99,8 @@ class Proof(_Part):
     plan: PlanProof
     mission: MissionProof
     earlier_plans: tuple[EarlierPlan, ...] = ()
+    continues: str | None = None
+    continued_by: str | None = None
     vehicle: VehicleProof
     drops: tuple[DropRecord, ...]
     attachments: tuple[AttachmentProof, ...]
@@ -133,6 +136,8 @@ class Story:
             self.attachments.append(attachment)
         if event.kind is EventKind.RUN_MISSION_CHANGED:
             self._take_change(event)
+        elif event.kind is EventKind.RUN_CONTINUED:
+            self._add(event, {"continued_by": event.data.get("continued_by")})
         elif event.kind in _WHOLE:
             self._add(event, event.data)
         elif event.kind in _STATES:
@@ -193,6 +198,8 @@ def proof_of(
         plan=_plan_proof(run, document),
         mission=MissionProof(hash=run.mission_hash, id=run.mission_id),
         earlier_plans=tuple(story.earlier_plans),
+        continues=run.continues,
+        continued_by=run.continued_by,
         vehicle=VehicleProof(
             id=run.vehicle_id, uid=run.vehicle_uid, vehicle_type=run.vehicle_type, firmware=run.firmware
         ),

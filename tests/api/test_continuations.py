@@ -22,6 +22,16 @@ async def ended(service: Service, plan: dict[str, Any]) -> dict[str, Any]:
     return await reaches(service, run["id"], "aborted")
 
 
+async def proof(service: Service, run_id: str) -> dict[str, Any]:
+    _, _, told = await service.call("GET", f"/api/v1/runs/{run_id}/proof")
+    return dict(told)
+
+
+async def sheet(service: Service, run_id: str) -> str:
+    _, _, page = await service.call("GET", f"/api/v1/runs/{run_id}/proof-sheet")
+    return str(page)
+
+
 async def test_a_run_is_continued_once_by_a_run_of_what_is_left(service: Service, plan: dict[str, Any]) -> None:
     old = await ended(service, plan)
     path, key = f"/api/v1/runs/{old['id']}/continuation", {"Idempotency-Key": "continue-1"}
@@ -40,6 +50,12 @@ async def test_a_run_is_continued_once_by_a_run_of_what_is_left(service: Service
     _, _, told = await service.call("GET", f"/api/v1/runs/{old['id']}/events?limit=500")
     assert [told["events"][-1]["kind"], told["events"][-1]["data"]["continued_by"]] == ["run.continued", new["id"]]
     await reaches(service, new["id"], "uploaded")
+    first, rest = [await proof(service, run_id) for run_id in (old["id"], new["id"])]
+    assert (first["continues"], first["continued_by"]) == (None, new["id"])
+    assert (rest["continues"], rest["continued_by"]) == (old["id"], None)
+    assert first["entries"][-1]["data"] == {"continued_by": new["id"]}
+    assert f"run {new['id']}, which flew what was left" in await sheet(service, old["id"])
+    assert f"run {old['id']}: this flight flew what was left" in await sheet(service, new["id"])
 
 
 async def test_a_run_that_is_not_over_or_has_nothing_left_is_not_continued(

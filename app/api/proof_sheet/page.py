@@ -100,6 +100,8 @@ def _head(proof: Proof) -> str:
                 (f"Earlier plan {number}", f"{was.id}, SHA-256 {was.hash}, until {shown_time(was.until)}")
                 for number, was in enumerate(proof.earlier_plans, start=1)
             ),
+            ("Continues", proof.continues and f"run {proof.continues}: this flight flew what was left of it"),
+            ("Continued by", proof.continued_by and f"run {proof.continued_by}, which flew what was left of this one"),
             ("Issued", f"{shown_time(proof.issued_at)} by gateway {proof.gateway}"),
         ]
     )

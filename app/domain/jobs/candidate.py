@@ -42,7 +42,10 @@ class VehicleRefusal(StrEnum):
 
 
 class Refusal(BaseModel):
-    """One reason. `code` is a VehicleRefusal or a rule's; `pointer` leads into the plan, null if it is not about it."""
+    """One reason. `code` is a VehicleRefusal or a rule's; `pointer` leads into the plan, null if it is not about it.
+
+    `lasting`: waiting alone does not mend it, nor does a full battery, nor a flight to where the plan begins.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -50,13 +53,14 @@ class Refusal(BaseModel):
     message: str
     hint: str = ""
     pointer: str | None = None
+    lasting: bool = False
 
 
 class Candidate(BaseModel):
     """One vehicle. It can have the job if `refusals` is empty. `reason` says why it was chosen, or why another was.
 
     `distance_m`: from where it is to where the plan begins, null if either is not known. At most MOST_REFUSALS are
-    listed; `refusals_left_out` counts the others.
+    listed; `refusals_left_out` counts the others. `lasting`: one of all is, so waiting alone gives it no job.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -68,6 +72,7 @@ class Candidate(BaseModel):
     battery_percent: float | None = None
     refusals: tuple[Refusal, ...] = ()
     refusals_left_out: int = 0
+    lasting: bool = False
 
     @property
     def can(self) -> bool:

@@ -11,6 +11,9 @@ from app.domain.jobs.candidate import Candidate
 NEAR_M: Final = 10.0
 """Who is at most this much farther than the nearest is as near: vehicles of one place are told apart by battery."""
 
+TOLD: Final = 5
+"""Vehicles that a warning names; the candidates have them all."""
+
 
 def choose(candidates: Sequence[Candidate]) -> tuple[Candidate, ...]:
     """The candidates in the order of their ids, at most one of them chosen, each that can with a reason."""
@@ -23,6 +26,15 @@ def choose(candidates: Sequence[Candidate]) -> tuple[Candidate, ...]:
 def chosen_of(candidates: Sequence[Candidate]) -> Candidate | None:
     """The one that was chosen."""
     return next((one for one in candidates if one.chosen), None)
+
+
+def hopeless(candidates: Sequence[Candidate]) -> str:
+    """Why waiting alone gives the job to none of these vehicles; empty if it may, or if there are none."""
+    if not candidates or not all(one.lasting for one in candidates):
+        return ""
+    told = [f"{one.vehicle_id}: {_lasting(one)}" for one in candidates[:TOLD]]
+    others = [f"and {len(candidates) - TOLD} more"] if len(candidates) > TOLD else []
+    return f"no vehicle can fly it as it is, and waiting does not change that ({'; '.join([*told, *others])})"
 
 
 def by_number(vehicle_id: str) -> tuple[int, str]:
@@ -47,6 +59,10 @@ def _described(one: Candidate) -> str:
     away = "distance not known" if one.distance_m is None else f"{one.distance_m:.0f} m away"
     battery = "battery not known" if one.battery_percent is None else f"battery {one.battery_percent:.0f} %"
     return f"{away}, {battery}"
+
+
+def _lasting(one: Candidate) -> str:
+    return next((refusal.message for refusal in one.refusals if refusal.lasting), "see its refusals")
 
 
 def _metres(one: Candidate) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from typing import Final
 
 from app.domain.finding import Finding, Severity
@@ -15,10 +15,23 @@ NOBODY_READS: Final = frozenset({"vehicle.home_differs"})
 """Warnings that a person who names a vehicle may judge. Where Waydrop chooses nobody would read them: they refuse."""
 
 
-def why_unfit(findings: Iterable[Finding], *, we_choose: bool) -> tuple[Refusal, ...]:
-    """The findings that stand against a vehicle."""
+_PASSING: Final = frozenset({"vehicle.home_unknown", "vehicle.home_differs", "vehicle.clock_too_fast"})
+"""What stands against a vehicle now and may be otherwise in a moment, or where it lands next."""
+
+
+def why_unfit(findings: Iterable[Finding], *, we_choose: bool, at_best: Collection[str] = ()) -> tuple[Refusal, ...]:
+    """The findings that stand against a vehicle.
+
+    `at_best` are the codes of the errors that stay with a full battery where the plan begins: those are lasting.
+    """
     return tuple(
-        Refusal(code=found.code, message=found.message, hint=found.hint, pointer=found.pointer)
+        Refusal(
+            code=found.code,
+            message=found.message,
+            hint=found.hint,
+            pointer=found.pointer,
+            lasting=found.code in at_best and found.code not in _PASSING,
+        )
         for found in findings
         if found.severity is Severity.ERROR or (we_choose and found.code in NOBODY_READS)
     )

@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict
 
 from app.domain.errors import JobWrongStateError
 from app.domain.jobs.candidate import Candidate
+from app.domain.prediction.wind import Wind
 from app.domain.vehicle import VehicleType
 
 ANY: Final = "any"
@@ -74,7 +75,9 @@ class Job(BaseModel):
     `priority`: the higher goes first; `rank` orders those of one priority, the lower first. `deadline` is the latest
     start. `vehicle_id`, `run_id` and `candidates` are of the assignment; a queued job has none. `auto_start` false: the
     run waits on the vehicle for a person's start. `start_asked_at`: Waydrop told the run to start; it does so once.
-    `end_asked`: the job is to end so as soon as its run has been taken off the vehicle.
+    `wind` is what its checks and its run reckon with; null is calm air. `warning`, of one that waits: why waiting alone
+    gives it to no vehicle; empty if it may. `end_asked`: the job is to end so as soon as its run has been taken off
+    the vehicle.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -85,6 +88,8 @@ class Job(BaseModel):
     vehicle_type: VehicleType
     order_id: str | None = None
     wish: Wish
+    wind: Wind | None = None
+    warning: str = ""
     not_before: float | None = None
     deadline: float | None = None
     auto_start: bool = False

@@ -56,7 +56,8 @@ def _reasons(sight: VehicleSight) -> Iterator[Refusal]:
 
 def _unwished(vehicle_id: str, battery_percent: float | None, wish: Wish) -> Iterator[Refusal]:
     if not wish.allows(vehicle_id):
-        yield _refusal(VehicleRefusal.NOT_ALLOWED, f"the job names {', '.join(wish.named)}")
+        refusal = _refusal(VehicleRefusal.NOT_ALLOWED, f"the job names {', '.join(wish.named)}")
+        yield refusal.model_copy(update={"lasting": True})
     least = wish.min_battery_percent
     if least > 0 and battery_percent is None:
         hint = "min_battery_percent 0 takes a vehicle that does not tell"

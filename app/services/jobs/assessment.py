@@ -17,7 +17,9 @@ from app.domain.jobs.job import Wish
 from app.domain.jobs.readiness import VehicleSight, why_not_ready, why_not_wished
 from app.domain.live_control import is_too_fast
 from app.domain.plan import Plan, plan_hash
-from app.domain.rules import Finding, check_plan
+from app.domain.plan.walk import reference_home
+from app.domain.prediction import CALM, Wind
+from app.domain.rules import Finding, Severity, check_plan
 from app.domain.vehicle import VehicleFacts
 from app.services.fleet import Fleet
 
@@ -27,8 +29,11 @@ KEPT: Final = 1024
 
 @dataclass(frozen=True, slots=True)
 class _Checked:
+    """`at_best`: see why_unfit."""
+
     facts: VehicleFacts
     findings: tuple[Finding, ...]
+    at_best: frozenset[str]
 
 
 class Assessment:
@@ -40,7 +45,7 @@ class Assessment:
     def __init__(self, fleet: Fleet, facts_s: float) -> None:
         self._fleet = fleet
         self._facts_s = facts_s
-        self._checked: OrderedDict[tuple[str, str], _Checked] = OrderedDict()
+        self._checked: OrderedDict[tuple[str, Wind, str], _Checked] = OrderedDict()
         self._asking: dict[str, asyncio.Task[VehicleFacts]] = {}
 
     async def close(self) -> None:
@@ -50,14 +55,19 @@ class Assessment:
             task.cancel()
         await asyncio.gather(*asking, return_exceptions=True)
 
-    async def candidates(self, plan: Plan, wish: Wish, sights: Sequence[VehicleSight]) -> tuple[Candidate, ...]:
-        """Every vehicle of the fleet, and those that the wish names and nobody has seen; one may be chosen."""
-        key = plan_hash(plan)
+    async def candidates(
+        self, plan: Plan, wish: Wish, sights: Sequence[VehicleSight], wind: Wind = CALM
+    ) -> tuple[Candidate, ...]:
+        """Every vehicle of the fleet, and those that the wish names and nobody has seen; one may be chosen.
+
+        The rules reckon with the wind.
+        """
+        key = (plan_hash(plan), wind)
         seen = {sight.vehicle_id for sight in sights}
         looked = await asyncio.gather(*(self._candidate(key, plan, wish, sight) for sight in sights))
         return choose([*looked, *(_unseen(name) for name in wish.named if name not in seen)])
 
-    async def _candidate(self, key: str, plan: Plan, wish: Wish, sight: VehicleSight) -> Candidate:
+    async def _candidate(self, key: tuple[str, Wind], plan: Plan, wish: Wish, sight: VehicleSight) -> Candidate:
         state = sight.state
         refusals = [*why_not_ready(sight), *why_not_wished(sight.vehicle_id, state.battery_percent, wish)]
         if wish.allows(sight.vehicle_id) and state.connected:
@@ -68,9 +78,10 @@ class Assessment:
             battery_percent=state.battery_percent,
             refusals=tuple(refusals[:MOST_REFUSALS]),
             refusals_left_out=max(0, len(refusals) - MOST_REFUSALS),
+            lasting=any(refusal.lasting for refusal in refusals),
         )
 
-    async def _unfit(self, key: str, plan: Plan, vehicle_id: str, *, we_choose: bool) -> Sequence[Refusal]:
+    async def _unfit(self, key: tuple[str, Wind], plan: Plan, vehicle_id: str, *, we_choose: bool) -> Sequence[Refusal]:
         try:
             facts = await self._facts(vehicle_id)
         except WaydropError as error:
@@ -78,7 +89,8 @@ class Assessment:
         if facts is None:
             message = "its parameters are still being read"
             return [Refusal(code=VehicleRefusal.SILENT.value, message=message, hint="wait a moment")]
-        return why_unfit(await self._findings(key, plan, vehicle_id, facts), we_choose=we_choose)
+        checked = await self._check(key, plan, vehicle_id, facts)
+        return why_unfit(checked.findings, we_choose=we_choose, at_best=checked.at_best)
 
     async def _facts(self, vehicle_id: str) -> VehicleFacts | None:
         """The vehicle's facts; None if it is still asked. Raises WaydropError."""
@@ -93,18 +105,31 @@ class Assessment:
             del self._asking[vehicle_id]
         return task.result()
 
-    async def _findings(self, key: str, plan: Plan, vehicle_id: str, facts: VehicleFacts) -> tuple[Finding, ...]:
+    async def _check(self, key: tuple[str, Wind], plan: Plan, vehicle_id: str, facts: VehicleFacts) -> _Checked:
         rate = facts.least_clock_rate  # measured anew each moment, and only this of it matters to the rules
         charge = facts.battery_percent  # in whole per cent, for the same reason
         facts = replace(facts, battery_percent=None if charge is None else math.floor(charge))
         alike = replace(facts, least_clock_rate=1.0 if rate is None or not is_too_fast(rate) else 1e3)
-        known = self._checked.get((key, vehicle_id))
+        known = self._checked.get((*key, vehicle_id))
         if known is None or known.facts != alike:
-            known = _Checked(alike, await asyncio.to_thread(check_plan, plan, facts))
-            self._checked[(key, vehicle_id)] = known
+            findings, at_best = await asyncio.to_thread(_rules, plan, facts, key[1])
+            known = self._checked[(*key, vehicle_id)] = _Checked(alike, findings, at_best)
             if len(self._checked) > KEPT:
                 self._checked.popitem(last=False)
-        return known.findings
+        return known
+
+
+def _rules(plan: Plan, facts: VehicleFacts, wind: Wind) -> tuple[tuple[Finding, ...], frozenset[str]]:
+    """What the rules find, and the codes of its errors that stay with a full battery at the plan's own home."""
+    findings = check_plan(plan, facts, wind)
+    if not (errors := _errors(findings)):
+        return findings, errors
+    home = None if plan.home is None else reference_home(plan, None)
+    return findings, _errors(check_plan(plan, replace(facts, battery_percent=100.0, home=home), wind))
+
+
+def _errors(findings: Sequence[Finding]) -> frozenset[str]:
+    return frozenset(finding.code for finding in findings if finding.severity is Severity.ERROR)
 
 
 def _unseen(vehicle_id: str) -> Candidate:

@@ -13,6 +13,7 @@ from app.domain.jobs.candidate import Candidate
 from app.domain.jobs.choice import chosen_of
 from app.domain.jobs.job import Job, JobState
 from app.domain.jobs.readiness import why_not_ready
+from app.domain.prediction import CALM
 from app.services.clock import Clock
 from app.services.jobs.assessment import Assessment
 from app.services.jobs.book import JobBook
@@ -84,7 +85,7 @@ class JobDesk:
     async def candidates(self, job: Job) -> tuple[Candidate, ...]:
         """What speaks for and against each vehicle now. Raises NotFoundError, PlanInvalid, StorageError."""
         plan = await self._plans.plan(job.plan_id)
-        return await self._assessment.candidates(plan, job.wish, self._sights.all())
+        return await self._assessment.candidates(plan, job.wish, self._sights.all(), job.wind or CALM)
 
     def _may_be_tried(self, job: Job) -> bool:
         return self._not_before_s.get(job.id, 0.0) <= self._clock.monotonic()
@@ -130,7 +131,8 @@ class JobDesk:
         if given.run_id != run_id:
             return  # cancelled, or moved into the future, while the rules were looked at
         try:
-            await self._runs.create(given.plan_id, chosen.vehicle_id, start=False, by=given.requested_by, run_id=run_id)
+            wind, by = given.wind or CALM, given.requested_by
+            await self._runs.create(given.plan_id, chosen.vehicle_id, start=False, by=by, wind=wind, run_id=run_id)
         except WaydropError as error:
             self._not_before_s[job.id] = self._clock.monotonic() + self._settings.look_again_s
             reason = f"vehicle {chosen.vehicle_id}: {error.detail}"

@@ -10,12 +10,13 @@ import structlog
 from pydantic_core import to_json
 
 from app.domain.errors import InvalidInputError, JobWrongStateError, NotFoundError
-from app.domain.jobs.choice import chosen_of
+from app.domain.jobs.choice import chosen_of, hopeless
 from app.domain.jobs.job import Job, JobState
 from app.domain.jobs.port import ALL_JOBS, JobFilter, JobStore
 from app.domain.jobs.readiness import VehicleSight, why_not_ready
 from app.domain.jobs.vehicle_queue import VehicleQueue
 from app.domain.plan import Plan, parse_plan
+from app.domain.prediction import CALM
 from app.services.clock import Clock
 from app.services.fleet import Fleet
 from app.services.jobs.assessment import Assessment
@@ -92,6 +93,7 @@ class Jobs:
                 vehicle_type=plan.vehicle_type,
                 order_id=None if plan.order is None else plan.order.id,
                 wish=order.wish(),
+                wind=None if order.wind is None else order.wind.wind(),
                 not_before=None if order.not_before is None else order.not_before.timestamp(),
                 deadline=None if order.deadline is None else order.deadline.timestamp(),
                 auto_start=order.auto_start,
@@ -110,10 +112,12 @@ class Jobs:
     async def check(self, order: JobOrder) -> AssignmentView:
         """Which vehicle would get it now; nothing is stored. Raises NotFoundError, PlanInvalid, StorageError."""
         self._refuse_unseen(order)
+        wind = CALM if order.wind is None else order.wind.wind()
         plan = await self._planned.plan(order.plan) if isinstance(order.plan, str) else _parsed(order)
-        candidates = await self._assessment.candidates(plan, order.wish(), self._sights.all())
+        candidates = await self._assessment.candidates(plan, order.wish(), self._sights.all(), wind)
         chosen = chosen_of(candidates)
-        return AssignmentView(vehicle_id=None if chosen is None else chosen.vehicle_id, candidates=candidates)
+        chosen_id = None if chosen is None else chosen.vehicle_id
+        return AssignmentView(vehicle_id=chosen_id, candidates=candidates, warning=hopeless(candidates))
 
     async def get(self, job_id: str) -> Job:
         """One job; of one that waits the candidates as they are now. Raises NotFoundError, StorageError."""
@@ -191,7 +195,8 @@ class Jobs:
     async def _with_candidates(self, job: Job) -> Job:
         if job.state is not JobState.QUEUED:
             return job
-        return job.model_copy(update={"candidates": await self._desk.candidates(job)})
+        candidates = await self._desk.candidates(job)
+        return job.model_copy(update={"candidates": candidates, "warning": hopeless(candidates)})
 
     def _vehicle_view(self, sight: VehicleSight) -> VehicleQueueView:
         holder, refusals = self._book.queue.holder_of(sight.vehicle_id), why_not_ready(sight)

@@ -9,6 +9,7 @@ from pydantic_core import PydanticCustomError
 
 from app.domain.jobs.job import ANY, Wish
 from app.domain.jobs.queue import Place
+from app.domain.prediction import WindGiven
 
 LEAST_BATTERY_PERCENT: Final = 30.0
 MAX_ALLOWED: Final = 100
@@ -20,9 +21,10 @@ class JobOrder(BaseModel):
     """A plan, by its id or the document itself, and the vehicles that may fly it: an id, or "any".
 
     `allowed_vehicles` narrows "any". A vehicle with less than `min_battery_percent` is refused, and one that does not
-    tell; 0 takes them too. The job is not begun before `not_before`, and ends `expired` if it has not taken off by
-    `deadline`. `auto_start` false: the mission is put on the vehicle, and a person starts the run. True: Waydrop starts
-    it, once, as soon as it is prepared and nothing speaks against its vehicle. The higher `priority` goes first.
+    tell; 0 takes them too. The checks and the run reckon with `wind`; null is calm air. The job is not begun before
+    `not_before`, and ends `expired` if it has not taken off by `deadline`. `auto_start` false: the mission is put on
+    the vehicle, and a person starts the run. True: Waydrop starts it, once, as soon as it is prepared and nothing
+    speaks against its vehicle. The higher `priority` goes first.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -31,6 +33,7 @@ class JobOrder(BaseModel):
     vehicle: _Identifier = ANY
     allowed_vehicles: Annotated[tuple[_Identifier, ...], Field(max_length=MAX_ALLOWED)] = ()
     min_battery_percent: Annotated[float, Field(ge=0, le=100)] = LEAST_BATTERY_PERCENT
+    wind: WindGiven | None = None
     not_before: AwareDatetime | None = None
     deadline: AwareDatetime | None = None
     auto_start: bool = False

@@ -10,12 +10,16 @@ from app.domain.jobs.vehicle_queue import VehicleQueue
 
 
 class AssignmentView(BaseModel):
-    """Which vehicle would get a job now, null if none can, and what speaks for and against each."""
+    """Which vehicle would get a job now, null if none can, and what speaks for and against each.
+
+    `warning`: why waiting alone gives it to none of them; empty if it may.
+    """
 
     model_config = ConfigDict(frozen=True)
 
     vehicle_id: str | None
     candidates: tuple[Candidate, ...]
+    warning: str = ""
 
 
 class VehicleQueueView(BaseModel):

@@ -137,8 +137,6 @@ class FlightWatch:
                 self._rebooted = True
             case ClockRateTold():
                 self._rate = self._rate.told(fact.rate)
-            case _:
-                pass  # the next look reads the state
 
     def now(self) -> Look:
         """The vehicle at this moment."""

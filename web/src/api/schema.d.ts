@@ -1709,12 +1709,19 @@ export interface components {
         /**
          * AssignmentView
          * @description Which vehicle would get a job now, null if none can, and what speaks for and against each.
+         *
+         *     `warning`: why waiting alone gives it to none of them; empty if it may.
          */
         AssignmentView: {
             /** Vehicle Id */
             vehicle_id: string | null;
             /** Candidates */
             candidates: components["schemas"]["Candidate"][];
+            /**
+             * Warning
+             * @default
+             */
+            warning: string;
         };
         /**
          * Attachment
@@ -1884,7 +1891,7 @@ export interface components {
          * @description One vehicle. It can have the job if `refusals` is empty. `reason` says why it was chosen, or why another was.
          *
          *     `distance_m`: from where it is to where the plan begins, null if either is not known. At most MOST_REFUSALS are
-         *     listed; `refusals_left_out` counts the others.
+         *     listed; `refusals_left_out` counts the others. `lasting`: one of all is, so waiting alone gives it no job.
          */
         Candidate: {
             /** Vehicle Id */
@@ -1919,6 +1926,11 @@ export interface components {
              * @default 0
              */
             refusals_left_out: number;
+            /**
+             * Lasting
+             * @default false
+             */
+            lasting: boolean;
         };
         /**
          * CapabilityView
@@ -2987,7 +2999,9 @@ export interface components {
          *     `priority`: the higher goes first; `rank` orders those of one priority, the lower first. `deadline` is the latest
          *     start. `vehicle_id`, `run_id` and `candidates` are of the assignment; a queued job has none. `auto_start` false: the
          *     run waits on the vehicle for a person's start. `start_asked_at`: Waydrop told the run to start; it does so once.
-         *     `end_asked`: the job is to end so as soon as its run has been taken off the vehicle.
+         *     `wind` is what its checks and its run reckon with; null is calm air. `warning`, of one that waits: why waiting alone
+         *     gives it to no vehicle; empty if it may. `end_asked`: the job is to end so as soon as its run has been taken off
+         *     the vehicle.
          */
         Job: {
             /** Id */
@@ -3003,6 +3017,13 @@ export interface components {
              */
             order_id: string | null;
             wish: components["schemas"]["Wish"];
+            /** @default null */
+            wind: components["schemas"]["Wind"] | null;
+            /**
+             * Warning
+             * @default
+             */
+            warning: string;
             /**
              * Not Before
              * @default null
@@ -3097,9 +3118,10 @@ export interface components {
          * @description A plan, by its id or the document itself, and the vehicles that may fly it: an id, or "any".
          *
          *     `allowed_vehicles` narrows "any". A vehicle with less than `min_battery_percent` is refused, and one that does not
-         *     tell; 0 takes them too. The job is not begun before `not_before`, and ends `expired` if it has not taken off by
-         *     `deadline`. `auto_start` false: the mission is put on the vehicle, and a person starts the run. True: Waydrop starts
-         *     it, once, as soon as it is prepared and nothing speaks against its vehicle. The higher `priority` goes first.
+         *     tell; 0 takes them too. The checks and the run reckon with `wind`; null is calm air. The job is not begun before
+         *     `not_before`, and ends `expired` if it has not taken off by `deadline`. `auto_start` false: the mission is put on
+         *     the vehicle, and a person starts the run. True: Waydrop starts it, once, as soon as it is prepared and nothing
+         *     speaks against its vehicle. The higher `priority` goes first.
          */
         JobOrder: {
             /** Plan */
@@ -3121,6 +3143,8 @@ export interface components {
              * @default 30
              */
             min_battery_percent: number;
+            /** @default null */
+            wind: components["schemas"]["WindGiven"] | null;
             /**
              * Not Before
              * @default null
@@ -4421,8 +4445,9 @@ export interface components {
          * Proof
          * @description One run's proof. Times are Unix seconds. It may change until `is_final`; attachments may come later, too.
          *
-         *     `entries` are its commands, acks, drops and states, in order. `waydrop verify-journal --anchor SEQ:HASH` with any of
-         *     them shows whether the journal still says the same.
+         *     `continues` is the run whose rest this one flew, `continued_by` the one that flew the rest of this: its drops that
+         *     are not told of here. `entries` are its commands, acks, drops and states, in order. `waydrop verify-journal --anchor
+         *     SEQ:HASH` with any of them shows whether the journal still says the same.
          */
         Proof: {
             /** Gateway */
@@ -4451,6 +4476,16 @@ export interface components {
              * @default []
              */
             earlier_plans: components["schemas"]["EarlierPlan"][];
+            /**
+             * Continues
+             * @default null
+             */
+            continues: string | null;
+            /**
+             * Continued By
+             * @default null
+             */
+            continued_by: string | null;
             vehicle: components["schemas"]["VehicleProof"];
             /** Drops */
             drops: components["schemas"]["DropRecord"][];
@@ -4568,6 +4603,8 @@ export interface components {
         /**
          * Refusal
          * @description One reason. `code` is a VehicleRefusal or a rule's; `pointer` leads into the plan, null if it is not about it.
+         *
+         *     `lasting`: waiting alone does not mend it, nor does a full battery, nor a flight to where the plan begins.
          */
         Refusal: {
             /** Code */
@@ -4584,6 +4621,11 @@ export interface components {
              * @default null
              */
             pointer: string | null;
+            /**
+             * Lasting
+             * @default false
+             */
+            lasting: boolean;
         };
         /**
          * RefuseUploadFault

@@ -2,8 +2,8 @@ import { describe, expect, it } from "vitest";
 import { sampleJob } from "../testing/samples";
 import { candidateWords, jobStateName, startWords, vehicleWords } from "./job-words";
 
-const refusal = { code: "vehicle.battery_low", message: "12 % battery, and the job asks for 30 %", hint: "charge it", pointer: null };
-const candidate = { vehicle_id: "v1", chosen: false, reason: "", distance_m: null, battery_percent: null, refusals: [], refusals_left_out: 0 };
+const refusal = { code: "vehicle.battery_low", message: "12 % battery, and the job asks for 30 %", hint: "charge it", pointer: null, lasting: false };
+const candidate = { vehicle_id: "v1", chosen: false, reason: "", distance_m: null, battery_percent: null, refusals: [], refusals_left_out: 0, lasting: false };
 
 describe("a job in words", () => {
   it("says which vehicle it has, or may have", () => {

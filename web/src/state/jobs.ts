@@ -13,8 +13,8 @@ import { dispatch, feed, jobs, live, runs, world } from "./store";
 export const jobsRead = signal(false);
 /** The job whose vehicles are looked at. */
 export const openedJob = signal<string | null>(null);
-/** What speaks for and against each vehicle, of the opened job while it waits; null before it is known. */
-export const candidatesNow = signal<{ readonly job: string; readonly candidates: readonly JobCandidate[] } | null>(null);
+/** What speaks for and against each vehicle, of the opened job while it waits, and that waiting mends nothing; null before it is known. */
+export const candidatesNow = signal<{ readonly job: string; readonly candidates: readonly JobCandidate[]; readonly warning: string } | null>(null);
 
 /** The service's time in whole Unix seconds, for deadlines; null if it is not known. */
 export const jobsNow = computed(() => {
@@ -75,8 +75,8 @@ async function look(): Promise<void> {
     const id = again;
     again = null;
     try {
-      const { candidates } = await api.job(id);
-      if (openedJob.peek() === id) candidatesNow.value = { job: id, candidates };
+      const { candidates, warning } = await api.job(id);
+      if (openedJob.peek() === id) candidatesNow.value = { job: id, candidates, warning };
     } catch (error) {
       report("Read why a job waits", error);
     }

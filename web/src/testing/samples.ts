@@ -60,6 +60,8 @@ export function sampleJob(fields: Partial<Job> = {}): Job {
     vehicle_type: "multicopter",
     order_id: null,
     wish: { vehicle: "any", allowed_vehicles: [], min_battery_percent: 0 },
+    wind: null,
+    warning: "",
     not_before: null,
     deadline: null,
     auto_start: false,

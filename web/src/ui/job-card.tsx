@@ -45,12 +45,16 @@ function Candidates({ job }: { job: Job }) {
   const known = waits ? (candidatesNow.value?.job === job.id ? candidatesNow.value.candidates : null) : job.candidates;
   if (known === null) return <p class="job-reason">Asking what speaks against each vehicle…</p>;
   if (known.length === 0) return waits ? <p class="job-reason">No vehicle has been seen that it may have.</p> : null;
+  const hopeless = waits && candidatesNow.value !== null && candidatesNow.value.warning !== "";
   return (
-    <ul class="job-candidates" aria-label={waits ? "What speaks for and against each vehicle now" : "What spoke for and against each vehicle"}>
-      {known.map((candidate) => (
-        <Candidate key={candidate.vehicle_id} candidate={candidate} />
-      ))}
-    </ul>
+    <>
+      {hopeless && <p class="job-warning tone-warn" role="status">No vehicle can fly it as it is, and waiting does not change that.</p>}
+      <ul class="job-candidates" aria-label={waits ? "What speaks for and against each vehicle now" : "What spoke for and against each vehicle"}>
+        {known.map((candidate) => (
+          <Candidate key={candidate.vehicle_id} candidate={candidate} />
+        ))}
+      </ul>
+    </>
   );
 }
 

@@ -18,6 +18,7 @@ import { PlanItems } from "./plan-items";
 import { ProofButton } from "./proof-button";
 import { RunActions } from "./run-actions";
 import { RunComparison } from "./run-comparison";
+import { RunContinuation } from "./run-continuation";
 import { RunSkip } from "./run-skip";
 import { RunSteps } from "./run-steps";
 import { TelemetryStrips } from "./telemetry-strips";
@@ -108,6 +109,7 @@ function RunHead({ run }: { run: Run }) {
         {took !== null && ` · ${run.ended_at === null ? "flying for" : "flew for"} ${seconds(Math.round(took))}`}
       </small>
       {run.reason !== "" && <p class="run-reason">{asSentence(run.reason)}</p>}
+      <RunContinuation run={run} />
       {run.rally !== null && <p class="run-rally">{asSentence(run.rally.reason)}</p>}
     </header>
   );

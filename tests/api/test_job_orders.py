@@ -1,0 +1,36 @@
+"""What the answer to an order of a job says at once: that waiting mends nothing; and the wind that counts for it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.api.job_plans import job_of, queue, until_job
+from tests.api.service import Service
+from tests.api.test_jobs import stop
+
+
+async def test_a_job_that_no_vehicle_can_ever_fly_says_so_at_once_and_waits_all_the_same(service: Service) -> None:
+    wing = json.loads((Path(__file__).parents[2] / "plans" / "fixed-wing-pass.json").read_text())
+    status, _, job = await service.call("POST", "/api/v1/jobs", json={"plan": wing})
+    assert (status, job["state"]) == (202, "queued")
+    assert "no vehicle can fly it as it is" in job["warning"]
+    assert "v1: " in job["warning"]
+    assert all(one["lasting"] for one in job["candidates"])
+    _, _, told = await service.call("POST", "/api/v1/job-checks", json={"plan": wing})
+    assert told["warning"] == job["warning"]
+    assert (await job_of(service, job["id"]))["warning"] == job["warning"]
+    await stop(service)
+    await stop(service, "v2")
+    assert (await queue(service))["warning"] == "", "these queues may go on"
+
+
+async def test_the_wind_of_a_job_is_that_of_its_run(service: Service) -> None:
+    job = await queue(service, wind={"from_deg": 0, "speed_m_s": 5})
+    assert job["wind"] == {"north_m_s": pytest.approx(-5.0), "east_m_s": pytest.approx(0.0, abs=1e-6)}
+    job = await until_job(service, job["id"], "prepared")
+    _, _, run = await service.call("GET", f"/api/v1/runs/{job['run_id']}")
+    assert run["wind"] == job["wind"]
+    assert (await queue(service, expect=422, wind={"from_deg": 0}))["code"] == "request.invalid"

@@ -1,0 +1,114 @@
+"""What speaks against a vehicle in the wind of a job, and whether waiting alone may mend it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, cast
+
+import pytest
+
+from app.domain.default_facts import default_facts
+from app.domain.jobs.candidate import Candidate
+from app.domain.jobs.choice import hopeless
+from app.domain.jobs.job import Wish
+from app.domain.jobs.readiness import VehicleSight
+from app.domain.performance import Performance
+from app.domain.plan import Plan, parse_plan
+from app.domain.plan.walk import reference_home
+from app.domain.prediction import CALM, Wind, predict
+from app.domain.vehicle import LandedState, VehicleFacts, VehicleState, VehicleType
+from app.services.fleet import Fleet
+from app.services.jobs.assessment import Assessment
+
+PLANS = Path(__file__).parents[4] / "plans"
+STRONG = Wind(north_m_s=8.0)
+READY = VehicleState(connected=True, armed=False, landed=LandedState.ON_GROUND, battery_percent=100.0)
+
+
+class OneWing:
+    """The fleet, as far as an assessment asks it."""
+
+    def __init__(self, facts: VehicleFacts) -> None:
+        self.told = facts
+
+    async def facts(self, _vehicle_id: str) -> VehicleFacts:
+        return self.told
+
+
+def wing_plan() -> Plan:
+    document: dict[str, Any] = json.loads((PLANS / "fixed-wing-pass.json").read_text())
+    return parse_plan(document)
+
+
+def wing(plan: Plan, **changes: Any) -> VehicleFacts:
+    """A wing at the plan's home whose full battery lasts for the plan in calm air, and for little more."""
+    facts = replace(default_facts(VehicleType.FIXED_WING), home=reference_home(plan, None), battery_percent=100.0)
+    minutes = predict(plan, facts, CALM).duration_s / 60.0
+    lasts = Performance(battery_percent_per_min=75.0 / minutes, reserve_percent=20.0)
+    return replace(facts, performance=lasts, **changes)
+
+
+async def look(facts: VehicleFacts, plan: Plan, wind: Wind = CALM, **sight: Any) -> Candidate:
+    seen = VehicleSight(vehicle_id="v1", state=READY, **sight)
+    (candidate,) = await assess(facts, plan, wind, seen)
+    return candidate
+
+
+async def assess(facts: VehicleFacts, plan: Plan, wind: Wind, *sights: VehicleSight) -> tuple[Candidate, ...]:
+    assessment = Assessment(cast(Fleet, OneWing(facts)), facts_s=10.0)
+    return await assessment.candidates(plan, Wish(vehicle="any"), sights, wind)
+
+
+def codes(candidate: Candidate) -> set[str]:
+    return {refusal.code for refusal in candidate.refusals}
+
+
+async def test_a_battery_that_lasts_in_calm_air_is_refused_for_the_wind_and_waiting_mends_nothing() -> None:
+    plan = wing_plan()
+    calm, windy = await look(wing(plan), plan), await look(wing(plan), plan, STRONG)
+    assert codes(calm) == set()
+    assert "battery.reserve_at_home" in codes(windy)
+    assert windy.lasting, "it began with a full one"
+    assert "v1: " in hopeless([windy])
+
+
+async def test_the_same_assessment_tells_one_wind_from_another() -> None:
+    plan = wing_plan()
+    assessment = Assessment(cast(Fleet, OneWing(wing(plan))), facts_s=10.0)
+    sight = VehicleSight(vehicle_id="v1", state=READY)
+    told = [await assessment.candidates(plan, Wish(vehicle="any"), [sight], wind) for wind in (CALM, STRONG, CALM)]
+    assert [one.can for (one,) in told] == [True, False, True]
+
+
+async def test_a_wing_that_does_not_get_on_against_the_wind_is_refused() -> None:
+    plan = wing_plan()
+    assert "wind.too_strong" in codes(await look(wing(plan), plan, Wind(north_m_s=60.0)))
+
+
+async def test_a_low_battery_is_mended_by_charging_it() -> None:
+    plan = wing_plan()
+    low = await look(wing(plan, battery_percent=60.0), plan)
+    assert "battery.reserve_at_home" in codes(low)
+    assert not low.lasting
+    assert hopeless([low]) == ""
+
+
+async def test_another_type_is_for_ever_and_a_vehicle_that_is_busy_besides_is_not_the_reason() -> None:
+    plan = wing_plan()
+    other = await look(default_facts(VehicleType.ROVER), plan, held_by="run run-1")
+    assert {"vehicle.busy", "vehicle.type_differs"} <= codes(other)
+    assert other.lasting
+    assert "rover" in hopeless([other])
+    busy = await look(wing(plan), plan, held_by="run run-1")
+    assert (codes(busy), busy.lasting) == ({"vehicle.busy"}, False)
+    assert hopeless([other, busy]) == "", "the second may have it later"
+    assert hopeless([]) == "", "nobody was seen yet"
+
+
+@pytest.mark.parametrize("count", [5, 8])
+def test_a_warning_names_a_few_vehicles(count: int) -> None:
+    told = hopeless([Candidate(vehicle_id=f"v{number}", lasting=True) for number in range(count)])
+    assert ("and 3 more" in told) == (count == 8)
+    assert "v4: see its refusals" in told
