@@ -8,7 +8,7 @@ from aiohttp import web
 
 from app.api.answers import json_answer
 from app.api.authentication import require_role
-from app.api.bodies import NO_BODY, Empty, json_body
+from app.api.bodies import NO_BODY, Empty
 from app.api.offboard_models import (
     AuditView,
     CapabilityView,
@@ -25,7 +25,9 @@ from app.api.offboard_models import (
     OffboardDetail,
     SetpointRequest,
     SetpointTaken,
+    TaskMeansView,
 )
+from app.api.pilot_routes import pilot_route
 from app.api.routing import BY_HAND_PATH, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import FLEET, OFFBOARD
 from app.domain.setpoint.capability import capabilities, firmware_profile, flight_kind
@@ -34,6 +36,7 @@ from app.services.offboard import ByHand
 from app.services.offboard_view import OffboardView
 
 _PATH: Final = BY_HAND_PATH
+_TAG: Final = "offboard"
 _LEASE: Final = ("not_found", "offboard.lease_lost")
 _LINK: Final = ("vehicle.quarantined", "vehicle.refused", "vehicle.link", "vehicle.timeout", "storage.failed")
 
@@ -47,12 +50,13 @@ async def get_offboard(call: Call[NoQuery, Empty]) -> web.Response:
     vehicle = call.request.app[FLEET].vehicle(call.path_value("vehicle_id"))
     offboard = call.request.app[OFFBOARD]
     who = vehicle.link.identity
-    known = []
+    known, tasks = [], TaskMeansView(flown_by=None, reason="its type is not known yet", hint="wait a moment")
     if who.vehicle_type is not None:
-        kind = flight_kind(who.vehicle_type, vehicle.link.state().vtol_state)
-        known = [CapabilityView.of(row) for row in capabilities(kind, firmware_profile(who.firmware))]
-    view = offboard.vehicle(vehicle.id).control.view()
-    return json_answer(OffboardDetail(offboard=view, capabilities=known, limits=offboard.settings.limits))
+        kind, profile = flight_kind(who.vehicle_type, vehicle.link.state().vtol_state), firmware_profile(who.firmware)
+        known = [CapabilityView.of(row) for row in capabilities(kind, profile)]
+        tasks = TaskMeansView.of(kind, profile)
+    view, limits = offboard.vehicle(vehicle.id).control.view(), offboard.settings.limits
+    return json_answer(OffboardDetail(offboard=view, capabilities=known, tasks=tasks, limits=limits))
 
 
 async def take_offboard_lease(call: Call[NoQuery, LeaseRequest]) -> web.Response:
@@ -129,60 +133,42 @@ ROUTES: tuple[AnyRoute, ...] = (
         method="GET",
         path=_PATH,
         handler=get_offboard,
-        summary="Who flies the vehicle by hand, which setpoints it follows, and the limits",
-        tag="offboard",
+        summary="Who flies the vehicle by hand, which setpoints it follows, how it flies tasks, and the limits",
+        tag=_TAG,
         role=Role.VIEWER,
         query=NoQuery,
         body=NO_BODY,
         answers=(Answer(200, "Offboard control of the vehicle", OffboardDetail),),
         errors=("not_found",),
     ),
-    Route(
-        method="POST",
-        path=f"{_PATH}/lease",
-        handler=take_offboard_lease,
-        summary="Take the lease",
-        tag="offboard",
-        role=Role.PILOT,
-        query=NoQuery,
-        body=json_body(LeaseRequest),
-        answers=(Answer(201, "The lease", LeaseGrant, headers=("Location",)),),
+    pilot_route(
+        _TAG,
+        f"{_PATH}/lease",
+        take_offboard_lease,
+        LeaseRequest,
+        "Take the lease",
+        answer=Answer(201, "The lease", LeaseGrant, headers=("Location",)),
         errors=("not_found", "vehicle.quarantined", "offboard.lease_held", "offboard.not_ready"),
     ),
-    Route(
-        method="POST",
-        path=f"{_PATH}/lease/renew",
-        handler=renew_offboard_lease,
-        summary="Keep the lease",
-        tag="offboard",
-        role=Role.PILOT,
-        query=NoQuery,
-        body=json_body(LeaseUse),
-        answers=(_VIEW,),
+    pilot_route(
+        _TAG, f"{_PATH}/lease/renew", renew_offboard_lease, LeaseUse, "Keep the lease", answer=_VIEW, errors=_LEASE
+    ),
+    pilot_route(
+        _TAG,
+        f"{_PATH}/lease/hand-over",
+        hand_over_offboard_lease,
+        HandOverRequest,
+        "Let another one take the lease over",
+        answer=_VIEW,
         errors=_LEASE,
     ),
-    Route(
-        method="POST",
-        path=f"{_PATH}/lease/hand-over",
-        handler=hand_over_offboard_lease,
-        summary="Let another one take the lease over",
-        tag="offboard",
-        role=Role.PILOT,
-        query=NoQuery,
-        body=json_body(HandOverRequest),
-        answers=(_VIEW,),
-        errors=_LEASE,
-    ),
-    Route(
-        method="POST",
-        path=f"{_PATH}/lease/release",
-        handler=release_offboard_lease,
-        summary="Give the lease back; a vehicle that is flown by hand is told to hold",
-        tag="offboard",
-        role=Role.PILOT,
-        query=NoQuery,
-        body=json_body(LeaseUse),
-        answers=(_VIEW,),
+    pilot_route(
+        _TAG,
+        f"{_PATH}/lease/release",
+        release_offboard_lease,
+        LeaseUse,
+        "Give the lease back; a vehicle that is flown by hand is told to hold",
+        answer=_VIEW,
         errors=_LEASE,
     ),
     Route(
@@ -190,47 +176,38 @@ ROUTES: tuple[AnyRoute, ...] = (
         path=f"{_PATH}/entry-check",
         handler=check_offboard_entry,
         summary="What an entry would find now: the vehicle's state and its parameters; nothing is commanded",
-        tag="offboard",
+        tag=_TAG,
         role=Role.PILOT,
         query=EntryCheckQuery,
         body=NO_BODY,
         answers=(Answer(200, "Whether it could begin, and why not", EntryCheckView),),
         errors=("not_found", "vehicle.quarantined", "offboard.not_ready", "vehicle.link", "vehicle.timeout"),
     ),
-    Route(
-        method="POST",
-        path=f"{_PATH}/enter",
-        handler=enter_offboard,
-        summary="Hold, one second of stream, then OFFBOARD mode",
-        tag="offboard",
-        role=Role.PILOT,
-        query=NoQuery,
-        body=json_body(EntryRequest),
-        answers=(Answer(200, "The vehicle is in OFFBOARD mode", EntryView),),
+    pilot_route(
+        _TAG,
+        f"{_PATH}/enter",
+        enter_offboard,
+        EntryRequest,
+        "Hold, one second of stream, then OFFBOARD mode",
+        answer=Answer(200, "The vehicle is in OFFBOARD mode", EntryView),
         errors=(*_LEASE, "offboard.not_ready", "offboard.audit_failed", "run.wrong_state", *_LINK),
     ),
-    Route(
-        method="POST",
-        path=f"{_PATH}/leave",
-        handler=leave_offboard,
-        summary="Leave to hold, to the paused mission or to a return, and give the lease back",
-        tag="offboard",
-        role=Role.PILOT,
-        query=NoQuery,
-        body=json_body(LeaveRequest),
-        answers=(_VIEW,),
+    pilot_route(
+        _TAG,
+        f"{_PATH}/leave",
+        leave_offboard,
+        LeaveRequest,
+        "Leave to hold, to the paused mission or to a return, and give the lease back",
+        answer=_VIEW,
         errors=(*_LEASE, "conflict", "run.wrong_state", *_LINK),
     ),
-    Route(
-        method="POST",
-        path=f"{_PATH}/setpoint",
-        handler=put_setpoint,
-        summary="One setpoint",
-        tag="offboard",
-        role=Role.PILOT,
-        query=NoQuery,
-        body=json_body(SetpointRequest),
-        answers=(Answer(200, "It is sent from the next tick on, for at most 0.4 s", SetpointTaken),),
+    pilot_route(
+        _TAG,
+        f"{_PATH}/setpoint",
+        put_setpoint,
+        SetpointRequest,
+        "One setpoint",
+        answer=Answer(200, "It is sent from the next tick on, for at most 0.4 s", SetpointTaken),
         errors=(*_LEASE, "setpoint.refused"),
     ),
 )

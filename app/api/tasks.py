@@ -8,8 +8,9 @@ from typing import Any, Final
 from aiohttp import web
 
 from app.api.answers import json_answer
-from app.api.bodies import NO_BODY, Empty, json_body
+from app.api.bodies import NO_BODY, Empty
 from app.api.offboard_models import LeaseUse
+from app.api.pilot_routes import pilot_route
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import TASKS
 from app.api.task_models import MoveRequest, QueueAction, TargetRequest, TaskQueued, TaskRequest
@@ -18,6 +19,7 @@ from app.services.task_view import TasksView
 from app.services.tasks import TaskDesk
 
 _PATH: Final = f"{API}/vehicles/{{vehicle_id}}/tasks"
+_TAG: Final = "tasks"
 _LEASE: Final = ("not_found", "offboard.lease_lost", "conflict")
 ACTIONS: Final[Mapping[QueueAction, Callable[[TaskDesk, str], None]]] = {
     "next": TaskDesk.skip,
@@ -89,75 +91,53 @@ ROUTES: tuple[AnyRoute, ...] = (
         path=_PATH,
         handler=get_tasks,
         summary="The task queue, current task first",
-        tag="tasks",
+        tag=_TAG,
         role=Role.VIEWER,
         query=NoQuery,
         body=NO_BODY,
         answers=(_VIEW,),
         errors=("not_found",),
     ),
-    Route(
-        method="POST",
-        path=_PATH,
-        handler=queue_task,
-        summary="Queue a task: append, prepend, replace_current, replace_all",
-        tag="tasks",
-        role=Role.PILOT,
-        query=NoQuery,
-        body=json_body(TaskRequest),
-        answers=(Answer(201, "The task is queued", TaskQueued, headers=("Location",)),),
+    pilot_route(
+        _TAG,
+        _PATH,
+        queue_task,
+        TaskRequest,
+        "Queue a task: append, prepend, replace_current, replace_all",
+        answer=Answer(201, "The task is queued", TaskQueued, headers=("Location",)),
         errors=(*_LEASE, "tasks.refused", "tasks.full"),
         idempotent=True,
     ),
-    Route(
-        method="POST",
-        path=f"{_PATH}/{{task_id}}/target",
-        handler=move_target,
-        summary="Where the target of a goto is now, and how it moves",
-        tag="tasks",
-        role=Role.PILOT,
-        query=NoQuery,
-        body=json_body(TargetRequest),
-        answers=(_VIEW,),
+    pilot_route(
+        _TAG,
+        f"{_PATH}/{{task_id}}/target",
+        move_target,
+        TargetRequest,
+        "Where the target of a goto is now, and how it moves",
+        answer=_VIEW,
         errors=(*_LEASE, "tasks.refused"),
     ),
-    Route(
-        method="POST",
-        path=f"{_PATH}/{{task_id}}/move",
-        handler=move_task,
-        summary="Another place in the queue; what becomes the first is flown at once",
-        tag="tasks",
-        role=Role.PILOT,
-        query=NoQuery,
-        body=json_body(MoveRequest),
-        answers=(_VIEW,),
+    pilot_route(
+        _TAG,
+        f"{_PATH}/{{task_id}}/move",
+        move_task,
+        MoveRequest,
+        "Another place in the queue; what becomes the first is flown at once",
+        answer=_VIEW,
         errors=_LEASE,
     ),
-    Route(
-        method="DELETE",
-        path=f"{_PATH}/{{task_id}}",
-        handler=remove_task,
-        summary="Take one task out; the current one as if it were skipped",
-        tag="tasks",
-        role=Role.PILOT,
-        query=NoQuery,
-        body=json_body(LeaseUse),
-        answers=(_VIEW,),
+    pilot_route(
+        _TAG,
+        f"{_PATH}/{{task_id}}",
+        remove_task,
+        LeaseUse,
+        "Take one task out; the current one as if it were skipped",
+        answer=_VIEW,
         errors=_LEASE,
+        method="DELETE",
     ),
     *(
-        Route(
-            method="POST",
-            path=f"{_PATH}/{action}",
-            handler=_doing(action),
-            summary=_SUMMARIES[action],
-            tag="tasks",
-            role=Role.PILOT,
-            query=NoQuery,
-            body=json_body(LeaseUse),
-            answers=(_VIEW,),
-            errors=_LEASE,
-        )
-        for action in ACTIONS
+        pilot_route(_TAG, f"{_PATH}/{action}", _doing(action), LeaseUse, summary, answer=_VIEW, errors=_LEASE)
+        for action, summary in _SUMMARIES.items()
     ),
 )

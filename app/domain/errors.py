@@ -83,6 +83,15 @@ class RunContinuedError(ConflictError):
     code = "run.continued"
 
 
+class RallyRefusedError(ConflictError):
+    """A return now goes to no rally point, or that is not sure.
+
+    `extra["because"]`: no_rally_points, other_rally_points, rtl_type, other_is_nearer or too_close.
+    """
+
+    code = "run.rally_refused"
+
+
 class JobWrongStateError(ConflictError):
     """The job is in a state in which this cannot be done."""
 
@@ -185,17 +194,21 @@ class SimulatorSilentError(WaydropError):
     code = "simulator.no_answer"
 
 
-class SetpointRefusedError(InvalidInputError):
+class RefusalError(InvalidInputError):
+    """A vehicle is not told what it should do. `refusal` is the stable code of the reason; without one `code`."""
+
+    def __init__(self, detail: str, *, refusal: str = "", hint: str = "", **extra: object) -> None:
+        self.refusal = refusal or self.code
+        super().__init__(detail, hint=hint, refusal=self.refusal, **extra)
+
+
+class SetpointRefusedError(RefusalError):
     """The setpoint is not sent: this vehicle does not follow it, or it leads beyond a limit.
 
-    `refusal` is the stable code of the reason, such as `setpoint.not_followed` or `limit.fence`.
+    `refusal` is such as `setpoint.not_followed` or `limit.fence`.
     """
 
     code = "setpoint.refused"
-
-    def __init__(self, detail: str, *, refusal: str = "setpoint.refused", hint: str = "", **extra: object) -> None:
-        super().__init__(detail, hint=hint, refusal=refusal, **extra)
-        self.refusal = refusal
 
 
 class LeaseHeldError(ConflictError):
@@ -222,17 +235,13 @@ class AuditFailedError(OffboardNotReadyError):
     code = "offboard.audit_failed"
 
 
-class TaskRefusedError(InvalidInputError):
+class TaskRefusedError(RefusalError):
     """The task is not queued: this vehicle cannot fly it, or it leads beyond a limit.
 
-    `refusal` is the stable code of the reason, such as `tasks.no_length` or `limit.fence`.
+    `refusal` is such as `tasks.no_length` or `limit.fence`.
     """
 
     code = "tasks.refused"
-
-    def __init__(self, detail: str, *, refusal: str = "tasks.refused", hint: str = "", **extra: object) -> None:
-        super().__init__(detail, hint=hint, refusal=refusal, **extra)
-        self.refusal = refusal
 
 
 class TasksFullError(ConflictError):

@@ -1,10 +1,13 @@
-"""A finding: one thing that is wrong or doubtful in a plan, and where."""
+"""A finding: one thing that is wrong or doubtful in a plan, and where; and the error of a document that has some."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import StrEnum
 
 from pydantic import BaseModel, ConfigDict
+
+from app.domain.errors import InvalidInputError
 
 
 class Severity(StrEnum):
@@ -25,6 +28,19 @@ class Finding(BaseModel):
     message: str
     hint: str = ""
     item_id: str | None = None
+
+
+class UnfitDocumentError(InvalidInputError):
+    """A document cannot be read. `findings`, at least one, say what is wrong and where; all at once."""
+
+    def __init__(self, findings: Sequence[Finding]) -> None:
+        self.findings = tuple(findings)
+        first = self.findings[0]
+        super().__init__(
+            f"{first.message} (at {first.pointer or 'the document'})",
+            hint=first.hint,
+            findings=[finding.model_dump(mode="json") for finding in self.findings],
+        )
 
 
 def json_pointer(*path: str | int) -> str:

@@ -14,7 +14,8 @@ STOPPED_M_S = 0.3
 class FlightView:
     """`asked` is what a user asked for in flight: "pause", "resume", "return", "land" or "" for nothing; "contingency"
     says that the plan itself asked to return after a failed drop. `was_armed` is False while a HEARTBEAT that says
-    armed may still be on its way (they come at 1 Hz). `asks_consent_to` is the drop that waits for an operator.
+    armed may still be on its way (they come at 1 Hz). `asks_consent_to` is the drop that waits for an operator,
+    `rally_point` the number (from 1) of the one to which "return" goes.
     """
 
     state: VehicleState
@@ -25,6 +26,7 @@ class FlightView:
     asked: str
     was_armed: bool = True
     asks_consent_to: str = ""
+    rally_point: int | None = None
 
 
 def phase_of(view: FlightView) -> tuple[RunState, str]:
@@ -85,7 +87,7 @@ def _has_stopped(state: VehicleState) -> bool:
 
 def _why_returning(view: FlightView) -> str:
     if view.asked == "return":
-        return "returning, as asked"
+        return "returning, as asked" if view.rally_point is None else f"to rally point {view.rally_point}, as asked"
     if view.asked == "contingency":
         return "a drop failed: returning, as the plan says"
     if view.mission_done:

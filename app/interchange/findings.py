@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Final
 
 from pydantic import BaseModel, ConfigDict
 
-from app.domain.errors import InvalidInputError
-from app.domain.finding import Finding, Severity
+from app.domain.finding import Finding, Severity, UnfitDocumentError
 from app.domain.plan.size_limits import MAX_FINDINGS
 
 MAX_TOLD: Final = 200
@@ -41,19 +39,10 @@ class ConversionFinding(BaseModel):
     hint: str = ""
 
 
-class ConversionRefused(InvalidInputError):  # noqa: N818 - as PlanInvalid
+class ConversionRefused(UnfitDocumentError):  # noqa: N818 - as PlanInvalid
     """The document cannot become a plan. `findings` says why and where; all at once, at most 100."""
 
     code = "conversion.refused"
-
-    def __init__(self, findings: Sequence[Finding]) -> None:
-        self.findings = tuple(findings)
-        first = self.findings[0]
-        super().__init__(
-            f"{first.message} (at {first.pointer or 'the document'})",
-            hint=first.hint,
-            findings=[finding.model_dump(mode="json") for finding in self.findings],
-        )
 
 
 @dataclass(slots=True)

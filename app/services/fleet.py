@@ -77,7 +77,6 @@ class Fleet:
         self._journal = journal
         self._declared = declared or {}
         self._vehicles: dict[str, FleetVehicle] = {}
-        self._listeners: list[Callable[[FleetVehicle], None]] = []
         self._waiting: asyncio.Queue[NewEvent] = asyncio.Queue(WAITING_EVENTS)
         self._recorder: asyncio.Task[None] | None = None
         self._unsubscribe: Unsubscribe = lambda: None
@@ -146,16 +145,6 @@ class Fleet:
         if vehicle is not None and vehicle.run_id == run_id:
             vehicle.run_id = None
 
-    def on_found(self, listener: Callable[[FleetVehicle], None]) -> Unsubscribe:
-        """Call `listener` for each vehicle found from now on."""
-        self._listeners.append(listener)
-
-        def unsubscribe() -> None:
-            if listener in self._listeners:
-                self._listeners.remove(listener)
-
-        return unsubscribe
-
     def _found(self, link: VehicleLink) -> None:
         if any(v.link is link for v in self._vehicles.values()):
             return
@@ -167,8 +156,6 @@ class Fleet:
         self._vehicles[vehicle_id] = vehicle
         vehicle.unsubscribe = link.subscribe(lambda fact: self._heard(vehicle, fact))
         self._announce(vehicle)
-        for listener in tuple(self._listeners):
-            listener(vehicle)
 
     def _heard(self, vehicle: FleetVehicle, fact: LinkFact) -> None:
         match fact:

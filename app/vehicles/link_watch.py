@@ -67,7 +67,7 @@ class LinkWatch:
         self.lost = False
         self.gripper: GripperChannel | None = None
         inbox.on(Heartbeat, self._heartbeat)
-        inbox.on(CurrentMode, lambda message, at_s: self._tell(measurements.take_mode(message, at_s)))
+        inbox.on(CurrentMode, lambda message, _: self._tell(measurements.take_mode(message)))
         inbox.on(ExtendedSysState, lambda message, _: self._tell(measurements.take_system(message)))
         inbox.on(GlobalPositionInt, self._position)
         inbox.on(SystemTime, lambda message, at_s: self._judge(self._timeline.take(message.time_boot_ms, at_s), at_s))

@@ -37,7 +37,6 @@ class Mailbox:
         self._awake = False
         self._closed = False
         self.overflowed = 0
-        self.conflated = 0
 
     def post(self, name: str, body: str, slot: str | None = None) -> None:
         """Hand a message over. From any thread; never blocks."""
@@ -58,9 +57,7 @@ class Mailbox:
     def _take(self, letter: Letter, slot: str | None) -> bool:
         self._posted += 1
         key = self._posted if slot is None else slot
-        if key in self._waiting:
-            self.conflated += 1
-        elif len(self._waiting) >= self._capacity:
+        if key not in self._waiting and len(self._waiting) >= self._capacity:
             self.overflowed += 1
             return False
         self._waiting[key] = letter

@@ -36,7 +36,6 @@ class NativeInstance:
         Raises:
             LinkError: too many instances in this process, or mavsdk refuses the connection.
         """
-        self._connection_url = connection_url
         self._systems: dict[int, NativeSystem] = {}
         _enter(self)
         configuration = mavsdk.Configuration.create_with_component_type(mavsdk.ComponentType.GROUND_STATION)

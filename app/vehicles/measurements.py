@@ -45,7 +45,6 @@ class Measurements:
     heartbeat: Heartbeat | None = None
     heartbeat_s: float | None = None
     mode: FlightMode | None = None
-    mode_s: float | None = None
     system: ExtendedSysState | None = None
     position: GlobalPositionInt | None = None
     position_s: float | None = None
@@ -65,7 +64,7 @@ class Measurements:
         """HEARTBEAT: mode, armed, failsafe."""
         old, before = self.heartbeat, self.mode
         self.heartbeat, self.heartbeat_s = message, received_s
-        self.mode, self.mode_s = flight_mode(message.custom_mode), received_s
+        self.mode = flight_mode(message.custom_mode)
         same = (
             old is not None
             and (old.base_mode ^ message.base_mode) & _ARMED == 0
@@ -74,10 +73,10 @@ class Measurements:
         )
         return None if same else StateChanged()
 
-    def take_mode(self, message: CurrentMode, received_s: float) -> LinkFact | None:
+    def take_mode(self, message: CurrentMode) -> LinkFact | None:
         """CURRENT_MODE: the mode, sooner than the next HEARTBEAT."""
         before = self.mode
-        self.mode, self.mode_s = flight_mode(message.custom_mode), received_s
+        self.mode = flight_mode(message.custom_mode)
         return None if before is self.mode else StateChanged()
 
     def take_system(self, message: ExtendedSysState) -> LinkFact | None:
@@ -152,6 +151,7 @@ class Measurements:
             mission_total=total,
             mission_state=MissionState.UNKNOWN if mission is None else mission_state(mission),
             mission_id=None if mission is None or not mission.mission_id else mission.mission_id,
+            rally_points_id=None if mission is None or not mission.rally_points_id else mission.rally_points_id,
             vtol_state=None if system is None or system.vtol_state >= len(_VTOL) else _VTOL[system.vtol_state],
             clock=self.clock,
             boot_time_s=None if place is None else place.time_boot_ms / 1e3,

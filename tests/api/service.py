@@ -36,7 +36,8 @@ from app.services.webhooks import Webhooks, WebhookSettings
 from app.storage.storage import Storage, open_storage
 from app.webhooks import open_sender
 from tests.api.described import assert_described
-from tests.api.fake_links import FakeLink, FakeSource
+from tests.api.fake_links import FakeLink
+from tests.unit.services.known_links import KnownLinks
 
 SETTINGS = ApiSettings(gateway="gw-test", version="0.0-test", body_timeout_s=0.5)
 
@@ -99,7 +100,7 @@ async def run_service(
     clock, stack, vehicles = SystemClock(), AsyncExitStack(), tuple(FakeLink(n) for n in range(1, links + 1))
     async with open_storage(await _journal_file(folder)) as storage:
         journal = Journal(storage.events, clock)
-        fleet = Fleet(FakeSource(vehicles), journal)
+        fleet = Fleet(KnownLinks(*vehicles), journal)
         telemetry = TelemetryFeed(fleet, period_s=0.02)
         for begun in (journal, fleet, telemetry):
             await begun.start()
@@ -148,7 +149,7 @@ def _services(
         commands=VehicleCommands(fleet, journal),
         offboard=offboard,
         tasks=Tasks(offboard, fleet, clock),
-        simulation=Simulation(None, fleet, journal),
+        simulation=Simulation(None, fleet, runs, journal),
         webhooks=webhooks,
         answers=storage.answers,
         clock=clock,

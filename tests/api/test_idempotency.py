@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from app.services.access import Role
+from tests.api.broken_parts import without_answers
 from tests.api.service import Service, run_service
 
 KEY = {"Idempotency-Key": "0b8f6c1e-order-2041"}
@@ -83,6 +84,16 @@ async def test_an_answer_outlives_a_restart(tmp_path: Path, plan: dict[str, Any]
     async with run_service(tmp_path) as service:
         _, headers, again = await service.call("POST", "/api/v1/plans", json=plan, headers=KEY)
     assert (again, headers["Idempotency-Replayed"]) == (first, "true")
+
+
+async def test_what_was_done_is_said_even_if_the_answer_cannot_be_kept(tmp_path: Path, plan: dict[str, Any]) -> None:
+    """Else the client would do it again at once. Of a repetition nothing is known, and that is said too."""
+    async with run_service(tmp_path, change=without_answers) as service:
+        status, _, _ = await service.call("POST", "/api/v1/plans", json=plan, headers=KEY)
+        assert status == 201
+        status, _, _ = await service.call("POST", "/api/v1/plans", json=plan, headers=KEY)
+        assert status == 201, "a repetition is done again"
+        assert await plans_stored(service) == 2
 
 
 async def test_one_clients_key_is_not_anothers(service: Service, plan: dict[str, Any]) -> None:

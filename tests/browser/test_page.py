@@ -124,7 +124,7 @@ async def violations_of_all_views(board: Dashboard, size: ViewportSize) -> list[
         bar = page.get_by_role("navigation", name="Views", include_hidden=True)
         await bar.get_by_role("button", name=name, include_hidden=True).dispatch_event("click")
 
-    for name in ("Map", "Run", "Hands on", "Fleet", "Events", "Faults"):
+    for name in ("Map", "Run", "Jobs", "Hands on", "Fleet", "Events", "Faults"):
         await show(name)
         if name == "Fleet":
             await board.vehicle("v1").click()

@@ -6,6 +6,7 @@ import { FileDrop } from "./ui/file-drop";
 import { Fleet } from "./ui/fleet";
 import { HandsOnPanel } from "./ui/hands-on-panel";
 import { Header } from "./ui/header";
+import { JobsPanel } from "./ui/jobs-panel";
 import { MapView } from "./ui/map-view";
 import { Notices } from "./ui/notices";
 import { PlanPanel } from "./ui/plan-panel";
@@ -48,6 +49,8 @@ function Shown() {
       return <PlanPanel />;
     case "run":
       return <RunPanel />;
+    case "jobs":
+      return <JobsPanel />;
     case "hands":
       return <HandsOnPanel />;
     case "simulator":

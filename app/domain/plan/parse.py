@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from difflib import get_close_matches
 from functools import cache
 from typing import Any
@@ -11,8 +11,7 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails
 
-from app.domain.errors import InvalidInputError
-from app.domain.finding import Finding, Severity, json_pointer
+from app.domain.finding import Finding, Severity, UnfitDocumentError, json_pointer
 from app.domain.plan.document import Plan
 from app.domain.plan.json_tree import JsonTree, read_json
 from app.domain.plan.size_limits import MAX_FINDINGS, MAX_ITEMS
@@ -45,19 +44,10 @@ _CODES: Mapping[str, str] = {
 _OTHER_CODE = "plan.wrong_type"
 
 
-class PlanInvalid(InvalidInputError):  # noqa: N818 - the public name
+class PlanInvalid(UnfitDocumentError):  # noqa: N818 - the public name
     """The document is not a plan. `findings` says what is wrong and where; all at once, at most 100."""
 
     code = "plan.invalid"
-
-    def __init__(self, findings: Sequence[Finding]) -> None:
-        self.findings = tuple(findings)
-        first = self.findings[0]
-        super().__init__(
-            f"{first.message} (at {first.pointer or 'the document'})",
-            hint=first.hint,
-            findings=[finding.model_dump(mode="json") for finding in self.findings],
-        )
 
 
 def parse_plan(raw: bytes | str | Mapping[str, Any]) -> Plan:

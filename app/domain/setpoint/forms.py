@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Final, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, RootModel
+from pydantic import BaseModel, ConfigDict, Field
 
 from app.domain.plan.fields import LatitudeDeg, LongitudeDeg, YawDeg
 
@@ -223,10 +223,6 @@ Setpoint = Annotated[
     | Actuators,
     Field(discriminator="type"),
 ]
-
-
-class SetpointDocument(RootModel[Setpoint]):
-    """One setpoint as JSON."""
 
 
 ZERO_VELOCITY = VelocityNed(type="velocity_ned", north_m_s=0.0, east_m_s=0.0, down_m_s=0.0)

@@ -88,9 +88,14 @@ class LegsCourse:
 
     points: tuple[Ground, ...]
 
+    @property
+    def last_leg(self) -> int:
+        """Its number; the first is 0."""
+        return len(self.points) - 2
+
     def reference(self, here: Ground, leg: int = 0, turn: Turn = CORNERS) -> Reference:
         """The nearest point of the leg that is flown. At its end the next one counts."""
-        last = len(self.points) - 2
+        last = self.last_leg
         while True:
             start, end = self.points[leg], self.points[leg + 1]
             length_m = math.dist(start, end)

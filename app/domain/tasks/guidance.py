@@ -109,7 +109,7 @@ def has_arrived(kind: FlightKind, wish: Wish, fix: Fix, seen: Reference, turn: T
     course = wish.course
     if isinstance(course, CircleCourse):
         return False
-    is_last = not isinstance(course, LegsCourse) or seen.leg == len(course.points) - 2
+    is_last = not isinstance(course, LegsCourse) or seen.leg == course.last_leg
     if kind is FlightKind.WING:
         return is_last and seen.left_m <= turn.before_m
     if isinstance(course, LegsCourse):
@@ -132,7 +132,7 @@ def _path_point(aim: Reference, up_m: float, speed_m_s: float) -> Setpoint:
 
 def _velocity(kind: FlightKind, wish: Wish, aim: Reference, fix: Fix, speed_m_s: float) -> Setpoint:
     course, is_rover = wish.course, kind is FlightKind.ROVER
-    end = _stands_at(course)
+    end = _stands_at(course, aim.leg)
     if end is not None and math.dist(fix.ground, end) <= NEAR_M:
         return PositionNed(
             type="position_ned",
@@ -148,10 +148,10 @@ def _velocity(kind: FlightKind, wish: Wish, aim: Reference, fix: Fix, speed_m_s:
     return VelocityNed(type="velocity_ned", north_m_s=north, east_m_s=east, down_m_s=-climb, yaw_deg=yaw_deg)
 
 
-def _stands_at(course: Course) -> Ground | None:
-    """Where the course ends, if anywhere."""
+def _stands_at(course: Course, leg: int) -> Ground | None:
+    """Where the course ends, if anywhere. A path's end is that of its last leg: on an earlier one it only passes."""
     if isinstance(course, LegsCourse):
-        return course.points[-1]
+        return course.points[-1] if leg == course.last_leg else None
     return course.point if isinstance(course, PointCourse) and course.velocity == (0.0, 0.0) else None
 
 

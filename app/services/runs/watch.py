@@ -10,7 +10,7 @@ from typing import Final
 from app.domain.complete_sign import CompleteSign
 from app.domain.events import EventKind
 from app.domain.flight_phase import FlightView, how_it_ended, is_airborne, phase_of
-from app.domain.ports import ItemReached, LinkFact, Rebooted, VehicleLink
+from app.domain.ports import ClockRateTold, ItemReached, LinkFact, Rebooted, VehicleLink
 from app.domain.progress import Progress
 from app.domain.run import NEXT, RunState
 from app.domain.vehicle import FlightMode, VehicleState
@@ -135,6 +135,8 @@ class FlightWatch:
                     self._advance(self._progress.reached(fact.seq))
             case Rebooted():
                 self._rebooted = True
+            case ClockRateTold():
+                self._rate = self._rate.told(fact.rate)
             case _:
                 pass  # the next look reads the state
 
@@ -250,6 +252,7 @@ class FlightWatch:
             was_airborne=self._was_airborne,
             asked=self._recorder.run.asked,
             was_armed=self._was_armed,
+            rally_point=None if self._recorder.run.rally is None else self._recorder.run.rally.index + 1,
             asks_consent_to=next((r.record.plan_item_id for r in self.leg.supervised if r.is_asking), ""),
         )
         phase, reason = phase_of(view)
@@ -282,9 +285,10 @@ class FlightWatch:
 
     def end(self, state: RunState, reason: str) -> None:
         """The run's last state: every drop that is still open ends with it."""
+        why = reason or ("the mission was flown to its end" if state is RunState.COMPLETED else state.value)
         for release in self.leg.releases:
             if not release.is_over:
-                release.end(reason or state.value, self._clock.monotonic())
+                release.end(why, self._clock.monotonic())
                 self.record(release)
         self._recorder.change(item_id=None)
         self._recorder.move(state, reason)

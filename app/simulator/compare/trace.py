@@ -11,7 +11,7 @@ from typing import Any
 
 from app.simulator.compare.heard import Dialogue, Heard, Sent
 
-POWER_ON, POWER_OFF = "autopilot process is started", "autopilot process is stopped"
+POWER_OFF = "autopilot process is stopped"
 RESTART_DROP_MS = 500
 """The vehicle's clock goes back by more than this only when it starts again."""
 

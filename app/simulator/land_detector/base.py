@@ -47,7 +47,7 @@ class LandDetector(ABC):
 
     def step(self, setpoint: Setpoint) -> None:
         """One cycle."""
-        self.take(self._sensing.sample(setpoint))
+        self.take(self._sensing.sample())
         status = self._status
         status.landed_state = landed_state(status.land.landed, status.mode, setpoint.kind)
 

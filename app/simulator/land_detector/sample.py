@@ -26,8 +26,6 @@ class LandSample:
 
     armed: bool
     mode: Mode
-    wants_to_land: bool
-    """The current position setpoint is of type LAND."""
     fixed_wing: bool
     """vehicle_status.vehicle_type: a VTOL is fixed wing only when its transition is complete."""
     v_xy_m_s: float

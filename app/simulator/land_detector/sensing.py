@@ -10,7 +10,6 @@ from app.simulator.faults import VehicleFaults
 from app.simulator.geo import wrap_pi
 from app.simulator.land_detector.sample import LandSample, TakeoffState
 from app.simulator.params import Params
-from app.simulator.setpoint import Setpoint, SetpointKind
 from app.simulator.state import VehicleState
 from app.simulator.wire import VtolState
 
@@ -38,7 +37,7 @@ class Sensing:
         """Power-up: the body was put back, which is no movement."""
         self._remember()
 
-    def sample(self, setpoint: Setpoint) -> LandSample:
+    def sample(self) -> LandSample:
         """One cycle's readings."""
         status, body = self._state.status, self._state.body
         forward, right, up = self._acceleration()
@@ -47,7 +46,6 @@ class Sensing:
         return LandSample(
             armed=status.armed,
             mode=status.mode,
-            wants_to_land=setpoint.kind is SetpointKind.LAND,
             fixed_wing=self._airframe.is_fixed_wing or status.vtol_state == VtolState.FW,
             v_xy_m_s=body.ground_speed_m_s,
             v_xy_valid=not self._faults.gps_lost,

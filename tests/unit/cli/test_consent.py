@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+from collections.abc import AsyncIterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from typer.testing import CliRunner
@@ -12,27 +15,32 @@ from typer.testing import CliRunner
 from app.cli.consent import answer, consent_line
 from app.cli.exit_status import ExitStatus, ServerRefusedError, status_of
 from app.cli.runs import runs_app
-from app.cli.service_client import service_client
+from app.cli.service_client import ServiceClient, service_client
 from app.domain.consent import Answer, ConsentRecord, ConsentState
 from app.domain.drop import DropRecord
 from app.domain.errors import ConsentNotAskedError
-from tests.api.service import run_service
+from tests.api.service import Service, run_service
 from tests.api.test_consents import asked
 from tests.api.test_runs import create, reaches
 
 PLAN = Path(__file__).resolve().parents[3] / "plans" / "clinic-run.json"
-
-
 GRANT, REFUSE = Answer(grant=True, question=1, reason="clear"), Answer(grant=False)
 
 
-async def test_a_question_is_granted_by_its_number_and_the_other_answer_is_refused(tmp_path: Path) -> None:
+@contextlib.asynccontextmanager
+async def a_run_that_will_ask(folder: Path) -> AsyncIterator[tuple[Service, ServiceClient, dict[str, Any], str]]:
+    """A service, a client of it, and the plan and id of a run in flight whose drop needs consent."""
     plan = json.loads(PLAN.read_text())
     next(item for item in plan["items"] if item["type"] == "gripper")["consent"] = "operator"
-    async with run_service(tmp_path) as service, service_client(service.url, None) as client:
+    async with run_service(folder) as service, service_client(service.url, None) as client:
         stored = await client.post("/plans", plan)
         run_id = (await create(service, stored["id"], start=True))["id"]
         await reaches(service, run_id, "flying")
+        yield service, client, plan, run_id
+
+
+async def test_a_question_is_granted_by_its_number_and_the_other_answer_is_refused(tmp_path: Path) -> None:
+    async with a_run_that_will_ask(tmp_path) as (service, client, plan, run_id):
         with pytest.raises(ConsentNotAskedError) as not_asked:
             await answer(client, run_id, None, REFUSE)
         assert status_of(not_asked.value) is ExitStatus.REFUSED
@@ -50,12 +58,7 @@ async def test_a_question_is_granted_by_its_number_and_the_other_answer_is_refus
 
 
 async def test_a_refusal_needs_neither_the_drop_nor_the_number(tmp_path: Path) -> None:
-    plan = json.loads(PLAN.read_text())
-    next(item for item in plan["items"] if item["type"] == "gripper")["consent"] = "operator"
-    async with run_service(tmp_path) as service, service_client(service.url, None) as client:
-        stored = await client.post("/plans", plan)
-        run_id = (await create(service, stored["id"], start=True))["id"]
-        await reaches(service, run_id, "flying")
+    async with a_run_that_will_ask(tmp_path) as (service, client, plan, run_id):
         await asked(service, plan, run_id)
         run = await answer(client, run_id, None, REFUSE)
         assert run.drops[0].consent is not None

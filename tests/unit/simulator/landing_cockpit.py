@@ -21,7 +21,6 @@ RECORDED = Path(__file__).parents[2] / "data" / "land_detector"
 STANDING = LandSample(
     armed=True,
     mode=Mode.MISSION,
-    wants_to_land=True,
     fixed_wing=False,
     v_xy_m_s=0.0,
     v_xy_valid=True,
@@ -41,7 +40,6 @@ STANDING = LandSample(
 """Landed in every respect, told to go down."""
 FLYING = replace(
     STANDING,
-    wants_to_land=False,
     v_xy_m_s=12.0,
     v_z_m_s=2.0,
     climb_command_m_s=2.0,

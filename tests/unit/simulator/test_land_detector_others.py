@@ -136,8 +136,7 @@ def test_a_vtol_without_valid_range_data_waits_three_times_as_long() -> None:
 
 def test_an_armed_rover_leaves_the_ground_after_half_a_second_and_always_has_contact() -> None:
     bench = Bench("rover")
-    still = replace(STANDING, wants_to_land=False)
-    assert bench.seconds_until("landed", False, still) == pytest.approx(0.5, abs=0.03)
+    assert bench.seconds_until("landed", False, STANDING) == pytest.approx(0.5, abs=0.03)
     assert bench.land.ground_contact
 
 
@@ -157,7 +156,7 @@ def test_an_armed_rover_lands_in_land_mode_and_back_home_in_a_return_only(
     """Scenario 21: within NAV_ACC_RAD of home, though its setpoint is a landing from the start."""
     bench = Bench("rover")
     bench.feed(FLYING, 1.0)
-    sample = replace(STANDING, mode=mode, wants_to_land=True, home_distance_m=home_distance_m)
+    sample = replace(STANDING, mode=mode, home_distance_m=home_distance_m)
     assert bench.feed(sample, 3.0).landed is landed
 
 

@@ -9,7 +9,6 @@ from app.simulator.faults import VehicleFaults
 from app.simulator.land_detector.sample import LandSample
 from app.simulator.land_detector.sensing import Sensing
 from app.simulator.params import Params
-from app.simulator.setpoint import Setpoint
 from app.simulator.state import Body, VehicleState
 
 
@@ -17,7 +16,7 @@ def reading(airframe: str, body: Body, params: dict[str, float] | None = None, *
     state, wrong = VehicleState(body=body), VehicleFaults()
     for name, value in faults.items():
         setattr(wrong, name, value)
-    return Sensing(state, AIRFRAMES[airframe], Params(params or {}), wrong).sample(Setpoint())
+    return Sensing(state, AIRFRAMES[airframe], Params(params or {}), wrong).sample()
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from app.domain.errors import SetpointRefusedError
 from app.domain.mission import MavCmd
 from app.domain.setpoint.capability import FirmwareProfile, FlightKind
 from app.domain.setpoint.encode import Follower, encode
-from app.domain.setpoint.forms import Setpoint, SetpointDocument
+from app.domain.setpoint.forms import Setpoint
 from app.domain.setpoint.means import FORMS
 from app.domain.setpoint.message import Ignore, SetpointFrame
 from app.domain.setpoint.wire_form import WIRE_FORMS
@@ -23,6 +23,7 @@ from app.vehicles.command_sender import command
 from app.vehicles.custom_mode import COMMANDED
 from app.vehicles.encoders import CommandLong
 from app.vehicles.setpoint_encoders import SetpointOut
+from tests.unit.domain.setpoint.examples import setpoint_of
 
 DATA = Path(__file__).parents[2] / "data" / "offboard" / "sent.jsonl"
 RECORDED: list[dict[str, Any]] = [json.loads(line) for line in DATA.read_text(encoding="utf-8").splitlines()]
@@ -92,21 +93,21 @@ def human(record: dict[str, Any]) -> Setpoint:
         parts |= dict(zip(names, map(float, (f["vx"], f["vy"], f["vz"])), strict=True))
     if Ignore.ACCELERATION in given:
         parts |= {"north_m_s2": float(f["afx"]), "east_m_s2": float(f["afy"]), "down_m_s2": float(f["afz"])}
-    return SetpointDocument.model_validate({"type": form, **parts}).root
+    return setpoint_of({"type": form, **parts})
 
 
 def _attitude(f: dict[str, Any]) -> Setpoint:
     if f["type_mask"] == 128:
         rates = {name: math.degrees(f[f"body_{name.split('_')[0]}_rate"]) for name in ("roll_deg_s", "pitch_deg_s")}
         parts = {**rates, "yaw_deg_s": math.degrees(f["body_yaw_rate"]), "thrust": f["thrust"]}
-        return SetpointDocument.model_validate({"type": "body_rates", **parts}).root
+        return setpoint_of({"type": "body_rates", **parts})
     w, x, y, z = f["q"]
     angles = {
         "roll_deg": math.degrees(math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))),
         "pitch_deg": math.degrees(math.asin(2 * (w * y - z * x))),
         "yaw_deg": math.degrees(math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))),
     }
-    return SetpointDocument.model_validate({"type": "attitude", **angles, "thrust": f["thrust"]}).root
+    return setpoint_of({"type": "attitude", **angles, "thrust": f["thrust"]})
 
 
 def follower(record: dict[str, Any]) -> Follower:

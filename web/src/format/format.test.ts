@@ -117,7 +117,7 @@ describe("sentences", () => {
   });
 
   it("are made for every kind, even with no data and for kinds to come", () => {
-    const kinds = ["service.started", "vehicle.seen", "vehicle.status_text", "vehicle.command", "plan.created", "run.item", "run.changed", "run.drop", "simulator.fault", "offboard.lease", "offboard.changed", "tasks.changed", "tasks.gripper", "run.attachment", "webhook.changed", "job.changed", "job.queue_changed", "later.kind"];
+    const kinds = ["service.started", "vehicle.seen", "vehicle.status_text", "vehicle.command", "plan.created", "run.item", "run.changed", "run.drop", "simulator.fault", "simulator.speed", "offboard.lease", "offboard.changed", "tasks.changed", "tasks.gripper", "run.attachment", "webhook.changed", "job.changed", "job.queue_changed", "later.kind"];
     for (const kind of kinds) expect(say(kind as EventKind, {}, { run_id: null, vehicle_id: null }).text).toMatch(/\w.*[.”]$/);
   });
 });

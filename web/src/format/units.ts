@@ -109,10 +109,6 @@ export function heading(value: number | null): string {
   return value === null ? UNKNOWN : `${String(Math.round(value) % 360).padStart(3, "0")}°`;
 }
 
-export function coordinate(value: number | null): string {
-  return value === null ? UNKNOWN : `${value.toFixed(6)}°`;
-}
-
 /** An age, coarse enough to be read while it grows: 0.4 s, 12 s, 3 min. */
 export function age(value_s: number | null): string {
   if (value_s === null) return "never";

@@ -12,7 +12,7 @@ export interface PadReading {
 }
 
 /** Worn sticks rest up to so far from their middle. */
-export const PAD_DEAD_ZONE = 0.15;
+const PAD_DEAD_ZONE = 0.15;
 
 /** Forward and up are negative on a gamepad. */
 export function padAxes(axes: readonly number[]): Axes {

@@ -6,7 +6,7 @@
 import { padAxes, type PadReading } from "./gamepad";
 
 export const WARN_AFTER_MS = 45_000;
-export const NOBODY_AFTER_MS = 60_000;
+const NOBODY_AFTER_MS = 60_000;
 
 /** More than a desk that is bumped into moves a mouse, and more than what a page moves under it. */
 const MOVED_PX = 4;

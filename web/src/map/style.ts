@@ -10,7 +10,7 @@ export const SOURCES = ["gridMinor", "gridMajor", "rings", "fences", "tracks", "
 export type SourceId = (typeof SOURCES)[number];
 export type MapData = Record<SourceId, FeatureCollection>;
 
-export const NOTHING: FeatureCollection = { type: "FeatureCollection", features: [] };
+const NOTHING: FeatureCollection = { type: "FeatureCollection", features: [] };
 export const NO_DATA: MapData = Object.fromEntries(SOURCES.map((id) => [id, NOTHING])) as MapData;
 
 export function buildStyle(look: Look, data: MapData): StyleSpecification {

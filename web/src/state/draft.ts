@@ -29,7 +29,7 @@ export const findings = computed<readonly Finding[]>(() => {
   if (check.value.kind === "done") return check.value.findings;
   return check.value.kind === "refused" ? check.value.problem.findings : [];
 });
-export const hasErrors = computed(() => findings.value.some((finding) => finding.severity === "error"));
+const hasErrors = computed(() => findings.value.some((finding) => finding.severity === "error"));
 /** The service's prediction for the draft; while it is being checked anew, the one for what it was just before. */
 export const draftTimeline = computed(() => (check.value.kind === "done" ? check.value.timeline : null));
 /** Places in the document that something is wrong with. */

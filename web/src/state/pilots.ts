@@ -9,7 +9,7 @@ import { feed } from "./store";
 const names = computed(() => JSON.stringify(namesIn(feed.value, principal.value?.name ?? null)));
 export const knownNames = computed<readonly string[]>(() => JSON.parse(names.value) as string[]);
 
-export function namesIn(events: readonly StreamEvent[], own: string | null): string[] {
+function namesIn(events: readonly StreamEvent[], own: string | null): string[] {
   const told = events.flatMap(({ data }) => [data["holder"], data["by"], data["requested_by"]]);
   const found = new Set([...told, own].filter((name): name is string => typeof name === "string" && name !== ""));
   return [...found].sort();

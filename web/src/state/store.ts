@@ -19,6 +19,8 @@ export const tracks = signal<Tracks>({});
 
 export const vehicles = computed(() => world.value.vehicles);
 export const runs = computed(() => world.value.runs);
+export const jobs = computed(() => world.value.jobs);
+export const jobQueues = computed(() => world.value.jobQueues);
 export const feed = computed(() => world.value.feed);
 export const live = computed(() => status.value.kind === "live");
 /** One text, so that telemetry, which never changes it, neither sorts nor redraws the list. */

@@ -5,11 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from hypothesis import strategies as st
+from pydantic import TypeAdapter
 
 from app.domain.setpoint.capability import FirmwareProfile, FlightKind
 from app.domain.setpoint.encode import Follower
-from app.domain.setpoint.forms import Setpoint, SetpointDocument
+from app.domain.setpoint.forms import Setpoint
 
+_SETPOINT: TypeAdapter[Setpoint] = TypeAdapter(Setpoint)
 NED: dict[str, Any] = {"north_m": 10.0, "east_m": -4.0, "down_m": -12.0}
 PLACE: dict[str, Any] = {"latitude_deg": 47.398, "longitude_deg": 8.546, "altitude_m": 500.0}
 VELOCITY: dict[str, Any] = {"north_m_s": 2.0, "east_m_s": -1.0, "down_m_s": -0.5}
@@ -37,9 +39,14 @@ EXAMPLES: dict[str, dict[str, Any]] = {
 }
 
 
+def setpoint_of(document: dict[str, Any]) -> Setpoint:
+    """As read from JSON. Raises ValidationError."""
+    return _SETPOINT.validate_python(document)
+
+
 def example(form: str, **changes: Any) -> Setpoint:
     """The example of a form, changed."""
-    return SetpointDocument.model_validate({"type": form, **EXAMPLES[form], **changes}).root
+    return setpoint_of({"type": form, **EXAMPLES[form], **changes})
 
 
 def follower(kind: FlightKind = FlightKind.ROTARY, profile: FirmwareProfile = FirmwareProfile.FLOWN) -> Follower:

@@ -87,16 +87,30 @@ def test_the_sign_of_the_radius_is_the_direction(kind: FlightKind, radius_m: flo
 @settings(max_examples=20)
 @given(here=places, kind=st.sampled_from(["goto", "segment", "path"]), speed=st.floats(3.0, 8.0))
 def test_a_simple_vehicle_gets_to_the_end_from_anywhere(here: Ground, kind: str, speed: float) -> None:
-    wish, at, leg = Wish(course(kind), 30.0, speed_m_s=speed), here, 0
+    flown = course(kind)
+    end = flown.points[-1] if isinstance(flown, LegsCourse) else flown.point  # type: ignore[union-attr]
+    assert math.dist(flown_to_its_end(flown, here, speed)[-1], end) <= ARRIVED_M + 1e-6
+
+
+def test_a_path_that_comes_by_its_own_end_is_flown_in_full() -> None:
+    """Near the end it is told the place, and would stay there: only its last leg may end so."""
+    far = (100.0, 50.0)
+    way = flown_to_its_end(LegsCourse(((0.0, 0.0), far, (100.0, 0.0), (0.0, 0.0))), (0.0, 0.0), 5.0)
+    assert min(math.dist(at, far) for at in way) < 2.0
+    entered = flown_to_its_end(CORNER, (50.0, 49.0), 5.0)
+    assert min(math.dist(at, (50.0, 0.0)) for at in entered) < 2.0, "the corner is before the end"
+
+
+def flown_to_its_end(course: Course, here: Ground, speed_m_s: float) -> list[Ground]:
+    """The places that a simple vehicle comes to, until it has arrived; in 800 s it must."""
+    way, leg = [here], 0
     for _ in range(4_000):
-        seen = steer(ROTARY, Wish(wish.course, 30.0, leg, speed), still(at))
+        seen = steer(ROTARY, Wish(course, 30.0, leg, speed_m_s), still(way[-1]))
         leg = seen.reference.leg
         if seen.arrived:
-            break
-        at = moved(at, seen.setpoint)
-    points = wish.course.points if isinstance(wish.course, LegsCourse) else (wish.course.point,)  # type: ignore[union-attr]
-    assert seen.arrived
-    assert math.dist(at, points[-1]) <= ARRIVED_M + 1e-6
+            return way
+        way.append(moved(way[-1], seen.setpoint))
+    raise AssertionError(f"it has not arrived, and is at {way[-1]} on leg {leg}")
 
 
 def moved(at: Ground, setpoint: Any, step_s: float = 0.2) -> Ground:

@@ -12,8 +12,8 @@ from app.domain.errors import StorageError
 from app.domain.jobs.job import Job
 from app.domain.jobs.port import JobFilter
 from app.domain.jobs.vehicle_queue import VehicleQueue
-from app.domain.plan import parse_plan, plan_hash
-from app.domain.ports import StoredPlan, Unsubscribe, VehicleIdentity, VehicleLink
+from app.domain.plan import parse_plan
+from app.domain.ports import VehicleIdentity
 from app.domain.vehicle import FirmwareVersion, FlightMode, GlobalPosition, LandedState, MissionState, VehicleType
 from app.services.fleet import Fleet
 from app.services.jobs import Jobs, JobSettings
@@ -23,6 +23,7 @@ from app.services.plans import Plans
 from app.services.runs import Runs
 from tests.api.job_plans import LAST_SEQ, ROUTE
 from tests.unit.services.fakes import MemoryEventStore
+from tests.unit.services.known_links import KnownLinks
 from tests.unit.services.runs.desk import MemoryPlans, MemoryRuns
 from tests.unit.services.runs.scripted import FAST, ScriptedVehicle
 
@@ -63,25 +64,6 @@ class MemoryJobs:
         return tuple(self._events.queues.values())
 
 
-class Vehicles:
-    """LinkSource."""
-
-    def __init__(self, vehicles: Sequence[ScriptedVehicle]) -> None:
-        self._vehicles = tuple(vehicles)
-
-    def links(self) -> Sequence[VehicleLink]:
-        return self._vehicles
-
-    def subscribe(self, listener: Callable[[VehicleLink], None]) -> Unsubscribe:
-        return lambda: None
-
-    async def start(self) -> None:
-        return
-
-    async def close(self) -> None:
-        return
-
-
 @dataclass
 class Yard:
     """What outlives a service: vehicles, disk, clock; and the service that runs now."""
@@ -92,10 +74,11 @@ class Yard:
 
     async def begin(self) -> None:
         """Start a service."""
-        plans = MemoryPlans({"plan-1": a_plan()})
+        plans = MemoryPlans()
+        plans.add(parse_plan(ROUTE))
         self.journal = Journal(self.events, self.clock)
         await self.journal.start()
-        self.fleet = Fleet(Vehicles(self.vehicles), self.journal)
+        self.fleet = Fleet(KnownLinks(*self.vehicles), self.journal)
         await self.fleet.start()
         self.runs = Runs(self.fleet, plans, MemoryRuns(self.events), self.journal, self.clock, FAST)
         await self.runs.begin()
@@ -161,14 +144,6 @@ class Yard:
         vehicle.touch_down(complete=True, last_seq=LAST_SEQ)
         vehicle.put(mode=FlightMode.HOLD, mission_state=MissionState.COMPLETE)
         return await self.until_state(job, "completed", "failed")
-
-
-def a_plan() -> StoredPlan:
-    """The plan of all jobs, stored."""
-    plan = parse_plan(ROUTE)
-    return StoredPlan(
-        "plan-1", plan_hash(plan), plan.name, VehicleType.MULTICOPTER, 0.0, "desk", plan.model_dump(mode="json")
-    )
 
 
 def a_vehicle(number: int) -> ScriptedVehicle:

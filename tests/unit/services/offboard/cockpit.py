@@ -20,7 +20,7 @@ from app.services.offboard_view import OffboardState
 from app.services.tasks import TaskDesk, Tasks
 from tests.unit.domain.setpoint.examples import example
 from tests.unit.services.fakes import ManualClock, MemoryEventStore
-from tests.unit.services.runs.desk import OneVehicle
+from tests.unit.services.known_links import KnownLinks
 from tests.unit.services.runs.scripted import ScriptedVehicle
 
 WITHIN_S = 10.0
@@ -144,7 +144,7 @@ async def cockpit(
     )
     journal = Journal(events, clock)
     await journal.start()
-    fleet = Fleet(OneVehicle(vehicle), journal)
+    fleet = Fleet(KnownLinks(vehicle), journal)
     await fleet.start()
     runs = ScriptedRuns(vehicle, run)
     if run is not None:

@@ -14,37 +14,19 @@ from app.domain.drop import DropRecord
 from app.domain.mission import Mission
 from app.domain.performance import Performance
 from app.domain.plan import Plan, parse_plan, plan_hash
-from app.domain.ports import StoredPlan, Unsubscribe, VehicleLink
+from app.domain.ports import StoredPlan
 from app.domain.run import Run, RunState
 from app.domain.run_filter import RunFilter
 from app.services.clock import SystemClock
 from app.services.fleet import Fleet
 from app.services.journal import Journal
-from app.services.runs import Runs
+from app.services.runs import Runs, RunSettings
 from tests.unit.services.fakes import MemoryEventStore
+from tests.unit.services.known_links import KnownLinks
 from tests.unit.services.runs.scripted import FAST, ScriptedVehicle
 
 PLANS = Path(__file__).parents[4] / "plans"
 WITHIN_S = 5.0
-
-
-class OneVehicle:
-    """A LinkSource with one scripted vehicle."""
-
-    def __init__(self, vehicle: ScriptedVehicle) -> None:
-        self._vehicle = vehicle
-
-    def links(self) -> Sequence[VehicleLink]:
-        return [self._vehicle]
-
-    def subscribe(self, listener: Callable[[VehicleLink], None]) -> Unsubscribe:
-        return lambda: None
-
-    async def start(self) -> None:
-        return
-
-    async def close(self) -> None:
-        return
 
 
 @dataclass
@@ -52,6 +34,11 @@ class MemoryPlans:
     """PlanStore in a dict."""
 
     plans: dict[str, StoredPlan] = field(default_factory=dict)
+
+    def add(self, plan: Plan, plan_id: str = "plan-1") -> None:
+        """Store a plan."""
+        document = plan.model_dump(mode="json")
+        self.plans[plan_id] = StoredPlan(plan_id, plan_hash(plan), plan.name, plan.vehicle_type, 0.0, "test", document)
 
     async def get(self, plan_id: str) -> StoredPlan | None:
         return self.plans.get(plan_id)
@@ -130,6 +117,7 @@ async def desk(
     *,
     changes: Callable[[dict[str, object]], None] | None = None,
     performance: Performance | None = None,
+    settings: RunSettings = FAST,
 ) -> AsyncIterator[Desk]:
     """A running service around one scripted vehicle."""
     document = json.loads((PLANS / plan_file).read_text())
@@ -137,15 +125,13 @@ async def desk(
         changes(document)
     plan = parse_plan(document)
     vehicle, events, clock = ScriptedVehicle(plan.vehicle_type), MemoryEventStore(), SystemClock()
-    stored = StoredPlan(
-        "plan-1", plan_hash(plan), plan.name, plan.vehicle_type, 0.0, "test", plan.model_dump(mode="json")
-    )
-    plans = MemoryPlans({"plan-1": stored})
+    plans = MemoryPlans()
+    plans.add(plan)
     journal = Journal(events, clock)
     await journal.start()
-    fleet = Fleet(OneVehicle(vehicle), journal, None if performance is None else {"v1": performance})
+    fleet = Fleet(KnownLinks(vehicle), journal, None if performance is None else {"v1": performance})
     await fleet.start()
-    runs = Runs(fleet, plans, MemoryRuns(events), journal, clock, FAST)
+    runs = Runs(fleet, plans, MemoryRuns(events), journal, clock, settings)
     mission = compile_plan(plan, vehicle.facts)
     try:
         yield Desk(vehicle, events, journal, fleet, runs, plan, mission)
@@ -164,7 +150,7 @@ async def restarted(before: Desk, *, meanwhile: Callable[[], None] = lambda: Non
     clock = SystemClock()
     journal = Journal(before.events, clock)
     await journal.start()
-    fleet = Fleet(OneVehicle(before.vehicle), journal)
+    fleet = Fleet(KnownLinks(before.vehicle), journal)
     await fleet.start()
     runs = Runs(fleet, before.runs._plans, MemoryRuns(before.events), journal, clock, FAST)
     await runs.begin()

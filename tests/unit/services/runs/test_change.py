@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import copy
 from collections.abc import Callable
 from typing import Any
@@ -19,8 +20,7 @@ from app.domain.errors import (
     WrongStateError,
 )
 from app.domain.mission import MavCmd
-from app.domain.plan import parse_plan, plan_hash
-from app.domain.ports import StoredPlan
+from app.domain.plan import parse_plan
 from app.domain.run import RunState
 from app.domain.vehicle import LandedState
 from tests.unit.services.runs.desk import Desk, MemoryPlans, desk
@@ -35,9 +35,7 @@ def store(at: Desk, change: Callable[[Document], None], plan_id: str = "plan-2")
     plan = parse_plan(document)
     plans = at.runs._plans
     assert isinstance(plans, MemoryPlans)
-    plans.plans[plan_id] = StoredPlan(
-        plan_id, plan_hash(plan), plan.name, plan.vehicle_type, 1.0, "test", plan.model_dump(mode="json")
-    )
+    plans.add(plan, plan_id)
     return plan_id
 
 
@@ -47,6 +45,16 @@ def item(document: Document, item_id: str) -> Document:
 
 def clinic_moved(document: Document) -> None:
     item(document, "clinic")["latitude_deg"] = 47.398700
+
+
+async def begun(
+    at: Desk, change: Callable[[Document], None] = clinic_moved, *, needed: tuple[str, ...] = ()
+) -> asyncio.Task[Any]:
+    """A change that is recorded, and whose upload waits for the vehicle's gate."""
+    at.vehicle.upload_gate.clear()
+    changing = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, change), None, "ann", needed))
+    await at.until(lambda: at.run.changing is not None, "what is sent must be recorded first")
+    return changing
 
 
 async def fly(at: Desk, item_id: str = "corner") -> None:

@@ -13,7 +13,7 @@ from app.domain.run import Run, RunState
 from app.domain.vehicle import FlightMode
 from app.services.runs.orders import FailureOrder
 from tests.unit.services.runs.desk import Desk, desk
-from tests.unit.services.runs.test_change import Document, clinic_moved, fly, item, store
+from tests.unit.services.runs.test_change import Document, begun, clinic_moved, fly, item, store
 
 
 def when_the_facts_are_read(at: Desk) -> tuple[asyncio.Event, asyncio.Event]:
@@ -69,9 +69,7 @@ async def test_a_command_given_while_a_change_is_stored_breaks_it_off_and_nothin
 async def test_a_failed_drop_that_the_plan_answers_breaks_a_change_off() -> None:
     async with desk() as at:
         await fly(at)
-        at.vehicle.upload_gate.clear()
-        change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann"))
-        await at.until(lambda: at.run.changing is not None, "the change must begin")
+        change = await begun(at)
         at.runs._flights[at.run_id]._sender.carry_out([FailureOrder("return", "drop")])
         with pytest.raises(ChangeUnderWayError):
             await asyncio.wait_for(change, 10.0)
@@ -145,9 +143,7 @@ async def test_a_stop_put_into_a_flight_is_not_skipped_when_its_place_is_passed_
 
     async with desk() as at:
         await fly(at)
-        at.vehicle.upload_gate.clear()
-        change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, with_a_stop), None, "ann", ["stop"]))
-        await at.until(lambda: at.run.changing is not None, "the change must begin")
+        change = await begun(at, with_a_stop, needed=("stop",))
         at.vehicle.put(mission_seq=at.mission.seqs_of("clinic")[0])
         await at.until(lambda: at.run.item_id == "clinic", "it flies what it flew")
         at.vehicle.upload_gate.set()

@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-import asyncio
-
 import pytest
 
 from app.domain.drop import DropOutcome
 from app.domain.errors import ChangeUnderWayError, LinkTimeoutError, StorageError
 from tests.unit.services.runs.desk import desk, restarted
-from tests.unit.services.runs.test_change import clinic_moved, fly, store
+from tests.unit.services.runs.test_change import begun, clinic_moved, fly, store
 
 
 async def test_no_release_is_sent_while_another_mission_is_on_its_way() -> None:
     async with desk() as at:
         await fly(at, "clinic")
-        at.vehicle.upload_gate.clear()
-        change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, lambda _: None), None, "ann"))
-        await at.until(lambda: at.run.changing is not None, "what is sent must be recorded first")
+        change = await begun(at, lambda _: None)
         await at.fly_to_drop()
         before = at.vehicle.looks
         await at.until(lambda: at.vehicle.looks > before + 60, "it must be looked at")
@@ -31,9 +27,7 @@ async def test_no_release_is_sent_while_another_mission_is_on_its_way() -> None:
 async def test_a_return_breaks_a_change_off_and_does_not_wait_for_it() -> None:
     async with desk() as at:
         await fly(at)
-        at.vehicle.upload_gate.clear()
-        change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann"))
-        await at.until(lambda: at.run.changing is not None, "the change must begin")
+        change = await begun(at)
         await at.runs.return_to_launch(at.run_id, "bob")
         assert at.vehicle.sent[-1] == "return"
         with pytest.raises(ChangeUnderWayError):
@@ -101,9 +95,7 @@ async def test_after_a_restart_in_the_middle_of_a_change_the_mission_on_board_is
 async def test_a_vehicle_that_comes_to_its_next_item_meanwhile_is_not_taken_back() -> None:
     async with desk() as at:
         await fly(at)
-        at.vehicle.upload_gate.clear()
-        change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann"))
-        await at.until(lambda: at.run.changing is not None, "the change must begin")
+        change = await begun(at)
         at.vehicle.put(mission_seq=2)
         await at.until(lambda: at.run.item_id == "clinic", "it flies what it flew")
         at.vehicle.upload_gate.set()
