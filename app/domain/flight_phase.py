@@ -76,6 +76,11 @@ def how_it_ended(*, mission_done: bool, asked: str, reason: str) -> tuple[RunSta
     return RunState.FAILED, reason or "the vehicle ended its flight before the mission was done"
 
 
+def why_open(last: RunState, reason: str) -> str:
+    """Why a drop that was open until then ends with its run: a run that was completed has no reason of its own."""
+    return reason or ("the mission was flown to its end" if last is RunState.COMPLETED else last.value)
+
+
 def is_airborne(state: VehicleState) -> bool:
     """Whether it left the ground. A rover counts when it says so, 0.6 s after arming (px4-traces 25)."""
     return state.landed in (LandedState.IN_AIR, LandedState.TAKING_OFF, LandedState.LANDING)

@@ -21,8 +21,8 @@ from tests.unit.domain.plan_pieces import at, gripper, land, plan_json, square, 
 WITHIN_S = 120.0
 REPORT_EVERY_S = 0.5
 SPEED = 4.0
-DECK_NORTH_M = 300.0
-"""A quarter of a minute of simulated flight: time for two moves of the waypoint on a busy machine."""
+DECK_NORTH_M = 250.0
+"""Twelve seconds and more of simulated flight: time for two moves of the waypoint on a busy machine."""
 REACH_M, MOST_M = 3.0, 100.0
 
 
@@ -90,15 +90,15 @@ async def told(desk: Dispatcher, run_id: str, kind: str) -> list[dict[str, Any]]
     return [event["data"] for event in page["events"] if event["kind"] == kind]
 
 
-async def until_told(desk: Dispatcher, run_id: str, kind: str) -> None:
-    await until(lambda: told(desk, run_id, kind), bool, f"{kind} must be told", WITHIN_S)
+async def until_moved(desk: Dispatcher, run_id: str) -> None:
+    await desk.until_run(run_id, lambda run: run["changes"] > 0, "its waypoint must be moved", WITHIN_S)
 
 
 async def meet_the_ship(desk: Dispatcher) -> None:
     radio = Radio(Ship("ship-1", DECK_NORTH_M, 15.0, 0.0, 0.25))
     async with on_air(radio, desk):
         run_id = await desk.fly(delivery("ship-1", hold_s=60), "v1")
-        await until_told(desk, run_id, "run.target_moved")
+        await until_moved(desk, run_id)
         radio.ship = radio.ship.turned(-0.25, 0.0)
         run = await desk.until_over(run_id, WITHIN_S)
     assert (run["state"], run["reason"]) == ("completed", "")
@@ -122,9 +122,10 @@ async def miss_the_ferry(desk: Dispatcher) -> None:
     run_id = await desk.fly(delivery("ferry", hold_s=40), "v2")
     radio = Radio(Ship("ferry", DECK_NORTH_M, 15.0))
     async with on_air(radio, desk):
-        await until_told(desk, run_id, "run.target_moved")
+        await until_moved(desk, run_id)
         radio.ship = Ship("ferry", DECK_NORTH_M, 600.0)
-        await until_told(desk, run_id, "run.target_not_followed")
+        promise = "it must be told that the ferry is not followed"
+        await until(lambda: told(desk, run_id, "run.target_not_followed"), bool, promise, WITHIN_S)
     run = await desk.until_over(run_id, WITHIN_S)
     codes = [data["code"] for data in await told(desk, run_id, "run.target_not_followed")]
     assert "target_out_of_bounds" in codes

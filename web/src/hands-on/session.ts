@@ -4,7 +4,7 @@
  */
 
 import type { AuditEntry, Clamp, Offboard, TaskQueue } from "../api/types";
-import type { Answer, Destination, QueueAsk } from "./frames";
+import { givesLead, type Answer, type Destination, type QueueAsk } from "./frames";
 import { ended, refusalOf, type Refusal } from "./refusal";
 import { SetpointSender, type StopReason } from "./sender";
 import type { Setpoint } from "./setpoint";
@@ -288,12 +288,6 @@ const LEFT: Readonly<Record<Destination, string>> = {
   mission: "Left to the mission, which goes on.",
   return: "Left to a return.",
 };
-
-/** A first task is flown as soon as the vehicle is under control; one behind a queue that stands waits with it. */
-function givesLead(frame: QueueAsk, tasks: TaskQueue | null): boolean {
-  if (frame.type === "queue") return frame.do === "resume";
-  return frame.type === "task" && (tasks === null || tasks.report.state === "idle");
-}
 
 function sameClamps(one: readonly Clamp[], other: readonly Clamp[]): boolean {
   return one.length === other.length && one.every(({ detail }, i) => detail === other[i]?.detail);

@@ -82,5 +82,7 @@ export function stubPage(hash: string): FakePage {
   vi.stubGlobal("sessionStorage", { getItem: () => null });
   vi.stubGlobal("navigator", { getGamepads: () => [page.pad] });
   vi.stubGlobal("WebSocket", FakeSocket);
+  vi.stubGlobal("requestAnimationFrame", (draw: () => void) => setTimeout(draw, 16));
+  vi.stubGlobal("cancelAnimationFrame", (handle: ReturnType<typeof setTimeout>) => clearTimeout(handle));
   return page;
 }
