@@ -7,8 +7,7 @@ from pathlib import Path
 
 from playwright.async_api import Route, expect
 
-from tests.browser.accessibility import violations
-from tests.browser.cockpit import SMALL
+from tests.browser.accessibility import TELEPHONE, violations
 from tests.browser.dashboard import CLINIC_RUN, FLIGHT_MS, HOLD_MS, ROOT, Dashboard
 from tests.service import ServiceProcess
 
@@ -68,7 +67,7 @@ async def attach_a_photo_and_what_is_none(board: Dashboard, folder: Path) -> Non
     found = await violations(board.page, "a photo")
     await board.page.keyboard.press("Escape")
     await expect(board.page.get_by_role("dialog")).to_have_count(0)
-    await board.page.set_viewport_size({"width": SMALL["width"], "height": SMALL["height"]})
+    await board.page.set_viewport_size(TELEPHONE)
     await board.page.get_by_role("navigation", name="Views").get_by_role("button", name="Run").click()
     assert found + await violations(board.page, "a delivered run") == []
 

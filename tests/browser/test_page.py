@@ -6,10 +6,9 @@ import json
 from pathlib import Path
 
 import pytest
-from playwright.async_api import Browser, Route, expect
+from playwright.async_api import Browser, Route, ViewportSize, expect
 
-from tests.browser.accessibility import violations
-from tests.browser.cockpit import SMALL
+from tests.browser.accessibility import DESK, TELEPHONE, violations
 from tests.browser.dashboard import CLINIC_RUN, ROOT, Dashboard
 from tests.browser.picture import colours
 from tests.service import ServiceProcess, until
@@ -107,30 +106,47 @@ async def test_no_view_has_an_accessibility_violation_in_any_theme_wide_or_narro
     browser: Browser, idle_service: ServiceProcess
 ) -> None:
     found: list[str] = []
-    async with Dashboard.opened(browser, idle_service.url, **SMALL) as board:
-        views, page = board.page.get_by_role("navigation", name="Views"), board.page
-        for name in ("Map", "Run", "Jobs", "Hands on", "Fleet", "Events", "Faults"):
-            await views.get_by_role("button", name=name).click()
-            if name == "Fleet":
-                await board.vehicle("v1").click()
-            if name == "Faults":
-                await expect(page.locator(".fault").first).to_be_visible()
-            found += await violations(page, name)
-        await views.get_by_role("button", name="Hands on").click()
-        found += await violations(page, "a vehicle to fly by hand")
-        await views.get_by_role("button", name="Plan").click()
-        found += await violations(page, "no plan")
-        await board.fill_plan(CLINIC_RUN.replace('"max_offset_m"', '"offset_m"'))
-        await expect(page.locator(".plan-item")).to_have_count(5)
-        await expect(page.locator(".finding").first).to_be_visible()
-        await page.locator(".plan-item-main").first.click()
-        await board.button("Draw a fence").click()
-        for name in ("Items", "Area", "Details", "JSON"):
-            await page.get_by_role("tab", name=name).click()
-            found += await violations(page, f"a plan's {name}")
-        await page.locator(".verdict").evaluate("verdict => verdict.setAttribute('aria-busy', 'true')")
-        found += await violations(page, "a plan that is being checked")
+    async with Dashboard.opened(browser, idle_service.url) as board:
+        for size in (DESK, TELEPHONE):
+            await board.page.set_viewport_size(size)
+            found += await violations_of_all_views(board, size)
     assert found == []
+
+
+async def violations_of_all_views(board: Dashboard, size: ViewportSize) -> list[str]:
+    """Each view, and the plan with findings from all its sides."""
+    page, found = board.page, list[str]()
+
+    async def look(where: str) -> None:
+        found.extend(await violations(page, where, [size]))
+
+    async def show(name: str) -> None:
+        bar = page.get_by_role("navigation", name="Views", include_hidden=True)
+        await bar.get_by_role("button", name=name, include_hidden=True).dispatch_event("click")
+
+    for name in ("Map", "Run", "Jobs", "Hands on", "Fleet", "Events", "Faults"):
+        await show(name)
+        if name == "Fleet":
+            await board.vehicle("v1").click()
+        if name == "Faults":
+            await expect(page.locator(".fault").first).to_be_visible()
+        await look(name)
+    await show("Hands on")
+    await look("a vehicle to fly by hand")
+    await show("Plan")
+    await board.fill_plan(CLINIC_RUN.replace('"max_offset_m"', '"offset_m"'))
+    await expect(page.locator(".plan-item")).to_have_count(5)
+    await expect(page.locator(".finding").first).to_be_visible()
+    await page.locator(".plan-item-main[aria-pressed='false']").first.click()
+    await board.button("Draw a fence").click()
+    for name in ("Items", "Area", "Details", "JSON"):
+        await page.get_by_role("tab", name=name).click()
+        await look(f"a plan's {name}")
+    await page.locator(".verdict").evaluate("verdict => verdict.setAttribute('aria-busy', 'true')")
+    await look("a plan that is being checked")
+    await page.get_by_label("Plan as JSON").fill("")
+    await look("no plan")
+    return found
 
 
 @pytest.mark.parametrize("width", [360, 900, 1440, 3840])

@@ -29,7 +29,7 @@ export function App() {
         <section class="card panel" aria-label="Panel">
           <h2 class="visually-hidden">{PANEL_NAMES[panel.value]}</h2>
           <PanelTabs />
-          <div id="panel" role="tabpanel" aria-labelledby={`tab-${panel.value}`} tabIndex={-1}>
+          <div key={panel.value} id="panel" role="tabpanel" aria-labelledby={`tab-${panel.value}`} tabIndex={-1}>
             <Shown />
           </div>
         </section>

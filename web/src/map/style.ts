@@ -31,11 +31,12 @@ export function buildStyle(look: Look, data: MapData): StyleSpecification {
   };
 }
 
-function backgroundLayers({ palette: p, scale }: Look): LayerSpecification[] {
+function backgroundLayers({ palette: p, scale, tiles }: Look): LayerSpecification[] {
+  const opacity = tiles === null ? 1 : 0.4; // a map has lines enough of its own
   const kind: ExpressionSpecification = ["get", "kind"];
   return [
-    { id: "gridMinor", type: "line", source: "gridMinor", paint: { "line-color": p.gridMinor } },
-    { id: "gridMajor", type: "line", source: "gridMajor", paint: { "line-color": p.gridMajor } },
+    { id: "gridMinor", type: "line", source: "gridMinor", paint: { "line-color": p.gridMinor, "line-opacity": opacity } },
+    { id: "gridMajor", type: "line", source: "gridMajor", paint: { "line-color": p.gridMajor, "line-opacity": opacity } },
     { id: "rings", type: "line", source: "rings", filter: ["==", kind, "ring"], paint: { "line-color": p.ring, "line-dasharray": [2, 4] } },
     { id: "home", type: "symbol", source: "rings", filter: ["==", kind, "home"], layout: { "icon-image": "home", "icon-size": scale, "icon-allow-overlap": true } },
     {

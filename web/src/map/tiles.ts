@@ -29,6 +29,6 @@ export function tileSources(tiles: Tiles | null): Record<string, SourceSpecifica
 /** In the dark most maps are too bright for what lies on them. */
 export function tileLayers(tiles: Tiles | null, theme: Theme): LayerSpecification[] {
   if (tiles === null) return [];
-  const paint = theme === "dark" ? { "raster-brightness-max": 0.5, "raster-saturation": -0.4 } : { "raster-opacity": 0.85 };
+  const paint = theme === "dark" ? { "raster-brightness-max": 0.34, "raster-saturation": -0.3 } : { "raster-opacity": 0.85 };
   return [{ id: "tiles", type: "raster", source: "tiles", paint: { ...paint, "raster-fade-duration": 0 } }];
 }

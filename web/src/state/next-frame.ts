@@ -17,9 +17,11 @@ export class NextFrame {
 
   /** At once, and not again for what was asked before. */
   now(): void {
-    clearTimeout(this.#timer);
-    this.#timer = undefined;
-    cancelAnimationFrame(this.#frame);
+    if (this.#timer !== undefined) {
+      clearTimeout(this.#timer);
+      this.#timer = undefined;
+      cancelAnimationFrame(this.#frame);
+    }
     this.run();
   }
 }

@@ -2,22 +2,52 @@ import type { Finding } from "../api/types";
 import { asSentence } from "../format/words";
 import { Icon } from "./icons";
 
-export function FindingNote({ finding }: { finding: Finding }) {
+/** `folded` shows what is to be done about it only when asked: for warnings that stand beside many plans. */
+export function FindingNote({ finding, folded = false }: { finding: Finding; folded?: boolean }) {
   const error = finding.severity === "error";
+  if (folded) {
+    return (
+      <div class={`finding folded ${error ? "tone-danger" : "tone-warn"}`}>
+        <Icon name={error ? "error" : "warning"} size={16} />
+        <details>
+          <summary>
+            <Message finding={finding} />
+          </summary>
+          <WhatToDo finding={finding} />
+        </details>
+      </div>
+    );
+  }
   return (
     <div class={`finding ${error ? "tone-danger" : "tone-warn"}`}>
       <Icon name={error ? "error" : "warning"} size={16} />
       <div>
         <p>
-          <span class="visually-hidden">{error ? "Error: " : "Warning: "}</span>
-          {asSentence(finding.message)}
+          <Message finding={finding} />
         </p>
-        {finding.hint !== "" && <p class="hint">{asSentence(finding.hint)}</p>}
-        <code>
-          {finding.code}
-          {finding.pointer !== "" && ` at ${finding.pointer}`}
-        </code>
+        <WhatToDo finding={finding} />
       </div>
     </div>
+  );
+}
+
+function Message({ finding: { severity, message } }: { finding: Finding }) {
+  return (
+    <>
+      <span class="visually-hidden">{severity === "error" ? "Error: " : "Warning: "}</span>
+      {asSentence(message)}
+    </>
+  );
+}
+
+function WhatToDo({ finding: { hint, code, pointer } }: { finding: Finding }) {
+  return (
+    <>
+      {hint !== "" && <p class="hint">{asSentence(hint)}</p>}
+      <code>
+        {code}
+        {pointer !== "" && ` at ${pointer}`}
+      </code>
+    </>
   );
 }

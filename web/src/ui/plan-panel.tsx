@@ -62,7 +62,7 @@ function PlanSummary() {
         <Verdict />
       </header>
       {ofPlan.map((finding) => (
-        <FindingNote key={finding.code + finding.pointer} finding={finding} />
+        <FindingNote key={finding.code + finding.pointer} finding={finding} folded={finding.severity === "warning"} />
       ))}
       <AltitudeProfile timeline={timeline} numberOf={numberOf} />
     </section>

@@ -13,7 +13,7 @@ export function SimulatorPace({ speed }: { speed: SimulatorSpeed }) {
       <h3 id="pace-title">Speed of simulated time</h3>
       <div class="sim-speeds" role="group" aria-labelledby="pace-title" aria-describedby="pace-now">
         {SPEEDS.filter((one) => one <= speed.max).map((one) => (
-          <button key={one} type="button" aria-pressed={one === speed.wanted} aria-label={one === 1 ? "Real time" : `${one} times real time`} class={one > speed.live_max ? "beyond" : ""} disabled={disabled} onClick={() => void setSpeed(one)}>
+          <button key={one} type="button" aria-pressed={one === speed.wanted} aria-label={`${one}×: ${one === 1 ? "real time" : `${one} times real time`}`} class={one > speed.live_max ? "beyond" : ""} disabled={disabled} onClick={() => void setSpeed(one)}>
             {one}×
           </button>
         ))}
