@@ -44,9 +44,9 @@ types: $(RUNTIME) $(NODE)  ## the page's types from the API's schema
 	$(VENV)/bin/waydrop openapi > web/openapi.json
 	cd web && npm run --silent types
 
-screenshots: $(DEV) $(PAGE)  ## pictures of the page in all its looks, into test-results/screenshots
+screenshots: $(DEV) $(PAGE)  ## pictures of the page in all its looks into test-results/screenshots, two of them into docs
 	scripts/need-chromium.sh
-	$(PY) -m tests.browser.screenshots test-results/screenshots
+	$(PY) -m tests.browser.screenshots test-results/screenshots docs
 
 agreement: $(DEV)  ## 10,000 random plans: what the rules accept, the simulated autopilot takes, in process and over UDP
 	$(PY) -m tests.contract.feasibility.many

@@ -100,7 +100,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
             commands=VehicleCommands(fleet, journal),
             offboard=offboard,
             tasks=Tasks(offboard, fleet, clock),
-            simulation=Simulation(_simulator_control(settings), fleet, journal),
+            simulation=Simulation(_simulator_control(settings), fleet, runs, journal),
             webhooks=webhooks,
             answers=storage.answers,
             clock=clock,

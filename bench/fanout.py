@@ -139,7 +139,7 @@ async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
             commands=VehicleCommands(fleet, journal),
             offboard=offboard,
             tasks=Tasks(offboard, fleet, clock),
-            simulation=Simulation(None, fleet, journal),
+            simulation=Simulation(None, fleet, runs, journal),
             webhooks=Webhooks(storage.webhooks, storage.plans, journal, sender, clock, "gw-1"),
             answers=storage.answers,
             clock=clock,

@@ -3,10 +3,10 @@
 Usage: python -m bench.page_load [--vehicles 200] [--hz 10] [--seconds 20] [--page FOLDER] [--profile FILE]
 
 The real application with vehicles made of a few lines, the real websocket, and Debian's Chromium with the built page
-(`make`) on the view that shows fleet and map. Long tasks are Chromium's own count of what held the main thread for over
-50 ms. The floor is the same page with the same frames in which nothing moves. At the end every vehicle gets a state
-of its own in one tick, and every row of the page must show what the API says; no event may be missing between the first
-and the last on the page's socket. The map is drawn in software here, in another process.
+(`make`) on the view that shows fleet and map; `page_watch` says what is measured. The floor is the same page with the
+same frames in which nothing moves. At the end every vehicle gets a state of its own in one tick, and every row of the
+page must show what the API says; no event may be missing between the first and the last on the page's socket. The map
+is drawn in software here, in another process.
 """
 
 from __future__ import annotations
@@ -20,27 +20,21 @@ import os
 import sys
 import tempfile
 from collections.abc import AsyncIterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
-from playwright.async_api import CDPSession, Page, WebSocket, async_playwright, expect
+from playwright.async_api import Page, WebSocket, async_playwright, expect
 
 from app.domain.vehicle import FlightMode, LandedState
 from app.services.telemetry import TelemetryFeed
+from bench.page_watch import WATCH, measure, tell
 from tests.api.fake_links import HOME, FakeLink
 from tests.api.service import SETTINGS, Service, run_service
 from tests.browser.conftest import CHROMIUM, chromium_args
 
 DIST: Final = Path(__file__).parents[1] / "web" / "dist"
 MODES: Final = (FlightMode.MISSION, FlightMode.HOLD, FlightMode.RETURN)
-WATCH: Final = """
-window.long = [];
-window.frames = 0;
-new PerformanceObserver(list => long.push(...list.getEntries().map(e => e.duration))).observe({ type: 'longtask' });
-const count = () => { frames += 1; requestAnimationFrame(count); };
-requestAnimationFrame(count);
-"""
 ROWS: Final = """() => Object.fromEntries([...document.querySelectorAll('.vehicle')].map(row => [
   row.querySelector('.vehicle-name b').textContent,
   [...row.querySelectorAll('.badge:last-child, .battery, .landed')].map(part => part.textContent.trim()),
@@ -48,22 +42,11 @@ ROWS: Final = """() => Object.fromEntries([...document.querySelectorAll('.vehicl
 LANDED: Final = {"in_air": "In the air", "on_ground": "Armed", "landing": "Landing"}
 
 
-@dataclass(frozen=True, slots=True)
-class Cost:
-    """One stretch of time. `cpu` is the main thread's own processor time in it, however busy the machine is."""
-
-    name: str
-    telemetry_hz: float
-    frames_hz: float
-    cpu: float
-    long_tasks: Sequence[float]
-
-
 class Socket:
-    """What arrives at the page's socket: how many telemetry frames, and the numbers of the events."""
+    """What arrives at the page's socket: the sizes of telemetry frames, and the numbers of the events."""
 
     def __init__(self, page: Page) -> None:
-        self.telemetry = 0
+        self.telemetry: list[int] = []
         self.seqs: list[int] = []
         page.on("websocket", self._listen)
 
@@ -72,7 +55,7 @@ class Socket:
 
     def _take(self, text: str) -> None:
         if text.startswith('{"type":"telemetry"'):
-            self.telemetry += 1
+            self.telemetry.append(len(text))
         elif text.startswith('{"type":"event"'):
             self.seqs.append(int(json.loads(text)["event"]["seq"]))
 
@@ -116,23 +99,6 @@ def end_apart(links: Sequence[FakeLink]) -> None:
     for number, link in enumerate(links):
         landed = (LandedState.IN_AIR, LandedState.ON_GROUND, LandedState.LANDING)[number // 3 % 3]
         link.change(mode=MODES[number % 3], battery_percent=float(number % 97), landed=landed)
-
-
-async def thread_s(cdp: CDPSession) -> float:
-    """The main thread's processor time so far."""
-    found = (await cdp.send("Performance.getMetrics"))["metrics"]
-    return float(next(one["value"] for one in found if one["name"] == "ThreadTime"))
-
-
-async def measure(name: str, page: Page, cdp: CDPSession, socket: Socket, seconds: float) -> Cost:
-    """Look at the page for a while."""
-    await page.evaluate("() => { long.length = 0; frames = 0; }")
-    telemetry, before_s, began_s = socket.telemetry, await thread_s(cdp), asyncio.get_running_loop().time()
-    await asyncio.sleep(seconds)
-    took_s = asyncio.get_running_loop().time() - began_s
-    long_tasks, frames = await page.evaluate("() => [long, frames]")
-    share = (await thread_s(cdp) - before_s) / took_s
-    return Cost(name, (socket.telemetry - telemetry) / took_s, frames / took_s, share, long_tasks)
 
 
 async def compare(page: Page, service: Service) -> list[str]:
@@ -191,13 +157,13 @@ async def bench(dist: Path, vehicles: int, hz: float, seconds: float, profile: P
             await cdp.send("Performance.enable")
             await page.goto(service.url)
             await expect(page.locator(".vehicle")).to_have_count(vehicles, timeout=60_000)
-            costs = [await measure("nothing moves", page, cdp, socket, seconds / 2)]
+            costs = [await measure("nothing moves", page, cdp, socket.telemetry, seconds / 2)]
             async with moving(service.links, hz):
                 await asyncio.sleep(2.0)
                 if profile is not None:
                     await cdp.send("Profiler.enable")
                     await cdp.send("Profiler.start")
-                costs.append(await measure(f"{vehicles} move", page, cdp, socket, seconds))
+                costs.append(await measure(f"{vehicles} move", page, cdp, socket.telemetry, seconds))
                 if profile is not None:
                     found = await cdp.send("Profiler.stop")
                     profile.write_text(json.dumps(found["profile"]))  # noqa: ASYNC240 nothing is measured any more
@@ -206,23 +172,12 @@ async def bench(dist: Path, vehicles: int, hz: float, seconds: float, profile: P
             missed = not await has_arrived(socket, service)
             gaps = [seq for before, seq in zip(socket.seqs, socket.seqs[1:], strict=False) if seq > before + 1]
             await browser.close()
-    tell(costs, wrong, gaps, missed, len(socket.seqs))
-    return not (wrong or gaps or missed)
-
-
-def tell(costs: Sequence[Cost], wrong: Sequence[str], gaps: Sequence[int], missed: bool, events: int) -> None:
-    """The table and the verdict."""
     out = sys.stdout.write
     out(f"load of the machine {os.getloadavg()[0]:.1f}\n")
-    out("               telemetry  drawn  main thread  long tasks  together  longest\n")
-    for cost in costs:
-        tasks = cost.long_tasks
-        out(
-            f"{cost.name:<14} {cost.telemetry_hz:6.1f} Hz {cost.frames_hz:4.0f} Hz {cost.cpu:11.0%} "
-            f"{len(tasks):11} {sum(tasks):6.0f} ms {max(tasks, default=0.0):5.0f} ms\n"
-        )
-    out(f"events: {events}, holes {len(gaps)}, the last one {'missing' if missed else 'there'}\n")
+    tell(costs)
+    out(f"events: {len(socket.seqs)}, holes {len(gaps)}, the last one {'missing' if missed else 'there'}\n")
     out(f"vehicles whose row is not what the API says: {', '.join(wrong) or 'none'}\n")
+    return not (wrong or gaps or missed)
 
 
 def main() -> None:

@@ -56,9 +56,9 @@ def local(*points: tuple[float, float]) -> list[dict[str, float]]:
     return [{"north_m": north, "east_m": east} for north, east in points]
 
 
-def patterns(long_m: float, from_m: float, radius_m: float, seconds: float) -> dict[str, dict[str, Any]]:
-    """The same three, as large as the vehicle needs."""
-    middle, origin, end = local((long_m / 2.0, 0.0), (from_m, 0.0), (long_m, 0.0))
+def patterns(long_m: float, ends_m: tuple[float, float], radius_m: float, seconds: float) -> dict[str, dict[str, Any]]:
+    """The same three, as large as the vehicle needs; the segment from and to `ends_m` north."""
+    middle, origin, end = local((long_m / 2.0, 0.0), (ends_m[0], 0.0), (ends_m[1], 0.0))
     return {
         "circle": {"center": middle, "radius_m": radius_m, "duration_s": seconds},
         "segment": {"start": origin, "end": end},
@@ -70,14 +70,14 @@ NEAR: Final = {"circle": 0.5, "segment": 0.5, "path": 0.5}
 NEAR_WING: Final = {"circle": 3.0, "segment": 1.0, "path": 1.0}
 SUBJECTS: Final = {
     "quad": Subject(
-        "quad", "px4-main", "clinic-run.json", (1.0, 2.0), patterns(80.0, 0.0, 20.0, 40.0), 30.0, NEAR, 6.0
+        "quad", "px4-main", "clinic-run.json", (1.0, 2.0), patterns(80.0, (0.0, 80.0), 20.0, 40.0), 30.0, NEAR, 6.0
     ),
     "plane": Subject(
         "plane",
         "px4-1.14",
         "fixed-wing-pass.json",
         (5.0, 5.0),
-        patterns(600.0, -400.0, 80.0, 70.0),
+        patterns(600.0, (-400.0, 700.0), 80.0, 70.0),
         50.0,
         NEAR_WING,
         120.0,
@@ -110,7 +110,11 @@ async def flown(
 
 def is_at_corner(course: Course, here: Ground, subject: Subject) -> bool:
     """Near a point of a path."""
-    return isinstance(course, LegsCourse) and min(math.dist(here, point) for point in course.points) < subject.corner_m
+    return (
+        isinstance(course, LegsCourse)
+        and len(course.points) > 2
+        and min(math.dist(here, point) for point in course.points) < subject.corner_m
+    )
 
 
 async def main(subject: Subject, winds: Sequence[float], speed: float) -> int:
@@ -138,6 +142,8 @@ async def main(subject: Subject, winds: Sequence[float], speed: float) -> int:
                     fleet.control("wind", [0.0, wind])
                     for kind in subject.patterns:
                         beside = sorted(await flown(dispatcher, fleet, lease, subject, kind, speed))
+                        if not beside:
+                            sys.exit(f"{subject.airframe}, wind {wind:.0f} m/s: it never joined the {kind}")
                         late += beside[-1] > subject.most_m[wind > 0.0]
                         sys.stdout.write(
                             f"{subject.airframe}  wind {wind:3.0f} m/s  {kind:8} n {len(beside):4}  "

@@ -1,11 +1,12 @@
 import { defineConfig } from "vitest/config";
 import { apiDocs } from "./plugins/api-docs.ts";
+import { compressed } from "./plugins/compressed.ts";
 
 const service = process.env["WAYDROP_URL"] ?? "http://127.0.0.1:8080";
 
 export default defineConfig({
   base: "/",
-  plugins: [apiDocs("docs-ui")],
+  plugins: [apiDocs("docs-ui"), compressed()],
   build: {
     target: "es2022",
     sourcemap: false,

@@ -25,6 +25,7 @@ from app.api.offboard_models import (
     OffboardDetail,
     SetpointRequest,
     SetpointTaken,
+    TaskMeansView,
 )
 from app.api.pilot_routes import pilot_route
 from app.api.routing import BY_HAND_PATH, Answer, AnyRoute, Call, NoQuery, Route
@@ -49,12 +50,13 @@ async def get_offboard(call: Call[NoQuery, Empty]) -> web.Response:
     vehicle = call.request.app[FLEET].vehicle(call.path_value("vehicle_id"))
     offboard = call.request.app[OFFBOARD]
     who = vehicle.link.identity
-    known = []
+    known, tasks = [], TaskMeansView(flown_by=None, reason="its type is not known yet", hint="wait a moment")
     if who.vehicle_type is not None:
-        kind = flight_kind(who.vehicle_type, vehicle.link.state().vtol_state)
-        known = [CapabilityView.of(row) for row in capabilities(kind, firmware_profile(who.firmware))]
-    view = offboard.vehicle(vehicle.id).control.view()
-    return json_answer(OffboardDetail(offboard=view, capabilities=known, limits=offboard.settings.limits))
+        kind, profile = flight_kind(who.vehicle_type, vehicle.link.state().vtol_state), firmware_profile(who.firmware)
+        known = [CapabilityView.of(row) for row in capabilities(kind, profile)]
+        tasks = TaskMeansView.of(kind, profile)
+    view, limits = offboard.vehicle(vehicle.id).control.view(), offboard.settings.limits
+    return json_answer(OffboardDetail(offboard=view, capabilities=known, tasks=tasks, limits=limits))
 
 
 async def take_offboard_lease(call: Call[NoQuery, LeaseRequest]) -> web.Response:
@@ -131,7 +133,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         method="GET",
         path=_PATH,
         handler=get_offboard,
-        summary="Who flies the vehicle by hand, which setpoints it follows, and the limits",
+        summary="Who flies the vehicle by hand, which setpoints it follows, how it flies tasks, and the limits",
         tag=_TAG,
         role=Role.VIEWER,
         query=NoQuery,

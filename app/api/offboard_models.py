@@ -7,11 +7,13 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from app.api.models import Identifier, RequestModel
+from app.domain.errors import TaskRefusedError
 from app.domain.setpoint.audit import AuditEntry
-from app.domain.setpoint.capability import Capability
+from app.domain.setpoint.capability import Capability, FirmwareProfile, FlightKind
 from app.domain.setpoint.forms import Setpoint
 from app.domain.setpoint.limiter import Clamp
 from app.domain.setpoint.limits import OffboardLimits
+from app.domain.setpoint.means import task_means
 from app.services.offboard import FASTEST_HZ, SLOWEST_HZ
 from app.services.offboard.entry import Outlook
 from app.services.offboard_view import FlownBy, OffboardView
@@ -172,9 +174,26 @@ class CapabilityView(BaseModel):
         )
 
 
+class TaskMeansView(BaseModel):
+    """How tasks would be flown as the vehicle flies now. `flown_by` null: not at all, and `reason` says why."""
+
+    flown_by: FlownBy | None
+    reason: str = ""
+    hint: str = ""
+
+    @classmethod
+    def of(cls, kind: FlightKind, profile: FirmwareProfile) -> TaskMeansView:
+        """By the capability table."""
+        try:
+            return cls(flown_by=task_means(kind, profile).value)
+        except TaskRefusedError as error:
+            return cls(flown_by=None, reason=error.detail, hint=error.hint)
+
+
 class OffboardDetail(BaseModel):
-    """Offboard control of one vehicle: how it is, what the vehicle follows, what bounds it."""
+    """Offboard control of one vehicle: how it is, what the vehicle follows, how it flies tasks, what bounds it."""
 
     offboard: OffboardView
     capabilities: list[CapabilityView]
+    tasks: TaskMeansView
     limits: OffboardLimits

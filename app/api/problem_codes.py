@@ -52,6 +52,7 @@ _KINDS: Final = (
     ProblemKind("run.not_over", 409, "The run is not over"),
     ProblemKind("run.nothing_left", 409, "Nothing is left to fly"),
     ProblemKind("run.continued", 409, "The run was continued already"),
+    ProblemKind("run.rally_refused", 409, "A return goes to no rally point now"),
     ProblemKind("job.wrong_state", 409, "The job is in another state"),
     ProblemKind("jobs.full", 409, "So many jobs wait that no other is taken"),
     ProblemKind("drop.consent_not_asked", 409, "The drop asks for no consent now"),

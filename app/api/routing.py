@@ -75,7 +75,7 @@ class Route(Generic[QueryT, BodyT]):
     `idempotent`: an Idempotency-Key makes a repetition answer as the first time did.
     """
 
-    method: Literal["GET", "POST", "PATCH", "DELETE"]
+    method: Literal["GET", "POST", "PUT", "PATCH", "DELETE"]
     path: str
     handler: Callable[[Call[QueryT, BodyT]], Awaitable[web.StreamResponse]]
     summary: str

@@ -77,6 +77,11 @@ async def return_run(call: Call[NoQuery, Empty]) -> web.Response:
     return await _tell(call, Runs.return_to_launch)
 
 
+async def rally_run(call: Call[NoQuery, Empty]) -> web.Response:
+    """POST /runs/{run_id}/rally."""
+    return await _tell(call, Runs.go_to_rally)
+
+
 async def land_run(call: Call[NoQuery, Empty]) -> web.Response:
     """POST /runs/{run_id}/land."""
     return await _tell(call, Runs.land)
@@ -102,6 +107,7 @@ _ACTION_ERRORS = (
     "vehicle.timeout",
     "storage.failed",
 )
+_MORE_ERRORS = {"start": ("plan.rejected",), "rally": ("run.rally_refused",)}
 
 ROUTES: tuple[AnyRoute, ...] = (
     Route(
@@ -170,13 +176,19 @@ ROUTES: tuple[AnyRoute, ...] = (
             query=NoQuery,
             body=NO_BODY,
             answers=(ACCEPTED,),
-            errors=(*_ACTION_ERRORS, *(("plan.rejected",) if action == "start" else ())),
+            errors=(*_ACTION_ERRORS, *_MORE_ERRORS.get(action, ())),
         )
         for action, handler, role, summary in (
             ("start", start_run, Role.DISPATCHER, "Arm and fly the uploaded mission"),
             ("pause", pause_run, Role.PILOT, "Hold where it is; the run can be resumed"),
             ("resume", resume_run, Role.PILOT, "Fly on"),
             ("return", return_run, Role.PILOT, "Give up the mission and return to launch"),
+            (
+                "rally",
+                rally_run,
+                Role.PILOT,
+                "Give up the mission and go to a rally point; the run's `rally` says which",
+            ),
             ("land", land_run, Role.PILOT, "Give up the mission and land where it is"),
             ("abort", abort_run, Role.PILOT, "End the run: on the ground at once, in the air by returning"),
         )

@@ -1,4 +1,4 @@
-"""/simulator: the simulated vehicles as they truly are, and their faults."""
+"""/simulator: the simulated vehicles as they truly are, their faults and their speed."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from app.api.bodies import NO_BODY, Empty, json_body
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import SIMULATION
 from app.domain.simulated_faults import FaultOrder
+from app.domain.simulator import SpeedOrder
 from app.services.access import Role
-from app.services.simulation import FaultSet, SimulatorView
+from app.services.simulation import FaultSet, SimulatorView, SpeedView
 
 
 async def get_simulator(call: Call[NoQuery, Empty]) -> web.Response:
@@ -21,6 +22,11 @@ async def get_simulator(call: Call[NoQuery, Empty]) -> web.Response:
 async def set_simulator_fault(call: Call[NoQuery, FaultOrder]) -> web.Response:
     """POST /simulator/faults."""
     return json_answer(await call.request.app[SIMULATION].set_fault(call.body.root, by=call.principal.name))
+
+
+async def set_simulator_speed(call: Call[NoQuery, SpeedOrder]) -> web.Response:
+    """PUT /simulator/speed."""
+    return json_answer(await call.request.app[SIMULATION].set_speed(call.body.speed, by=call.principal.name))
 
 
 ROUTES: tuple[AnyRoute, ...] = (
@@ -46,5 +52,17 @@ ROUTES: tuple[AnyRoute, ...] = (
         body=json_body(FaultOrder, tagged=True),
         answers=(Answer(200, "The fault is set", FaultSet),),
         errors=("not_found", "simulator.not_running", "simulator.refused", "simulator.no_answer", "storage.failed"),
+    ),
+    Route(
+        method="PUT",
+        path=f"{API}/simulator/speed",
+        handler=set_simulator_speed,
+        summary="Change how fast the simulated vehicles' time runs, in flight too",
+        tag="simulator",
+        role=Role.PILOT,
+        query=NoQuery,
+        body=json_body(SpeedOrder),
+        answers=(Answer(200, "The speed is changed", SpeedView),),
+        errors=("simulator.not_running", "simulator.refused", "simulator.no_answer", "storage.failed"),
     ),
 )

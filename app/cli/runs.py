@@ -34,6 +34,7 @@ class RunAction(StrEnum):
     PAUSE = "pause"
     RESUME = "resume"
     RETURN = "return"
+    RALLY = "rally"
     LAND = "land"
     ABORT = "abort"
 
@@ -105,6 +106,9 @@ _acting(RunAction.START, "Start a run whose mission is uploaded.")
 _acting(RunAction.PAUSE, "Hold where the vehicle is.")
 _acting(RunAction.RESUME, "Fly on after a pause.")
 _acting(RunAction.RETURN, "Return to launch; drops not made stay undone.")
+_acting(
+    RunAction.RALLY, "Go to the rally point that the vehicle's return would choose now; refused if it chooses none."
+)
 _acting(RunAction.LAND, "Land where the vehicle is.")
 _acting(RunAction.ABORT, "On the ground: end the run at once. In the air: return to launch, which ends it.")
 runs_app.command("consent")(answer_consent)
@@ -142,6 +146,9 @@ def _show(run: Run) -> None:
     console.print(runs_table([run]))
     if run.reason:
         console.print(f"reason: {run.reason}", markup=False)
+    if run.rally is not None:
+        place = f"{run.rally.latitude_deg:.6f} {run.rally.longitude_deg:.6f}"
+        console.print(f"returns to {run.rally.reason} ({place})", markup=False)
     if run.drops:
         console.print(drops_table(run))
     for drop in run.drops:

@@ -83,6 +83,15 @@ class RunContinuedError(ConflictError):
     code = "run.continued"
 
 
+class RallyRefusedError(ConflictError):
+    """A return now goes to no rally point, or that is not sure.
+
+    `extra["because"]`: no_rally_points, other_rally_points, rtl_type, other_is_nearer or too_close.
+    """
+
+    code = "run.rally_refused"
+
+
 class JobWrongStateError(ConflictError):
     """The job is in a state in which this cannot be done."""
 

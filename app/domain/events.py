@@ -80,6 +80,9 @@ class EventKind(StrEnum):
     SIMULATOR_FAULT = "simulator.fault"
     """data: fault, value, by, problem. Stored before the simulated vehicle gets the fault, with problem null; once more
     with the reason when it did not."""
+    SIMULATOR_SPEED = "simulator.speed"
+    """data: speed, by, problem. Stored before the simulator gets it, with problem null; once more with the reason when
+    it did not."""
     JOB_CHANGED = "job.changed"
     """data: change (queued, placed, assigned, requeued, prepared, start_asked, started, end_asked, noted, ended), by,
     job (the whole job)."""

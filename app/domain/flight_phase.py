@@ -14,7 +14,8 @@ STOPPED_M_S = 0.3
 class FlightView:
     """`asked` is what a user asked for in flight: "pause", "resume", "return", "land" or "" for nothing; "contingency"
     says that the plan itself asked to return after a failed drop. `was_armed` is False while a HEARTBEAT that says
-    armed may still be on its way (they come at 1 Hz). `asks_consent_to` is the drop that waits for an operator.
+    armed may still be on its way (they come at 1 Hz). `asks_consent_to` is the drop that waits for an operator,
+    `rally_point` the number (from 1) of the one to which "return" goes.
     """
 
     state: VehicleState
@@ -25,6 +26,7 @@ class FlightView:
     asked: str
     was_armed: bool = True
     asks_consent_to: str = ""
+    rally_point: int | None = None
 
 
 def phase_of(view: FlightView) -> tuple[RunState, str]:
@@ -74,6 +76,11 @@ def how_it_ended(*, mission_done: bool, asked: str, reason: str) -> tuple[RunSta
     return RunState.FAILED, reason or "the vehicle ended its flight before the mission was done"
 
 
+def why_open(last: RunState, reason: str) -> str:
+    """Why a drop that was open until then ends with its run: a run that was completed has no reason of its own."""
+    return reason or ("the mission was flown to its end" if last is RunState.COMPLETED else last.value)
+
+
 def is_airborne(state: VehicleState) -> bool:
     """Whether it left the ground. A rover counts when it says so, 0.6 s after arming (px4-traces 25)."""
     return state.landed in (LandedState.IN_AIR, LandedState.TAKING_OFF, LandedState.LANDING)
@@ -85,7 +92,7 @@ def _has_stopped(state: VehicleState) -> bool:
 
 def _why_returning(view: FlightView) -> str:
     if view.asked == "return":
-        return "returning, as asked"
+        return "returning, as asked" if view.rally_point is None else f"to rally point {view.rally_point}, as asked"
     if view.asked == "contingency":
         return "a drop failed: returning, as the plan says"
     if view.mission_done:

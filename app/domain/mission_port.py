@@ -31,6 +31,9 @@ class MissionLink(Protocol):
     def mission_id_of(self, mission: Mission) -> int:
         """The id by which PX4 will name this mission (MISSION_CURRENT.mission_id), where its firmware names any."""
 
+    def rally_points_id_of(self, mission: Mission) -> int:
+        """The same for its rally points (MISSION_CURRENT.rally_points_id)."""
+
     def upload(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:
         """Upload fence, rally, then mission, and verify. Closing the generator cancels the transfer.
 

@@ -92,9 +92,16 @@ class DuplicateSystem:
     detail: str
 
 
+@dataclass(frozen=True, slots=True)
+class ClockRateTold:
+    """A simulator's speed was changed: the vehicle's clock runs `rate` times as fast as ours from now on."""
+
+    rate: float
+
+
 LinkChange = LinkLost | LinkRestored | IdentityKnown | DuplicateSystem
 MissionFact = MissionCurrent | ItemReached | GripperOutput
-LinkFact = LinkChange | MissionFact | StateChanged | StatusText | Rebooted
+LinkFact = LinkChange | MissionFact | StateChanged | StatusText | Rebooted | ClockRateTold
 
 
 class VehicleLink(MissionLink, OffboardLink, Protocol):
@@ -112,6 +119,9 @@ class VehicleLink(MissionLink, OffboardLink, Protocol):
 
     def subscribe(self, listener: Callable[[LinkFact], None]) -> Unsubscribe:
         """Call `listener` for each fact from now on. The returned function ends it; calling it twice is fine."""
+
+    def tell_clock_rate(self, rate: float) -> None:
+        """A simulator's speed is changed: `state().clock` is measured anew, and listeners hear ClockRateTold."""
 
     async def read_facts(self) -> VehicleFacts:
         """Version, home and the parameters that rules need. Cached until a reboot; unknown ones are absent."""

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from app.domain.mission import MavCmd, Mission
+from app.domain.vehicle import FlightMode, VehicleState
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +45,12 @@ class Progress:
     def is_complete(self) -> bool:
         """Whether the last item was passed."""
         return self.passed_to >= self.last_seq
+
+    def is_behind(self, state: VehicleState, mission_id: int | None) -> bool:
+        """Whether a vehicle that holds now names this mission and is further in it than it was seen."""
+        named = mission_id is not None and state.mission_id == mission_id
+        ahead = self.current is not None and (state.mission_seq or 0) > self.current
+        return named and ahead and state.mode is FlightMode.HOLD
 
     def now_current(self, seq: int) -> Progress:
         """MISSION_CURRENT shows `seq`. Going back along a jump passes what lay before the jump."""

@@ -11,6 +11,7 @@ from app.domain.drop import DropOutcome, DropRecord
 from app.domain.errors import WrongStateError
 from app.domain.in_flight import InFlight
 from app.domain.prediction.wind import Wind
+from app.domain.rally import RallyDestination
 from app.domain.vehicle import VehicleType
 
 
@@ -86,6 +87,7 @@ class Run(BaseModel):
     mode again, or "" for the mission itself;
     "contingency" when a drop failed and the plan says to return; "refused" when the vehicle holds because it found a
     changed mission infeasible.
+    `rally` is the rally point to which it was asked to return; null for any other return.
     `wind` is the one that its checks and its prediction reckon with.
     A plan may be changed in flight: `plan_id` to `mission_hash` are of the newest that the vehicle carries, `change`
     says where it went on, `changes` counts, and `flown_before_change` of `flown_item_ids` were flown before it.
@@ -116,6 +118,7 @@ class Run(BaseModel):
     start_requested: bool = False
     wind: Wind | None = None
     asked: str = ""
+    rally: RallyDestination | None = None
     change: PlanChange | None = None
     changing: PlanChange | None = None
     changes: int = 0

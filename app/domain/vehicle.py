@@ -153,6 +153,7 @@ class VehicleState:
     mission_total: int | None = None
     mission_state: MissionState = MissionState.UNKNOWN
     mission_id: int | None = None
+    rally_points_id: int | None = None
     vtol_state: str | None = None
     boot_time_s: float | None = None
     gnss_fix: GnssFix | None = None

@@ -17,10 +17,14 @@ OVERTAKEN_S = 2.0
 
 @dataclass(frozen=True, slots=True)
 class VehicleClock:
-    """Samples of (our monotonic seconds, the vehicle's seconds since boot) over the last few seconds."""
+    """Samples of (our monotonic seconds, the vehicle's seconds since boot) over the last few seconds.
+
+    `told_rate` is what a simulator was ordered to run at: it counts until the clock is measured again.
+    """
 
     samples: tuple[tuple[float, float], ...] = ()
     window_s: float = WINDOW_S
+    told_rate: float | None = None
 
     def seen(self, now_s: float, boot_s: float) -> VehicleClock:
         """The clock after one more sample. A clock that jumps back (reboot) starts anew; one overtaken is left out."""
@@ -31,6 +35,10 @@ class VehicleClock:
             return self
         kept = tuple(s for s in self.samples if now_s - s[0] <= self.window_s)
         return replace(self, samples=(*kept, (now_s, boot_s)))
+
+    def told(self, rate: float) -> VehicleClock:
+        """The clock when its speed is changed: what was measured before is not true any more."""
+        return replace(self, samples=(), told_rate=rate)
 
     def is_overtaken(self, back_s: float) -> bool:
         """Whether a message that far behind the newest, in vehicle time, has only come late on a reordering link."""
@@ -48,13 +56,13 @@ class VehicleClock:
 
     @property
     def least_rate(self) -> float | None:
-        """The clock runs at least so fast, surely; None until it is measured.
+        """The clock runs at least so fast, surely; until it is measured what was told, or None.
 
         A link that stood still delivers a heap of messages at once, which looks like a fast clock. So each half of the
         samples must show it, with some of them LATE_S late.
         """
         if not self.is_measured:
-            return None
+            return self.told_rate
         first, last = self.samples[0], self.samples[-1]
         middle = next(sample for sample in self.samples if 2.0 * sample[0] >= first[0] + last[0])
         halves = ((first, middle), (middle, last))
@@ -66,9 +74,9 @@ class VehicleClock:
 
     @property
     def rate(self) -> float:
-        """Vehicle seconds per second of ours; 1 until it is measured."""
+        """Vehicle seconds per second of ours; until it is measured what was told, or 1."""
         if not self.is_measured:
-            return 1.0
+            return 1.0 if self.told_rate is None else self.told_rate
         (first_now, first_boot), (last_now, last_boot) = self.samples[0], self.samples[-1]
         return min(FASTEST, max(0.01, (last_boot - first_boot) / (last_now - first_now)))
 

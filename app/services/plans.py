@@ -6,12 +6,13 @@ import asyncio
 import secrets
 from collections import OrderedDict
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, Final
 
 from pydantic import BaseModel, ConfigDict
 
 from app.domain.errors import NotFoundError, PlanRejectedError
-from app.domain.events import EventKind
+from app.domain.events import EventKind, NewEvent
 from app.domain.plan import Plan, PlanInvalid, parse_plan, plan_hash
 from app.domain.ports import PlanStore, StoredPlan
 from app.domain.prediction import CALM, Timeline, Wind, predict
@@ -58,6 +59,15 @@ class PlanView(PlanHead):
     timeline: Timeline | None
 
 
+@dataclass(frozen=True, slots=True)
+class NewPlan:
+    """A plan that was checked and is stored nowhere yet; `created` announces it, and is stored in the same step."""
+
+    stored: StoredPlan
+    created: NewEvent
+    check: PlanCheck
+
+
 class Plans:
     """Accepts plans and gives them back. A plan never changes, so its view is worked out once and kept a while."""
 
@@ -84,6 +94,15 @@ class Plans:
             PlanRejectedError: a rule found an error; `extra["findings"]` has all findings.
             StorageError: it is not stored, or was stored and could not be announced.
         """
+        new = await self.checked(plan, by)
+        await self._journal.record(new.created, plans=(new.stored,))
+        return self._keep(_view(new.stored, new.check))
+
+    async def checked(self, plan: Plan, by: str) -> NewPlan:
+        """A plan that has no errors, to be stored by whoever needs it: an order that is refused leaves none behind.
+
+        Raises PlanRejectedError.
+        """
         check = await asyncio.to_thread(self.check, plan, None)
         if check.has_errors:
             raise _rejected(check.findings)
@@ -96,7 +115,7 @@ class Plans:
             created_by=by,
             document=plan.model_dump(mode="json"),
         )
-        announced = self._journal.new_event(
+        created = self._journal.new_event(
             EventKind.PLAN_CREATED,
             plan_id=stored.id,
             hash=stored.hash,
@@ -105,8 +124,7 @@ class Plans:
             created_at=stored.created_at,
             created_by=by,
         )
-        await self._journal.record(announced, plans=(stored,))
-        return self._keep(_view(stored, check))
+        return NewPlan(stored, created, check)
 
     async def get(self, plan_id: str) -> PlanView:
         """One plan. Raises NotFoundError, StorageError."""

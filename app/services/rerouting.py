@@ -15,7 +15,10 @@ from app.services.runs import Runs
 
 
 class Rerouting:
-    """Every plan that comes to be is stored and announced like any other, before a vehicle gets anything of it."""
+    """A plan that comes to be is stored and announced like any other, in one step with the run that is to fly it.
+
+    What is refused leaves no plan behind.
+    """
 
     def __init__(self, runs: Runs, plans: Plans) -> None:
         self._runs = runs
@@ -36,9 +39,9 @@ class Rerouting:
         """
         run = await self._runs.get(run_id)
         plan, new_ids = with_items(await self._plan(run), items, at=at, after=after)
-        stored = await self._plans.create(plan, by)
+        new = await self._plans.checked(plan, by)
         begins = new_ids[0] if _comes_next(plan, new_ids, run.item_id) else None
-        return await self._runs.change_mission(run_id, stored.id, begins, by, needed=new_ids)
+        return await self._runs.change_mission(run_id, new, begins, by, needed=new_ids)
 
     async def continue_over(self, run_id: str, continue_at: str | None, wind: Wind | None, by: str) -> Run:
         """A new run of what is left of one that is over; it does not start by itself. `wind` None: as the old one.
@@ -49,9 +52,9 @@ class Rerouting:
         """
         run = await self._runs.continuable(run_id)
         self._runs.require_free(run.vehicle_id)
-        stored = await self._plans.create(tail_of(run, await self._plan(run), continue_at), by)
+        new = await self._plans.checked(tail_of(run, await self._plan(run), continue_at), by)
         wind = wind or run.wind or CALM
-        return await self._runs.create(stored.id, run.vehicle_id, start=False, by=by, wind=wind, continues=run_id)
+        return await self._runs.create(new, run.vehicle_id, start=False, by=by, wind=wind, continues=run_id)
 
     async def _plan(self, run: Run) -> Plan:
         return parse_plan((await self._plans.stored(run.plan_id)).document)

@@ -1,4 +1,4 @@
-"""The simulated vehicles, where there are any: how they truly are, and their faults on request."""
+"""The simulated vehicles, where there are any: how they truly are, their faults and their speed on request."""
 
 from __future__ import annotations
 
@@ -7,12 +7,21 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict
 
-from app.domain.errors import SimulatorNotRunningError, SimulatorRefusedError, SimulatorSilentError, WaydropError
+from app.domain.errors import (
+    SimulatorNotRunningError,
+    SimulatorRefusedError,
+    SimulatorSilentError,
+    StorageError,
+    WaydropError,
+)
 from app.domain.events import EventKind
+from app.domain.live_control import MAX_LIVE_RATE
 from app.domain.simulated_faults import FAULT_KINDS, Fault, FaultKind
-from app.domain.simulator import SimulatedVehicle, SimulatorControl
+from app.domain.simulator import MAX_SPEED, SimulatedVehicle, SimulatorControl, SimulatorSpeed
+from app.services.fast_time import refuse_unsafe_speed
 from app.services.fleet import Fleet, FleetVehicle
 from app.services.journal import Journal
+from app.services.runs import Runs
 
 
 class SimulatedVehicleView(SimulatedVehicle):
@@ -21,8 +30,24 @@ class SimulatedVehicleView(SimulatedVehicle):
     vehicle_id: str | None
 
 
+class SpeedView(SimulatorSpeed):
+    """`live`: at this speed supervised drops and OFFBOARD work. Above `live_max` they are refused."""
+
+    live: bool
+    live_max: float = MAX_LIVE_RATE
+    max: float = MAX_SPEED
+
+    @classmethod
+    def of(cls, speed: SimulatorSpeed) -> SpeedView:
+        """With what it means for those who control from the ground."""
+        return cls(**speed.model_dump(), live=speed.wanted <= MAX_LIVE_RATE)
+
+
 class SimulatorView(BaseModel):
-    """`available`: faults can be set now; else `reason` says why not. `faults` are all that the simulator knows."""
+    """`available`: faults can be set now; else `reason` says why not. `faults` are all that the simulator knows.
+
+    `speed` is null while it is not available.
+    """
 
     model_config = ConfigDict(frozen=True)
 
@@ -30,6 +55,7 @@ class SimulatorView(BaseModel):
     reason: str | None
     vehicles: list[SimulatedVehicleView]
     faults: list[FaultKind]
+    speed: SpeedView | None
 
 
 class FaultSet(BaseModel):
@@ -45,22 +71,26 @@ class FaultSet(BaseModel):
 class Simulation:
     """`control` is None where no simulator is configured: then there is nothing to see, and no fault to set."""
 
-    def __init__(self, control: SimulatorControl | None, fleet: Fleet, journal: Journal) -> None:
+    def __init__(self, control: SimulatorControl | None, fleet: Fleet, runs: Runs, journal: Journal) -> None:
         self._control = control
         self._fleet = fleet
+        self._runs = runs
         self._journal = journal
 
     async def view(self) -> SimulatorView:
         """Always an answer: that there is no simulator, or that it is silent, is told in it."""
         try:
-            vehicles = await self._required().vehicles()
+            state = await self._required().state()
         except (SimulatorNotRunningError, SimulatorSilentError) as error:
-            return SimulatorView(available=False, reason=error.detail, vehicles=[], faults=list(FAULT_KINDS))
+            return SimulatorView(
+                available=False, reason=error.detail, vehicles=[], faults=list(FAULT_KINDS), speed=None
+            )
         shown = [
             SimulatedVehicleView(**vehicle.model_dump(), vehicle_id=next(iter(self._known(vehicle.system_id)), None))
-            for vehicle in vehicles
+            for vehicle in state.vehicles
         ]
-        return SimulatorView(available=True, reason=None, vehicles=shown, faults=list(FAULT_KINDS))
+        speed = SpeedView.of(state.speed)
+        return SimulatorView(available=True, reason=None, vehicles=shown, faults=list(FAULT_KINDS), speed=speed)
 
     async def set_fault(self, fault: Fault, by: str) -> FaultSet:
         """Record the fault, then set it.
@@ -73,7 +103,7 @@ class Simulation:
         """
         control = self._required()
         chosen = None if fault.vehicle is None else self._fleet.vehicle(fault.vehicle)
-        simulated = {vehicle.system_id for vehicle in await control.vehicles()}
+        simulated = {vehicle.system_id for vehicle in (await control.state()).vehicles}
         system_id = None if chosen is None else chosen.link.identity.system_id
         if system_id is not None and system_id not in simulated:
             raise SimulatorRefusedError(f"vehicle {fault.vehicle} is no simulated vehicle")
@@ -85,6 +115,44 @@ class Simulation:
             await self._record(hit, fault, by, problem=error.detail)
             raise
         return FaultSet(fault=fault.fault, value=fault.value, vehicle_ids=hit)
+
+    async def set_speed(self, speed: float, by: str) -> SpeedView:
+        """Record the speed, then change it, in flight too.
+
+        Each vehicle's clock is measured anew from before the order on: a start that is checked meanwhile waits for it.
+
+        Raises:
+            SimulatorNotRunningError, SimulatorSilentError: no simulator is there, or it does not answer.
+            SimulatorRefusedError: a supervised drop or a flight by hand stands against it.
+            StorageError: it could not be recorded; it is not changed.
+        """
+        control = self._required()
+        before = await control.state()
+        known = [self._fleet.vehicle(key) for one in before.vehicles for key in self._known(one.system_id)]
+        ids = {vehicle.id for vehicle in known}
+        runs = [run for run in self._runs.open_runs() if run.vehicle_id in ids]
+        refuse_unsafe_speed(speed, runs, [vehicle.view() for vehicle in known])
+        _tell_clock_rate(known, speed)  # nothing is awaited between the look at the runs and this
+        try:
+            await self._record_speed(speed, by, problem=None)
+            reached = await self._ordered(control, speed, by)
+        except (StorageError, SimulatorRefusedError):
+            _tell_clock_rate(known, before.speed.wanted)
+            raise
+        _tell_clock_rate(known, reached.wanted)  # what was heard in between may have been of the old speed
+        return SpeedView.of(reached)
+
+    async def _ordered(self, control: SimulatorControl, speed: float, by: str) -> SimulatorSpeed:
+        try:
+            return await control.set_speed(speed)
+        except WaydropError as error:
+            await self._record_speed(speed, by, problem=error.detail)
+            raise
+
+    async def _record_speed(self, speed: float, by: str, *, problem: str | None) -> None:
+        await self._journal.record(
+            self._journal.new_event(EventKind.SIMULATOR_SPEED, speed=speed, by=by, problem=problem)
+        )
 
     def _required(self) -> SimulatorControl:
         if self._control is None:
@@ -114,3 +182,8 @@ class Simulation:
             for vehicle in vehicles or [None]
         ]
         await self._journal.record(*events)
+
+
+def _tell_clock_rate(vehicles: Sequence[FleetVehicle], rate: float) -> None:
+    for vehicle in vehicles:
+        vehicle.link.tell_clock_rate(rate)

@@ -111,11 +111,13 @@ class TargetFollower:
         follower = follower_at(plan, run.item_id)
         if follower is None or run.drop(follower.drop.id).phase is not DropPhase.WAITING:
             return
-        place = _place(self._fleet.link(run.vehicle_id).state())
+        state = self._fleet.link(run.vehicle_id).state()
+        place = _place(state)
         if place is None:
             return
         fix = self._targets.fixes([follower.target.feed]).get(follower.target.feed)
         speed_m_s = speed_towards_m_s(plan, await self._facts(run, followed), follower.waypoint.id)
+        speed_m_s *= state.clock.rate  # the target moves in our time, and a simulated vehicle may fly in a faster one
         wanted = aim(follower.target, follower.planned, fix, place, speed_m_s)
         if isinstance(wanted, NoAim):
             await self._tell_not_followed(run, followed, follower, fix, wanted.code, wanted.reason)
@@ -133,11 +135,11 @@ class TargetFollower:
     async def _move(self, run: Run, followed: _Followed, follower: Follower, fix: TargetFix, to: Aim) -> None:
         plan = moved(await self._plan(run, followed), follower, to.latitude_deg, to.longitude_deg)
         by = f"target {follower.target.feed}"
-        stored = await self._plans.create(plan, by)
+        new = await self._plans.checked(plan, by)
         now = await self._runs.get(run.id)
         if now.changes != run.changes or not _is_free(now):
             return  # a person decided otherwise meanwhile: the next look sees what is flown now
-        await self._runs.change_mission(run.id, stored.id, None, by, needed=(follower.waypoint.id, follower.drop.id))
+        await self._runs.change_mission(run.id, new, None, by, needed=(follower.waypoint.id, follower.drop.id))
         followed.told = ""
         waypoint = follower.waypoint
         await self._tell(
@@ -145,7 +147,7 @@ class TargetFollower:
             EventKind.RUN_TARGET_MOVED,
             plan_item_id=follower.drop.id,
             waypoint_id=waypoint.id,
-            plan_id=stored.id,
+            plan_id=new.stored.id,
             moved_from={"latitude_deg": waypoint.latitude_deg, "longitude_deg": waypoint.longitude_deg},
             moved_to={"latitude_deg": to.latitude_deg, "longitude_deg": to.longitude_deg},
             from_planned_m=to.moved_m,

@@ -56,8 +56,10 @@ class Commander:
         self._terminated = False
         self._flown = False
         """Taken off since arming."""
+        self._awaits_takeoff_s = 0.0
         self._landed_at_s = 0.0
         self._was_landed = True
+        clock.on_speed(self._change_speed)
 
     def boot(self) -> None:
         """Power-up: disarmed, hold, nothing known."""
@@ -77,7 +79,7 @@ class Commander:
         No PX4 rule: OFFBOARD is refused where simulated time runs too fast for it.
         """
         if mode is Mode.OFFBOARD and self._offboard.too_fast:
-            limit, speed = f"{MAX_LIVE_SPEED:g}x", f"{self._offboard.speed:g}x"
+            limit, speed = f"{MAX_LIVE_SPEED:g}x", f"{self._clock.speed:g}x"
             self._text(Severity.CRITICAL, f"Offboard refused: simulated at {speed}, limit {limit}")
             return Result.TEMPORARILY_REJECTED
         if self._state.status.armed and not self._checks.can_run(mode):
@@ -174,7 +176,7 @@ class Commander:
             self._event("commander_arm_denied_resolve_failures")
             return Result.TEMPORARILY_REJECTED
         status.armed = True
-        status.armed_at_s = self._clock.now_s
+        status.armed_at_s = self._awaits_takeoff_s = self._clock.now_s
         self._flown = False
         self._was_landed = status.landed
         self._set_home()
@@ -258,6 +260,10 @@ class Commander:
         if self._state.status.mode is Mode.MISSION and self._mission.finished and not self._state.status.landed:
             self.change_mode(Mode.LOITER)
 
+    def _change_speed(self, factor: float) -> None:
+        """Time runs slower: who is about to order the take-off has taken only so long by the wall."""
+        self._awaits_takeoff_s = self._clock.same_by_the_wall(self._awaits_takeoff_s, min(factor, 1.0))
+
     def _auto_disarm(self) -> None:
         """COM_DISARM_LAND after a landing, but not amid a mission; COM_DISARM_PRFLT without a take-off."""
         status = self._state.status
@@ -265,7 +271,7 @@ class Commander:
             return
         if not self._flown:
             limit_s = float(self._params["COM_DISARM_PRFLT"])
-            if 0.0 < limit_s <= self._clock.now_s - status.armed_at_s:
+            if 0.0 < limit_s <= self._clock.now_s - self._awaits_takeoff_s:
                 self._disarm("auto preflight disarming", BY_PREFLIGHT)
             return
         in_mission = status.mode is Mode.MISSION

@@ -1,4 +1,4 @@
-"""Sets faults by name. What comes in is untrusted JSON; what is wrong with it is said, nothing crashes."""
+"""Sets faults by name, and the speed. What comes in is untrusted JSON; a mistake is said, nothing crashes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from app.simulator.lasting_faults import lasting_faults
-from app.simulator.options import MAX_LIVE_SPEED
+from app.simulator.options import MAX_LIVE_SPEED, MAX_SPEED
 from app.simulator.second_ground import DEEDS, SecondGround
 from app.simulator.vehicle import Vehicle
 from app.simulator.wire import MissionAck, Mode
@@ -25,7 +25,7 @@ class RefusedError(Exception):
 
 
 class FaultControl:
-    """{"vehicle": system id or null for all, "fault": name, "value": ...} or {"query": "state"}."""
+    """{"vehicle": system id or null for all, "fault": name, "value": ...}, {"speed": ...} or {"query": "state"}."""
 
     def __init__(self, fleet: Fleet) -> None:
         self._fleet = fleet
@@ -65,6 +65,8 @@ class FaultControl:
             vehicles = self._chosen(request.get("vehicle"))
             if "query" in request:
                 return self._query(request["query"], vehicles)
+            if "speed" in request:
+                return self._change_speed(request["speed"])
             name = request.get("fault")
             if not isinstance(name, str) or name not in self._setters:
                 raise RefusedError(f"unknown fault {name!r}; known: {', '.join(sorted(self._setters))}")
@@ -89,6 +91,16 @@ class FaultControl:
             await self._fleet.add_duplicate(vehicle)
         else:
             self._fleet.remove_duplicates(vehicle)
+
+    def _change_speed(self, wanted: object) -> Answer:
+        speed = _number(wanted, 1.0, MAX_SPEED)
+        by_hand = [
+            vehicle.system_id for vehicle in self._fleet.everybody() if vehicle.state.status.mode is Mode.OFFBOARD
+        ]
+        if speed > MAX_LIVE_SPEED and by_hand:
+            raise RefusedError(f"vehicle {by_hand[0]} is in OFFBOARD, which is simulated up to {MAX_LIVE_SPEED:g}x")
+        self._fleet.change_speed(speed)
+        return {"ok": True, "speed": asdict(self._fleet.pace.report())}
 
     def _query(self, what: object, vehicles: list[Vehicle]) -> Answer:
         """The truth about the vehicles, to be compared with what was measured."""
@@ -204,7 +216,7 @@ def _mode(vehicle: Vehicle, value: object) -> None:
     """Somebody else, a pilot at the sticks, changes the mode."""
     if not isinstance(value, str) or value not in Mode.__members__:
         raise RefusedError(f"unknown mode {value!r}; known: {', '.join(Mode.__members__)}")
-    if Mode[value] is Mode.OFFBOARD and vehicle.spec.speed > MAX_LIVE_SPEED:
+    if Mode[value] is Mode.OFFBOARD and vehicle.clock.speed > MAX_LIVE_SPEED:
         raise RefusedError(f"OFFBOARD is not simulated above {MAX_LIVE_SPEED:g}x")
     vehicle.commander.change_mode(Mode[value])
 

@@ -14,10 +14,11 @@ from app.simulator.channel import Channel
 from app.simulator.faulty_way import Later
 from app.simulator.firmware import PROFILES
 from app.simulator.geo import LocalFrame
-from app.simulator.options import MAX_LIVE_SPEED, Options, VehicleOptions
+from app.simulator.options import Options, VehicleOptions
 from app.simulator.pace import Pace
 from app.simulator.params import Params, Value
 from app.simulator.vehicle import Vehicle, VehicleSpec
+from app.simulator.wall_times import WallTimes
 from app.simulator.wire import GRIPPER_FUNCTION
 
 LOOPBACK = "127.0.0.1"
@@ -27,11 +28,6 @@ LEAST_WAIT_S = 0.004
 """At high speeds several steps are taken together: waking up costs more than a step."""
 SPACING_M = 5.0
 DUPLICATE_OFFSET = 6
-TIMES_SCALED_BY_SPEED = ("COM_DL_LOSS_T", "COM_OF_LOSS_T")
-"""PX4's SITL start-up multiplies these by the speed factor, so that they stay wall time."""
-
-START_TIME = "COM_DISARM_PRFLT"
-"""PX4 does not: the time from arming to the take-off order. Above 4x it would be over before the order can come."""
 
 
 def build_vehicle(options: Options, index: int, entry: VehicleOptions, wall: Callable[[], float]) -> Vehicle:
@@ -46,9 +42,6 @@ def build_vehicle(options: Options, index: int, entry: VehicleOptions, wall: Cal
     if airframe.gripper_servo:
         own[f"PWM_MAIN_FUNC{airframe.gripper_servo}"] = GRIPPER_FUNCTION
     params = Params(airframe.params, profile.params, own, dict(options.params), absent=profile.absent)
-    for name in TIMES_SCALED_BY_SPEED:
-        params.set(name, params[name] * options.speed)
-    params.set(START_TIME, params[START_TIME] * max(1.0, options.speed / MAX_LIVE_SPEED))
     first = LocalFrame(*options.home)
     latitude, longitude = first.to_global(0.0, SPACING_M * index)
     frame = LocalFrame(latitude, longitude, options.home[2])
@@ -65,7 +58,9 @@ def build_vehicle(options: Options, index: int, entry: VehicleOptions, wall: Cal
         winch=entry.winch,
         external_gripper=entry.external_gripper,
     )
-    return Vehicle(spec, wall)
+    vehicle = Vehicle(spec, wall)
+    WallTimes(vehicle.params, vehicle.clock)
+    return vehicle
 
 
 def build_channel(
@@ -115,7 +110,8 @@ class Fleet:
         """A second vehicle with the same system id appears on the same ground port, 30 m away."""
         index = self.vehicles.index(original)
         entry = VehicleOptions(original.spec.airframe.name, original.system_id)
-        twin = build_vehicle(self.options, index + DUPLICATE_OFFSET, entry, self._wall)
+        options = replace(self.options, speed=self.pace.speed)
+        twin = build_vehicle(options, index + DUPLICATE_OFFSET, entry, self._wall)
         remote = (LOOPBACK, self.options.port + (0 if self.options.shared_port else index))
         self._extra.append(await self._link(twin, remote, 0, f"{index} duplicate"))
         self._duplicates.setdefault(original.system_id, []).append(twin)
@@ -128,6 +124,16 @@ class Fleet:
         """They fall silent for good."""
         for twin in self._duplicates.pop(original.system_id, []):
             twin.radio.silent = True
+
+    def everybody(self) -> list[Vehicle]:
+        """The vehicles and their duplicates."""
+        return [*self.vehicles, *(twin for twins in self._duplicates.values() for twin in twins)]
+
+    def change_speed(self, speed: float) -> None:
+        """All vehicles' time runs `speed` times as fast as the wall's from now on, and goes on from where it is."""
+        self.pace.change(speed)
+        for vehicle in self.everybody():
+            vehicle.clock.change_speed(speed)
 
     def addresses(self) -> list[tuple[str, str]]:
         """Local and remote address of each vehicle, as text."""
@@ -142,7 +148,7 @@ class Fleet:
         """Drive the vehicles in step with the wall clock, times the speed factor."""
         self.pace.begin()
         while True:
-            everybody = [*self.vehicles, *(twin for twins in self._duplicates.values() for twin in twins)]
+            everybody = self.everybody()
             look_up_s = self._wall() + BATCH_S
             while self.pace.take():
                 for vehicle in everybody:

@@ -29,7 +29,6 @@ class LinkLossFailsafe:
         commander: Commander,
         text: Callable[[Severity, str], None],
         event: Callable[..., None],
-        speed: float,
     ) -> None:
         self._status = status
         self._params = params
@@ -37,9 +36,9 @@ class LinkLossFailsafe:
         self._commander = commander
         self._text = text
         self._event = event
-        self._silence_s = HEARTBEAT_TIMEOUT_S * speed
         self._heard_at_s: float | None = None
         self._act_at_s: float | None = None
+        clock.on_speed(self._change_speed)
 
     def boot(self) -> None:
         """No ground station has been heard."""
@@ -56,10 +55,14 @@ class LinkLossFailsafe:
         self._status.gcs_lost = False
         self._act_at_s = None
 
+    def _change_speed(self, factor: float) -> None:
+        if self._heard_at_s is not None:
+            self._heard_at_s = self._clock.same_by_the_wall(self._heard_at_s, factor)
+
     def step(self) -> None:
         """One cycle."""
         if self._heard_at_s is not None and not self._status.gcs_lost:
-            limit_s = float(self._params["COM_DL_LOSS_T"]) + self._silence_s
+            limit_s = float(self._params["COM_DL_LOSS_T"]) + HEARTBEAT_TIMEOUT_S * self._clock.speed
             if self._clock.now_s - self._heard_at_s > limit_s:
                 self._lose()
         if self._act_at_s is not None and self._clock.now_s >= self._act_at_s:

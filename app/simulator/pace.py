@@ -58,6 +58,18 @@ class Pace:
         self._due_s = self._wall()
         self._samples = deque([_Sample(self._due_s, self._steps, 0.0)])
 
+    @property
+    def speed(self) -> float:
+        """Vehicle time over wall time, as wanted."""
+        return self._speed
+
+    def change(self, speed: float) -> None:
+        """Time goes on where it is, at another speed. Steps that were late are not caught up at the new one."""
+        self._speed, self._step_s = speed, VehicleClock.STEP_S / speed
+        self._lost_s += max(0.0, self._wall() - self._due_s)
+        self._behind = False
+        self.begin()
+
     def take(self) -> bool:
         """Whether a step of the vehicles is due; counts it."""
         now_s = self._wall()

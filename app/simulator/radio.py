@@ -29,15 +29,25 @@ class Sender(Protocol):
 class Radio:
     """The vehicle's voice. `system_id` is read at every message, because MAV_SYS_ID may change at a reboot."""
 
-    def __init__(self, system_id: int, clock: VehicleClock, speed: float) -> None:
+    def __init__(self, system_id: int, clock: VehicleClock) -> None:
         self.system_id = system_id
         self._clock = clock
-        self._connected_s = CONNECTED_S * speed
+        clock.on_speed(self._change_speed)
         self.channels: list[Sender] = []
         self.silent = False
         """Power is off (a reboot): nothing is sent."""
         self._text_id = 0
         self._texts: deque[tuple[float, Severity, str]] = deque(maxlen=TEXTS_KEPT)
+
+    @property
+    def _connected_s(self) -> float:
+        """CONNECTED_S of wall time, in vehicle time."""
+        return CONNECTED_S * self._clock.speed
+
+    def _change_speed(self, factor: float) -> None:
+        for channel in self.channels:
+            if channel.gcs_heard_s is not None:
+                channel.gcs_heard_s = self._clock.same_by_the_wall(channel.gcs_heard_s, factor)
 
     def boot(self) -> None:
         """Power-up: nothing has been said, and no ground station heard."""

@@ -17,19 +17,19 @@ FASTEST_WALL_HZ = 25.0
 
 
 class Streams:
-    """Sends what is due. `default_hz` by message id; `speed` is the factor between vehicle and wall time."""
+    """Sends what is due. `default_hz` by message id."""
 
     def __init__(
-        self, telemetry: Telemetry, radio: Radio, clock: VehicleClock, default_hz: Mapping[int, float], speed: float
+        self, telemetry: Telemetry, radio: Radio, clock: VehicleClock, default_hz: Mapping[int, float]
     ) -> None:
         self._default_hz = default_hz
         self._telemetry = telemetry
         self._radio = radio
         self._clock = clock
-        self._fastest_s = speed / FASTEST_WALL_HZ if speed > 1.0 else 0.0
         self._interval_s: dict[int, float] = {}
         self._due_s: dict[int, float] = {}
         self.boot()
+        clock.on_speed(self._change_speed)
 
     def boot(self) -> None:
         """Power-up: default rates again."""
@@ -43,15 +43,28 @@ class Streams:
         now_s = self._clock.now_s
         if now_s < self._next_s:
             return
+        fastest_s = self._fastest_s
         for message_id, due_s in self._due_s.items():
             if now_s < due_s:
                 continue
-            interval_s = max(self._interval_s[message_id], self._fastest_s)
+            interval_s = max(self._interval_s[message_id], fastest_s)
             self._due_s[message_id] = max(due_s + interval_s, now_s + interval_s * 0.5)
             message = self._telemetry.builders[message_id]()
             if message is not None:
                 self._radio.broadcast(message)
         self._next_s = min(self._due_s.values(), default=math.inf)
+
+    @property
+    def _fastest_s(self) -> float:
+        """No stream is sent more often, in vehicle time."""
+        return self._clock.speed / FASTEST_WALL_HZ if self._clock.speed > 1.0 else 0.0
+
+    def _change_speed(self, factor: float) -> None:
+        """What was thinned at a high speed must not leave a silence at a low one."""
+        now_s, fastest_s = self._clock.now_s, self._fastest_s
+        for message_id, due_s in self._due_s.items():
+            self._due_s[message_id] = min(due_s, now_s + max(self._interval_s[message_id], fastest_s))
+        self._next_s = now_s
 
     def set_interval(self, message_id: int, interval_us: float) -> bool:
         """SET_MESSAGE_INTERVAL: 0 is the default rate, -1 stops. False when there is no such stream."""

@@ -85,8 +85,8 @@ class Vehicle:
         self.state = VehicleState()
         self.store = MissionStore()
         self.params = spec.params
-        self.clock = VehicleClock()
-        self.radio = Radio(spec.system_id, self.clock, spec.speed)
+        self.clock = VehicleClock(speed=spec.speed)
+        self.radio = Radio(spec.system_id, self.clock)
         self._build_flight()
         self._build_failsafes()
         self._build_wire(wall)
@@ -97,7 +97,7 @@ class Vehicle:
         self._events = EventLog(self.radio, self.clock)
         result = MissionResult()
         self._build_payload()
-        self._offboard = OffboardStream(self.params, self.clock, spec.speed)
+        self._offboard = OffboardStream(self.params, self.clock)
         checks = ModeChecks(state.status, self.params, self.clock, result, self._offboard)
         self.commander = Commander(
             state, self.params, self.clock, result, self._offboard, checks, self.radio.text, self._events.emit
@@ -134,7 +134,7 @@ class Vehicle:
         spec, state = self.spec, self.state
         self.battery = Battery(state.status, self.params, self.commander, self.radio.text)
         self._link_loss = LinkLossFailsafe(
-            state.status, self.params, self.clock, self.commander, self.radio.text, self._events.emit, spec.speed
+            state.status, self.params, self.clock, self.commander, self.radio.text, self._events.emit
         )
         self._position_loss = PositionLossFailsafe(
             state.status, self.faults, self.clock, self.commander, self.radio.text, self._events.emit
@@ -166,7 +166,7 @@ class Vehicle:
         )
         self.identity = Identity(spec.profile, spec.seed, spec.system_id, spec.salt)
         telemetry = Telemetry(state, spec.airframe, spec.frame, self.clock, self.faults, self.identity)
-        self._streams = Streams(telemetry, self.radio, self.clock, RATES[spec.rates], spec.speed)
+        self._streams = Streams(telemetry, self.radio, self.clock, RATES[spec.rates])
         payload_commands = PayloadCommands(self._payload)
         self._commands = CommandLink(
             self.radio,

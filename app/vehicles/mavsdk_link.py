@@ -14,7 +14,15 @@ from app.domain.errors import LinkError, VehicleQuarantinedError
 from app.domain.mav_type import vehicle_type
 from app.domain.mission import MavCmd, Mission, MissionItem, MissionType
 from app.domain.mission_port import UploadProgress
-from app.domain.ports import DuplicateSystem, LinkFact, LinkRestored, Rebooted, Unsubscribe, VehicleIdentity
+from app.domain.ports import (
+    ClockRateTold,
+    DuplicateSystem,
+    LinkFact,
+    LinkRestored,
+    Rebooted,
+    Unsubscribe,
+    VehicleIdentity,
+)
 from app.domain.setpoint.message import SetpointMessage
 from app.domain.vehicle import FlightMode, VehicleFacts, VehicleState
 from app.vehicles.command_sender import CommandSender, command
@@ -104,6 +112,11 @@ class MavsdkVehicleLink:
         """See VehicleLink. A quarantined link tells DuplicateSystem to each new listener."""
         return self._facts.subscribe(listener)
 
+    def tell_clock_rate(self, rate: float) -> None:
+        """See VehicleLink."""
+        self._measurements.clock = self._measurements.clock.told(rate)
+        self._facts.tell(ClockRateTold(rate))
+
     async def read_facts(self) -> VehicleFacts:
         """See VehicleLink."""
         return await self._fact_reader.read()
@@ -118,6 +131,10 @@ class MavsdkVehicleLink:
     def mission_id_of(self, mission: Mission) -> int:
         """See MissionLink."""
         return mission_checksum(to_wire(mission.items))
+
+    def rally_points_id_of(self, mission: Mission) -> int:
+        """See MissionLink."""
+        return mission_checksum(to_wire(mission.rally))
 
     async def replace_mission(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:
         """See MissionLink."""

@@ -76,12 +76,14 @@ class MissionReadiness:
             if settled:
                 self._refuse(report, upload, since_s)
             return False
-        return state is MissionState.NOT_STARTED or (state in _FLOWN_BEFORE and (rerun or settled or self._airborne()))
+        flown = rerun or settled or self._is_executed(at_s - since_s)
+        return state is MissionState.NOT_STARTED or (state in _FLOWN_BEFORE and flown)
 
-    def _airborne(self) -> bool:
-        """In flight a new mission is executed at once: its state stays active."""
+    def _is_executed(self, newer_s: float) -> bool:
+        """In flight a new mission is executed at once: its state stays active, and an infeasible one's for a moment."""
         state = self._measurements.state(time.monotonic(), connected=True)
-        return bool(state.armed)
+        newer_s *= max(1.0, state.clock.least_rate or 1.0)  # a simulation's moment is shorter
+        return bool(state.armed) and newer_s >= self._settings.executed_after_s
 
     async def _compare(self, upload: UploadRecord | None) -> None:
         """A firmware that reports no state: all that can be known is that it holds the mission."""

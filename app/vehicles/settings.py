@@ -13,6 +13,8 @@ class LinkSettings:
     `transfer_silence_s`: a mission transfer without a word from the vehicle for so long is given up; mavsdk itself
     gives up after 2.5 s of silence, PX4 after 5 s.
     `mission_state_stale_s`: for so long after an upload MISSION_CURRENT may still show the old state (0.9 s seen).
+    `executed_after_s`: so much later, on the vehicle's clock, a mission uploaded in flight that still shows as active
+    is being flown; PX4 has shown an infeasible one by then.
     """
 
     position_rate_hz: float = 10.0
@@ -30,6 +32,7 @@ class LinkSettings:
     transfer_silence_s: float = 6.0
     progress_period_s: float = 0.05
     mission_state_stale_s: float = 2.5
+    executed_after_s: float = 1.0
     mission_ready_after_ack_s: float = 0.05
     refusal_text_window_s: float = 0.3
     close_timeout_s: float = 0.7

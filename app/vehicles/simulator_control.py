@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Sequence
 from typing import Final
 
 from pydantic import BaseModel, Field, ValidationError
 
 from app.domain.errors import SimulatorRefusedError, SimulatorSilentError
-from app.domain.simulator import SimulatedVehicle
+from app.domain.simulator import SimulatedVehicle, SimulatorSpeed, SimulatorState
 
 ANSWER_S: Final = 2.0
 MAX_ANSWER_BYTES: Final = 1024 * 1024
@@ -25,6 +24,7 @@ class _Answer(BaseModel):
     ok: bool
     error: str = ""
     vehicles: tuple[_State, ...] = ()
+    speed: SimulatorSpeed | None = None
 
 
 class SimulatorControlSocket:
@@ -35,13 +35,23 @@ class SimulatorControlSocket:
         self._port = port
         self._answer_s = answer_s
 
-    async def vehicles(self) -> Sequence[SimulatedVehicle]:
+    async def state(self) -> SimulatorState:
         """See SimulatorControl."""
-        return (await self._ask({"query": "state"})).vehicles
+        answer = await self._ask({"query": "state"})
+        return SimulatorState(speed=self._speed_of(answer), vehicles=answer.vehicles)
 
     async def set_fault(self, fault: str, value: object, *, system_id: int | None) -> None:
         """See SimulatorControl."""
         await self._ask({"vehicle": system_id, "fault": fault, "value": value})
+
+    async def set_speed(self, speed: float) -> SimulatorSpeed:
+        """See SimulatorControl."""
+        return self._speed_of(await self._ask({"speed": speed}))
+
+    def _speed_of(self, answer: _Answer) -> SimulatorSpeed:
+        if answer.speed is None:
+            raise self._silent("does not tell its speed")
+        return answer.speed
 
     async def _ask(self, request: dict[str, object]) -> _Answer:
         try:

@@ -10,7 +10,7 @@ from app.domain.commands import CommandAck, CommandRequest, MavResult
 from app.domain.errors import WaydropError
 from app.domain.mission import Mission, MissionItem, MissionType
 from app.domain.mission_port import UploadProgress
-from app.domain.ports import LinkFact, MissionCurrent, StateChanged, Unsubscribe, VehicleIdentity
+from app.domain.ports import ClockRateTold, LinkFact, MissionCurrent, StateChanged, Unsubscribe, VehicleIdentity
 from app.domain.setpoint.message import SetpointMessage
 from app.domain.vehicle import (
     FirmwareVersion,
@@ -88,6 +88,10 @@ class FakeLink:
         self._listeners.append(listener)
         return lambda: self._listeners.remove(listener) if listener in self._listeners else None
 
+    def tell_clock_rate(self, rate: float) -> None:
+        self.move(clock=self._state.clock.told(rate))
+        self.tell(ClockRateTold(rate))
+
     async def read_facts(self) -> VehicleFacts:
         self._refuse()
         return VehicleFacts(VehicleType.MULTICOPTER, self.identity.firmware, self.identity.uid, HOME)
@@ -96,11 +100,16 @@ class FakeLink:
         if self.upload_refusal is not None:
             raise self.upload_refusal
         total = len(mission.items)
+        rally_id = self.rally_points_id_of(mission) if mission.rally else None
         self.change(mission_total=total, mission_state=MissionState.NOT_STARTED, mission_seq=0, mission_id=7)
+        self.move(rally_points_id=rally_id)
         yield UploadProgress(MissionType.MISSION, total, total, 1, verified_by="mission_id", mission_id=7)
 
     def mission_id_of(self, mission: Mission) -> int:
         return mission_checksum(to_wire(mission.items))
+
+    def rally_points_id_of(self, mission: Mission) -> int:
+        return mission_checksum(to_wire(mission.rally))
 
     async def replace_mission(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:
         if self.upload_refusal is not None:

@@ -25,12 +25,16 @@ HEALTHY: dict[str, Any] = {
 
 
 class ScriptedSimulator:
-    """`answer_to_faults` is sent to every order; None: it says nothing, bytes: as they are. `orders` came in."""
+    """`answer_to_faults` is sent to every order; None: it says nothing, bytes: as they are. `orders` came in.
+
+    An order of a speed that is answered with ok changes `speed`.
+    """
 
     def __init__(self, *system_ids: int) -> None:
         self.vehicles = [{"vehicle": number, **HEALTHY} for number in system_ids]
         self.answer_to_faults: dict[str, Any] | bytes | None = {"ok": True}
         self.orders: list[dict[str, Any]] = []
+        self.speed: dict[str, Any] = {"wanted": 1.0, "achieved": 1.0, "behind": False}
         self.port = 0
         self._clients: set[asyncio.StreamWriter] = set()
 
@@ -51,10 +55,13 @@ class ScriptedSimulator:
         self._clients.add(writer)
         while line := await reader.readline():
             request = json.loads(line)
-            answer: dict[str, Any] | bytes | None = {"ok": True, "vehicles": self.vehicles}
+            answer: dict[str, Any] | bytes | None = {"ok": True, "vehicles": self.vehicles, "speed": self.speed}
             if "query" not in request:
                 self.orders.append(request)
                 answer = self.answer_to_faults
+            if "speed" in request and answer == {"ok": True}:
+                self.speed = {"wanted": request["speed"], "achieved": None, "behind": False}
+                answer = {"ok": True, "speed": self.speed}
             if answer is not None:
                 writer.write(answer if isinstance(answer, bytes) else json.dumps(answer).encode() + b"\n")
         writer.close()

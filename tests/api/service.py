@@ -149,7 +149,7 @@ def _services(
         commands=VehicleCommands(fleet, journal),
         offboard=offboard,
         tasks=Tasks(offboard, fleet, clock),
-        simulation=Simulation(None, fleet, journal),
+        simulation=Simulation(None, fleet, runs, journal),
         webhooks=webhooks,
         answers=storage.answers,
         clock=clock,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from app.domain.errors import LinkTimeoutError
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode, LandedState
 from app.services.access import Role
@@ -72,6 +73,12 @@ async def test_a_continuation_waits_for_the_ground_and_stays_within_the_plan(
     assert (status, problem["findings"][0]["code"]) == (422, "change.continue_at_unknown")
     _, _, plans = await service.call("GET", "/api/v1/plans")
     assert len(plans["plans"]) == 1, "nothing is stored for what is refused"
+    service.links[0].refusal = LinkTimeoutError("it does not tell its parameters")
+    status, _, _ = await service.call("POST", path, json={})
+    assert status == 504
+    service.links[0].refusal = None
+    _, _, plans = await service.call("GET", "/api/v1/plans")
+    assert len(plans["plans"]) == 1, "nor for what the vehicle does not answer"
     status, _, new = await service.call("POST", path, json={"continue_at": "home"})
     assert (status, new["drops"]) == (202, [])
 

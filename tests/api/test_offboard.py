@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from app.domain.setpoint.message import LocalTarget
-from app.domain.vehicle import FlightMode, LandedState
+from app.domain.vehicle import FirmwareVersion, FlightMode, LandedState, VehicleType
 from app.services.access import Role
 from tests.api.fake_links import HOME, FakeLink
 from tests.api.listener import listen
@@ -47,6 +48,30 @@ async def test_a_vehicle_says_which_setpoints_it_follows_and_why_not_others(serv
     assert (rows["position_ned"]["type_mask"], rows["position_ned"]["frame"]) == (3576, "LOCAL_NED")
     assert rows["acceleration_global"]["code"] == "setpoint.acceleration_is_thrust"
     assert detail["limits"]["max_speed_m_s"] == 10.0
+
+
+@pytest.mark.parametrize(
+    ("vehicle_type", "firmware", "flown_by", "why"),
+    [
+        (VehicleType.MULTICOPTER, (1, 14, 3), "setpoints", ""),
+        (VehicleType.FIXED_WING, (1, 16, 0), "setpoints", ""),
+        (VehicleType.FIXED_WING, (1, 14, 3), "commands", ""),
+        (VehicleType.AIRSHIP, (1, 16, 0), None, "none that flies to a place"),
+    ],
+)
+async def test_a_vehicle_says_how_it_flies_tasks_or_why_not(
+    service: Service,
+    link: FakeLink,
+    vehicle_type: VehicleType,
+    firmware: tuple[int, int, int],
+    flown_by: str | None,
+    why: str,
+) -> None:
+    link.identity = replace(link.identity, vehicle_type=vehicle_type, firmware=FirmwareVersion(*firmware))
+    _, _, detail = await service.call("GET", PATH)
+    assert detail["tasks"]["flown_by"] == flown_by
+    assert why in detail["tasks"]["reason"]
+    assert bool(detail["tasks"]["reason"]) == bool(detail["tasks"]["hint"]) == (flown_by is None)
 
 
 async def test_the_whole_way_of_a_pilot(service: Service, link: FakeLink) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 from collections.abc import AsyncIterator
 from dataclasses import replace
 from pathlib import Path
@@ -27,6 +28,8 @@ async def built(tmp_path: Path) -> AsyncIterator[Service]:
         path = root / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
+        if path.name == "index-abc123.js":
+            path.with_name(f"{path.name}.gz").write_bytes(gzip.compress(text.encode()))
     (tmp_path / "secret.txt").write_text("secret", encoding="utf-8")
     async with run_service(tmp_path, settings=replace(SETTINGS, web_root=root)) as service:
         yield service
@@ -51,6 +54,16 @@ async def test_hashed_files_are_kept_for_ever_and_have_the_right_type(built: Ser
         assert "immutable" in headers["Cache-Control"]
     status, headers, _ = await built.call("GET", "/favicon.svg")
     assert (status, headers["Cache-Control"]) == (200, "no-cache")
+
+
+async def test_what_the_build_compressed_is_sent_so_to_a_browser_that_takes_it(built: Service) -> None:
+    for accepted, encoding in (("gzip, deflate, br", "gzip"), ("identity", None)):
+        status, headers, body = await built.call(
+            "GET", "/assets/index-abc123.js", headers={"Accept-Encoding": accepted}
+        )
+        assert (status, headers.get("Content-Encoding"), body) == (200, encoding, "1")
+        assert headers["Content-Type"] == "text/javascript; charset=utf-8"
+        assert "immutable" in headers["Cache-Control"]
 
 
 async def test_the_documentation_page_is_served_with_its_files(built: Service) -> None:

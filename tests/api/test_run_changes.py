@@ -30,6 +30,12 @@ async def flying(service: Service, plan: dict[str, Any], item_id: str = "corner"
     return run
 
 
+async def plan_ids(service: Service) -> list[str]:
+    """Of all plans that are stored."""
+    _, _, listed = await service.call("GET", "/api/v1/plans")
+    return [plan["id"] for plan in listed["plans"]]
+
+
 async def stored(service: Service, plan: dict[str, Any], **clinic: Any) -> str:
     """The plan with its drop at another place."""
     changed = copy.deepcopy(plan)
@@ -85,6 +91,7 @@ async def test_a_stop_is_put_into_a_flight(
     path = f"/api/v1/runs/{run['id']}/stops"
     status, _, changed = await service.call("POST", path, json={"items": [STOP], **where})
     assert (status, changed["change"]["continue_at"]) == (202, begins)
+    assert await plan_ids(service) == [changed["plan_id"], run["plan_id"]]
     _, _, made = await service.call("GET", f"/api/v1/plans/{changed['plan_id']}")
     assert len(made["plan"]["items"]) == 6
 
@@ -108,6 +115,7 @@ async def test_a_stop_behind_the_vehicle_is_refused(service: Service, plan: dict
     status, _, problem = await service.call("POST", path, json={"items": [STOP], "before": "corner"})
     assert (status, problem["code"]) == (422, "plan.rejected")
     assert [finding["code"] for finding in problem["findings"]] == ["change.item_passed"]
+    assert await plan_ids(service) == [run["plan_id"]], "what is refused leaves no plan behind"
 
 
 async def test_a_change_that_is_under_way_or_needs_a_pause_has_its_own_code(

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from app.domain.vehicle import LandedState
 from tests.api.service import Service
 
 
@@ -54,6 +55,26 @@ async def test_a_flying_run_is_paused_resumed_and_sent_home(service: Service, pl
         assert status == 202
         await reaches(service, run["id"], state)
     assert service.links[0].state().mode == "return"
+
+
+async def test_a_flying_run_goes_to_a_rally_point_that_it_names_or_says_why_not(
+    service: Service, plan: dict[str, Any]
+) -> None:
+    place = {"latitude_deg": 47.3985, "longitude_deg": 8.5460}
+    plan["rally_points"] = [{**place, "relative_altitude_m": 20}]
+    _, _, made = await service.call("POST", "/api/v1/plans", json=plan)
+    run = await create(service, made["id"], start=True)
+    path = f"/api/v1/runs/{run['id']}/rally"
+    await reaches(service, run["id"], "flying")
+    service.links[0].parameters |= {"RTL_TYPE": 2, "RTL_LAND_DELAY": 0.0}
+    service.links[0].change(landed=LandedState.IN_AIR, **place)
+    status, _, problem = await service.call("POST", path)
+    assert (status, problem["code"], problem["because"]) == (409, "run.rally_refused", "rtl_type")
+    service.links[0].parameters["RTL_TYPE"] = 5
+    status, _, told = await service.call("POST", path)
+    assert (status, told["rally"]["index"], told["rally"]["latitude_deg"]) == (202, 0, 47.3985)
+    assert "the nearest rally point (RTL_TYPE 5)" in told["rally"]["reason"]
+    await reaches(service, run["id"], "returning")
 
 
 async def test_a_flying_run_is_landed_or_aborted_by_the_vehicle_in_its_mode(service: Service, plan_id: str) -> None:

@@ -10,21 +10,26 @@ from typing import Any
 import pytest
 
 from app.api import ApiServices
+from app.domain.vehicle import LandedState
 from app.services.access import Role
 from app.services.simulation import Simulation
 from app.vehicles.simulator_control import SimulatorControlSocket
 from tests.api.broken_parts import without_journal
 from tests.api.scripted_simulator import ScriptedSimulator
 from tests.api.service import Service, run_service
+from tests.api.test_runs import create, reaches
 
 VIEW = "/api/v1/simulator"
 FAULTS = "/api/v1/simulator/faults"
+SPEED = "/api/v1/simulator/speed"
 CUT = {"vehicle": "v1", "fault": "link_cut", "value": True}
 
 
 def with_control(port: int) -> Callable[[ApiServices], ApiServices]:
     control = SimulatorControlSocket("127.0.0.1", port, answer_s=0.3)
-    return lambda services: replace(services, simulation=Simulation(control, services.fleet, services.journal))
+    return lambda services: replace(
+        services, simulation=Simulation(control, services.fleet, services.runs, services.journal)
+    )
 
 
 @pytest.fixture
@@ -181,6 +186,78 @@ async def test_a_fault_that_cannot_be_recorded_is_not_set(tmp_path: Path, simula
         status, _, problem = await service.call("POST", FAULTS, json=CUT)
         assert (status, problem["code"]) == (503, "storage.failed")
     assert simulator.orders == []
+
+
+async def speed_events(service: Service) -> list[dict[str, Any]]:
+    events = await service.services.journal.read(0, 100)
+    return [event.data for event in events if event.kind == "simulator.speed"]
+
+
+async def test_a_speed_is_recorded_then_set_shown_with_its_caps_and_told_to_each_simulated_vehicles_clock(
+    simulated: Service, simulator: ScriptedSimulator
+) -> None:
+    status, _, answer = await simulated.call("PUT", SPEED, json={"speed": 20})
+    told = {"wanted": 20.0, "achieved": None, "behind": False, "live": False, "live_max": 4.0, "max": 50.0}
+    assert (status, answer, simulator.orders) == (200, told, [{"speed": 20.0}])
+    assert (await simulated.call("GET", VIEW))[2]["speed"] == told
+    assert await speed_events(simulated) == [{"speed": 20.0, "by": "local", "problem": None}]
+    assert [link.state().clock.least_rate for link in simulated.links] == [20.0, 20.0, None], "3 is a real one"
+    assert (await simulated.call("PUT", SPEED, json={"speed": 4}))[2]["live"] is True
+
+
+@pytest.mark.parametrize("speed", [0.5, 50.1, True, "4", None])
+async def test_a_speed_out_of_its_range_is_refused_before_the_simulator_hears_of_it(
+    simulated: Service, simulator: ScriptedSimulator, speed: Any
+) -> None:
+    status, _, problem = await simulated.call("PUT", SPEED, json={"speed": speed})
+    assert (status, problem["findings"][0]["pointer"], simulator.orders) == (422, "/speed", [])
+
+
+async def test_above_four_times_it_is_refused_while_a_vehicle_is_in_somebodys_hands(
+    simulated: Service, simulator: ScriptedSimulator
+) -> None:
+    simulated.links[0].change(armed=True, landed=LandedState.IN_AIR)
+    status, _, lease = await simulated.call("POST", "/api/v1/vehicles/v1/offboard/lease", json={})
+    assert status in (200, 201), lease
+    status, _, problem = await simulated.call("PUT", SPEED, json={"speed": 4.5})
+    assert (status, problem["code"], simulator.orders) == (409, "simulator.refused", [])
+    assert "vehicle v1 is in the hands of" in problem["detail"]
+    assert (await simulated.call("PUT", SPEED, json={"speed": 4}))[0] == 200
+
+
+async def test_above_four_times_it_is_refused_while_a_supervised_drop_is_to_come(
+    simulated: Service, simulator: ScriptedSimulator, plan: dict[str, Any]
+) -> None:
+    _, _, made = await simulated.call("POST", "/api/v1/plans", json=plan)
+    run = await create(simulated, made["id"], start=True)
+    await reaches(simulated, run["id"], "flying")
+    status, _, problem = await simulated.call("PUT", SPEED, json={"speed": 10})
+    assert (status, problem["code"]) == (409, "simulator.refused")
+    assert f"run {run['id']} of vehicle v1 has a supervised drop before it" in problem["detail"]
+    assert simulator.orders == await speed_events(simulated) == []
+    assert [link.state().clock.told_rate for link in simulated.links] == [None] * 3
+    assert (await simulated.call("PUT", SPEED, json={"speed": 3}))[0] == 200
+
+
+async def test_what_the_simulator_refuses_of_a_speed_is_told_recorded_and_the_clocks_go_on_as_before(
+    simulated: Service, simulator: ScriptedSimulator
+) -> None:
+    simulator.answer_to_faults = {"ok": False, "error": "vehicle 2 is in OFFBOARD"}
+    status, _, problem = await simulated.call("PUT", SPEED, json={"speed": 10})
+    assert (status, problem["code"], problem["detail"]) == (409, "simulator.refused", "vehicle 2 is in OFFBOARD")
+    assert [event["problem"] for event in await speed_events(simulated)] == [None, "vehicle 2 is in OFFBOARD"]
+    assert simulated.links[0].state().clock.rate == 1.0
+
+
+async def test_without_a_simulator_there_is_no_speed(service: Service) -> None:
+    assert (await service.call("PUT", SPEED, json={"speed": 2}))[2]["code"] == "simulator.not_running"
+    assert (await service.call("GET", VIEW))[2]["speed"] is None
+
+
+@pytest.mark.parametrize("role", Role)
+async def test_pilots_set_the_speed(simulated: Service, role: Role) -> None:
+    status, _, _ = await simulated.call("PUT", SPEED, json={"speed": 2}, headers=await simulated.token(role))
+    assert status == (200 if role in (Role.PILOT, Role.ADMIN) else 403)
 
 
 @pytest.mark.parametrize("role", Role)

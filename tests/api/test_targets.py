@@ -7,11 +7,15 @@ from typing import Any
 import pytest
 
 from app.domain.errors import LinkTimeoutError
+from app.domain.geo import distance_m
+from app.domain.moving_target.aim import SETTLE_S
 from app.domain.plan import Plan
 from app.domain.vehicle import FlightMode
+from app.domain.vehicle_clock import VehicleClock
 from app.services.access import Role
-from app.services.plans import PlanView
+from app.services.plans import NewPlan
 from app.services.target_following import TargetFollower
+from tests.api.fake_links import HOME
 from tests.api.service import Service
 from tests.api.test_consents import until_run
 from tests.api.test_run_changes import flying
@@ -30,25 +34,32 @@ def plan(plan: dict[str, Any]) -> dict[str, Any]:
 
 
 class StillClock:
-    """Time stands still: no report grows old while a busy machine takes its time."""
+    """Time stands still until a test moves it: no report grows old while a busy machine takes its time."""
+
+    passed_s = 0.0
 
     def now(self) -> float:
-        return NOW_S
+        return NOW_S + self.passed_s
 
     def monotonic(self) -> float:
-        return 1000.0
+        return 1000.0 + self.passed_s
 
 
 @pytest.fixture
-def service(service: Service) -> Service:
-    service.services.targets._clock = StillClock()
+def clock() -> StillClock:
+    return StillClock()
+
+
+@pytest.fixture
+def service(service: Service, clock: StillClock) -> Service:
+    service.services.targets._clock = clock
     return service
 
 
 @pytest.fixture
-def follower(service: Service) -> TargetFollower:
+def follower(service: Service, clock: StillClock) -> TargetFollower:
     parts = service.services
-    return TargetFollower(parts.runs, parts.plans, parts.fleet, parts.targets, parts.journal, StillClock())
+    return TargetFollower(parts.runs, parts.plans, parts.fleet, parts.targets, parts.journal, clock)
 
 
 def report(east_m: float = 0.0, *, age_s: float = 0.0, **more: float) -> dict[str, float]:
@@ -148,6 +159,54 @@ async def test_a_target_that_cannot_be_followed_is_told_once_and_moves_nothing(
     assert service.links[0].uploads == 0
 
 
+async def test_a_target_that_is_lost_or_jumps_away_is_followed_again_when_it_is_back(
+    service: Service, plan: dict[str, Any], follower: TargetFollower, clock: StillClock
+) -> None:
+    run = await flying(service, plan, "clinic")
+    await say(service, report(10))
+    await follower.look()
+    for passed_s, east_m in ((6.0, None), (12.0, 41), (13.0, 1000), (14.0, 15)):
+        clock.passed_s = passed_s
+        if east_m is not None:  # else the feed is silent
+            await say(service, report(east_m, age_s=-passed_s))
+        await follower.look()
+    codes = [data["code"] for data in await told(service, run, "run.target_not_followed")]
+    assert codes == ["target_stale", "target_out_of_bounds"], "each once"
+    moved = [data["from_planned_m"] for data in await told(service, run, "run.target_moved")]
+    assert moved == [pytest.approx(10, abs=0.1), pytest.approx(15, abs=0.1)], "from where it was planned first"
+    assert service.links[0].uploads == 2
+
+
+@pytest.mark.parametrize("rate", [1.0, 4.0])
+async def test_the_target_is_met_in_our_time_however_fast_the_vehicles_clock_runs(
+    service: Service, plan: dict[str, Any], follower: TargetFollower, rate: float
+) -> None:
+    plan["items"][2]["speed_m_s"] = 6
+    run = await flying(service, plan, "clinic")
+    service.links[0].change(clock=VehicleClock(((0.0, 0.0), (2.0, 2.0 * rate))))
+    await say(service, report(10))
+    await follower.look()
+    [moved] = await told(service, run, "run.target_moved")
+    way_m = distance_m(HOME.latitude_deg, HOME.longitude_deg, *moved["moved_to"].values())
+    assert moved["after_s"] == pytest.approx(SETTLE_S + way_m / 6 / rate, abs=0.05)
+
+
+LOCKER = {"id": "locker", "latitude_deg": 47.399181, "longitude_deg": 8.544797, "relative_altitude_m": 15}
+
+
+@pytest.mark.parametrize(("alternate", "codes"), [(None, []), (LOCKER, ["plan.rejected"])])
+async def test_a_move_from_which_the_way_to_the_alternate_is_forbidden_is_not_made(
+    service: Service, plan: dict[str, Any], follower: TargetFollower, alternate: dict[str, Any] | None, codes: list[str]
+) -> None:
+    plan["items"][3]["alternate"] = alternate
+    run = await flying(service, plan, "clinic")
+    south = CLINIC[0] - 30 / 111_195
+    await say(service, report(latitude_deg=south))
+    await follower.look()
+    assert [data["code"] for data in await told(service, run, "run.target_not_followed")] == codes
+    assert service.links[0].uploads == (0 if codes else 1)
+
+
 async def test_a_small_move_another_item_and_a_pause_move_nothing(
     service: Service, plan: dict[str, Any], follower: TargetFollower
 ) -> None:
@@ -181,14 +240,14 @@ async def test_what_a_person_changed_meanwhile_is_not_undone(
     service: Service, plan: dict[str, Any], follower: TargetFollower, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run = await flying(service, plan, "clinic")
-    create = service.services.plans.create
+    checked = service.services.plans.checked
 
-    async def slowly(moved: Plan, by: str) -> PlanView:
-        stored = await create(moved, by)
+    async def slowly(moved: Plan, by: str) -> NewPlan:
+        new = await checked(moved, by)
         await service.call("POST", f"/api/v1/runs/{run['id']}/mission", json={"continue_at": "home"})
-        return stored
+        return new
 
-    monkeypatch.setattr(service.services.plans, "create", slowly)
+    monkeypatch.setattr(service.services.plans, "checked", slowly)
     await say(service, report(10))
     await follower.look()
     _, _, changed = await service.call("GET", f"/api/v1/runs/{run['id']}")
@@ -211,7 +270,16 @@ async def test_the_parcel_is_released_at_the_target_with_its_place_and_age_as_ev
     assert "ship-1: " in sheet
 
 
-@pytest.mark.parametrize(("body", "code"), [(None, "target_stale"), ({"east_m": 5}, "target_away")])
+@pytest.mark.parametrize(
+    ("body", "code"),
+    [
+        (None, "target_stale"),
+        ({"age_s": 6}, "target_stale"),
+        ({"east_m": 5}, "target_away"),
+        ({"east_m": 5000}, "target_away"),
+        ({"north_m_s": 2.1}, "target_too_fast"),
+    ],
+)
 async def test_without_the_target_the_parcel_is_kept_and_the_plan_says_what_then(
     service: Service, plan: dict[str, Any], body: dict[str, float] | None, code: str
 ) -> None:

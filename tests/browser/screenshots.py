@@ -1,12 +1,13 @@
-"""`python -m tests.browser.screenshots FOLDER`: pictures of the page on the real service, in all its looks.
+"""`python -m tests.browser.screenshots FOLDER [DOCS]`: pictures of the page on the real service, in all its looks.
 
-Not a test: for the eyes of whoever changed the page, and for the documentation.
+Not a test: for the eyes of whoever changed the page. The two that the README shows are written to DOCS.
 """
 
 from __future__ import annotations
 
 import asyncio
 import json
+import shutil
 import sys
 import tempfile
 from pathlib import Path
@@ -14,14 +15,16 @@ from pathlib import Path
 from playwright.async_api import Browser, async_playwright, expect
 
 from tests.browser.conftest import CHROMIUM, FLEET, SPEED, chromium_args, simulated_service
-from tests.browser.dashboard import CLINIC_RUN, FLIGHT_MS, Dashboard, Scheme
+from tests.browser.dashboard import CLINIC_RUN, FLIGHT_MS, ROOT, Dashboard, Scheme
 from tests.simulated import SimulatedFleet
 
 SCHEMES: tuple[Scheme, ...] = ("dark", "light")
 SIZES = {"wide": (1440, 900), "middle": (900, 700), "narrow": (360, 800), "wall": (3840, 2160)}
 PATIENCE_MS = 180_000
 """Software WebGL draws a 4K map slowly, the more so on a busy machine."""
-VIEWS = ("Map", "Fleet", "Plan", "Run", "Hands on", "Faults", "Events")
+SETTLED_MS = 3_000
+"""Until the map has been moved and drawn; a picture is not worth more care."""
+VIEWS = ("Map", "Fleet", "Plan", "Run", "Jobs", "Hands on", "Faults", "Events")
 
 
 def faulty_plan() -> str:
@@ -52,6 +55,25 @@ async def wide(browser: Browser, url: str, folder: Path) -> None:
         await expect(board.page.locator(".drop-card .badge")).to_have_text("Released", timeout=FLIGHT_MS)
         await board.until_state("completed")
         await board.page.screenshot(path=folder / "completed.png")
+        async with board.page.expect_file_chooser() as choosing:
+            await board.button("Attach a photo, signature or PDF to drop").click()
+        await (await choosing.value).set_files(folder / "at-drop.png")
+        await board.button("Show at-drop.png").click()
+        await expect(board.page.get_by_role("dialog", name="at-drop.png").get_by_role("img")).to_be_visible()
+        await board.page.screenshot(path=folder / "attachment.png")
+
+
+async def editor(browser: Browser, url: str, folder: Path) -> None:
+    """A fixed wing's plan whose drop is farther from its point than the plan allows."""
+    plan = (ROOT / "plans" / "fixed-wing-pass.json").read_text()
+    async with Dashboard.opened(browser, url, scheme="light") as board:
+        await board.write_plan(plan.replace('"max_offset_m": 50', '"max_offset_m": 10'))
+        await expect(board.page.locator(".finding").first).to_be_visible()
+        await expect(board.page.locator('.verdict[aria-busy="false"]')).to_be_visible()
+        await board.button("Zoom in").click()
+        await board.page.locator(".map-canvas").hover()  # the button looks pressed under the pointer
+        await board.page.wait_for_timeout(SETTLED_MS)
+        await board.page.screenshot(path=folder / "editor.png")
 
 
 async def tasks(board: Dashboard, path: Path) -> None:
@@ -83,8 +105,9 @@ async def every_view(browser: Browser, url: str, folder: Path, size: str, scheme
             await board.page.screenshot(path=folder / f"{size}-{scheme}.png")
             await board.page.locator(".plan-item-main").nth(2).click()
             await board.page.screenshot(path=folder / f"{size}-{scheme}-editor.png")
-            for tab in ("Area", "Details", "JSON", "Hands on", "Simulator"):
+            for tab in ("Area", "Details", "JSON", "Run", "Jobs", "Hands on", "Simulator"):
                 await board.page.get_by_role("tab", name=tab).click()
+                await board.page.wait_for_timeout(SETTLED_MS)
                 await board.page.screenshot(path=folder / f"{size}-{scheme}-{file_name(tab)}.png")
                 if tab == "Hands on":
                     await board.vehicle("v1").click()
@@ -96,7 +119,11 @@ async def every_view(browser: Browser, url: str, folder: Path, size: str, scheme
             if view == "Plan":
                 await board.fill_plan(faulty_plan())
                 await expect(board.page.locator(".finding").first).to_be_visible()
+            await board.page.wait_for_timeout(SETTLED_MS)
             await board.page.screenshot(path=folder / f"{size}-{scheme}-{file_name(view)}.png")
+            if view == "Plan":
+                await board.page.locator(".plan-item-main").nth(2).click()
+                await board.page.screenshot(path=folder / f"{size}-{scheme}-editor.png")
             if view == "Hands on":
                 await views.get_by_role("button", name="Fleet").click()
                 await board.vehicle("v1").click()
@@ -104,7 +131,7 @@ async def every_view(browser: Browser, url: str, folder: Path, size: str, scheme
                 await tasks(board, folder / f"{size}-{scheme}-tasks.png")
 
 
-async def main(folder: Path) -> None:
+async def main(folder: Path, docs: Path | None) -> None:
     folder.mkdir(parents=True, exist_ok=True)  # noqa: ASYNC240 nothing else runs yet
     with (
         tempfile.TemporaryDirectory() as data,
@@ -113,7 +140,11 @@ async def main(folder: Path) -> None:
     ):
         async with async_playwright() as playwright:
             browser = await playwright.chromium.launch(executable_path=CHROMIUM, args=chromium_args())
+            await editor(browser, service.url, folder)
             await wide(browser, service.url, folder)
+            if docs is not None:
+                shutil.copy(folder / "at-drop.png", docs / "page.png")
+                shutil.copy(folder / "editor.png", docs / "editor.png")
             for scheme in SCHEMES:
                 for size in SIZES:
                     await every_view(browser, service.url, folder, size, scheme)
@@ -126,4 +157,4 @@ async def main(folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    asyncio.run(main(Path(sys.argv[1])))
+    asyncio.run(main(Path(sys.argv[1]), Path(sys.argv[2]) if len(sys.argv) > 2 else None))

@@ -8,6 +8,7 @@ import re
 
 from playwright.async_api import expect
 
+from tests.browser.accessibility import violations
 from tests.browser.dashboard import CLINIC_RUN, FLIGHT_MS, Dashboard
 
 
@@ -34,6 +35,7 @@ async def test_an_operator_is_called_to_a_drop_that_asks_and_releases_it_after_a
     await expect(card).to_be_visible()
     if folder := os.environ.get("WAYDROP_PICTURES"):
         await page.screenshot(path=f"{folder}/consent.png")
+    assert await violations(page, "a question for consent") == []
     release = flying_page.button("Release drop from v5")
     await flying_page.tap("Release drop from v5")  # too short to be meant
     await expect(release).to_contain_text("Hold to release drop from v5")

@@ -7,6 +7,8 @@ from pathlib import Path
 
 from playwright.async_api import Route, expect
 
+from tests.browser.accessibility import violations
+from tests.browser.cockpit import SMALL
 from tests.browser.dashboard import CLINIC_RUN, FLIGHT_MS, HOLD_MS, ROOT, Dashboard
 from tests.service import ServiceProcess
 
@@ -63,8 +65,12 @@ async def attach_a_photo_and_what_is_none(board: Dashboard, folder: Path) -> Non
     await expect(attached.locator("img")).to_have_count(1)
     await attached.get_by_role("button", name="Show page.png").click()
     await expect(board.page.get_by_role("dialog", name="page.png").get_by_role("img")).to_be_visible()
+    found = await violations(board.page, "a photo")
     await board.page.keyboard.press("Escape")
     await expect(board.page.get_by_role("dialog")).to_have_count(0)
+    await board.page.set_viewport_size({"width": SMALL["width"], "height": SMALL["height"]})
+    await board.page.get_by_role("navigation", name="Views").get_by_role("button", name="Run").click()
+    assert found + await violations(board.page, "a delivered run") == []
 
 
 async def shows_the_same_after_a_reload(flying_page: Dashboard) -> None:

@@ -10,11 +10,11 @@ import pytest
 import pytest_asyncio
 from playwright.async_api import Browser, expect
 
+from tests.browser.accessibility import AXE
 from tests.browser.cockpit import PRESS_MS, SMALL, Cockpit
 from tests.browser.conftest import FLEET, GAP_S, SPEED, simulated_service
 from tests.browser.dashboard import HOLD_MS, Dashboard
 from tests.browser.task_queue import CIRCLE, PATH, TaskBoard
-from tests.browser.test_page import AXE
 from tests.e2e.by_hand import paused_in_the_air, truth
 from tests.service import Dispatcher, ServiceProcess, until
 from tests.simulated import SimulatedFleet
@@ -158,7 +158,7 @@ async def test_tasks_are_clicked_on_the_map_put_in_order_and_flown_until_hands_t
         await cockpit.press("Leave to hold")
         await expect(cockpit.phase("off")).to_be_visible()
 
-    await cockpit.page.evaluate(AXE())
+    await cockpit.page.evaluate(AXE.read_text())
     await cockpit.unless_lost(steps)
 
 
@@ -213,7 +213,7 @@ async def test_sticks_a_gamepad_and_a_place_on_the_map_fly_it_and_the_mission_go
     await cockpit.fly(keys_only_with_the_focus)
     await cockpit.fly(stick_and_gamepad)
     await cockpit.fly(place_on_the_map)
-    await cockpit.page.evaluate(AXE())
+    await cockpit.page.evaluate(AXE.read_text())
     await cockpit.fly(nothing)
     assert await cockpit.page.evaluate(AXE_ON_PANEL) == []  # it takes so long that the dead-man may act meanwhile
     back = "Back to the mission: v1"

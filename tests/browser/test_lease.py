@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 
 from playwright.async_api import Browser, expect
@@ -88,10 +89,47 @@ async def lease_is_seen(cockpit: Cockpit, other: Cockpit) -> None:
     raise AssertionError(f"lost each time: {await cockpit.panel.inner_text()}")
 
 
-async def test_what_the_page_cannot_fly_is_said_with_the_reason(idle_page: Dashboard) -> None:
+async def by_keyboard(cockpit: Cockpit, *names: str) -> None:
+    """Press these buttons of the panel, each by Enter."""
+    for name in names:
+        await cockpit.panel.get_by_role("button", name=name, exact=True).press("Enter", timeout=PRESS_MS)
+
+
+async def queue_and_order(cockpit: Cockpit) -> None:
+    """A lease, two tasks in the middle of the map, their order changed, both taken out: without a mouse."""
+    page, titles = cockpit.page, cockpit.panel.locator(".task b")
+    await by_keyboard(cockpit, "Take the lease of v3")
+    await expect(cockpit.phase("leased")).to_contain_text("Queue a task first")
+    for kind, count in (("Circle", 1), ("Go to", 2)):
+        await by_keyboard(cockpit, kind, "To the map")
+        await expect(page.locator(".map-canvas canvas")).to_be_focused()
+        await page.keyboard.press("Space")
+        await page.keyboard.press("Enter")
+        await expect(titles).to_have_count(count)
+    await expect(titles).to_have_text(["Circle of 80 m, clockwise", "Go to"])
+    await by_keyboard(cockpit, "Move task 2 up")
+    await expect(titles).to_have_text(["Go to", "Circle of 80 m, clockwise"])
+    await expect(cockpit.panel.get_by_role("button", name="Move task 1 up")).to_be_focused()
+    await expect(cockpit.panel.locator(".after-last")).to_contain_text("v3 circles and waits for the next")
+    await cockpit.panel.focus()
+    for key in ("w", "ArrowUp", "r"):
+        await page.keyboard.press(key)
+    await page.evaluate("window.dispatchEvent(new Event('blur'))")
+    await by_keyboard(cockpit, "Remove task 1", "Next task")
+    await expect(titles).to_have_count(0)
+    await by_keyboard(cockpit, "Give the lease back")
+    await expect(cockpit.phase("off")).to_be_visible()
+
+
+async def test_a_wing_is_commanded_by_tasks_from_the_keyboard_alone_and_no_setpoint_is_sent(
+    idle_page: Dashboard,
+) -> None:
+    cockpit, page = Cockpit(idle_page), idle_page.page
+    sent: list[str] = []
+    page.on("websocket", lambda ws: ws.on("framesent", lambda payload: sent.append(str(payload))))
     await idle_page.vehicle("v3").click()
-    await idle_page.page.get_by_role("tab", name="Hands on").click()
-    follows = idle_page.page.get_by_role("region", name="What v3 follows")
+    await page.get_by_role("tab", name="Hands on").click()
+    follows = page.get_by_role("region", name="What v3 follows")
     await expect(follows.locator(".cannot")).to_have_text(
         [
             re.compile("Keys, sticks and gamepad: no.*PX4 does not follow it"),
@@ -99,4 +137,10 @@ async def test_what_the_page_cannot_fly_is_said_with_the_reason(idle_page: Dashb
             re.compile("Attitude sticks: no.*late over a network"),
         ]
     )
-    await expect(idle_page.button("Take the lease of v3")).to_be_disabled()
+    how = page.get_by_role("region", name="How v3 is commanded")
+    await expect(how).to_contain_text("v3 is commanded, not flown by hand")
+    await expect(how).to_contain_text("v3 is told to hold at once, and the rest of its tasks is dropped")
+    await cockpit.unless_lost(lambda: queue_and_order(cockpit))
+    asked = {json.loads(frame)["type"] for frame in sent if '"type"' in frame}
+    assert {"take", "task", "move", "remove"} <= asked
+    assert "setpoint" not in asked

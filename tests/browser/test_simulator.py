@@ -44,6 +44,9 @@ async def test_faults_are_set_seen_on_the_fleet_cleared_and_refused(browser: Bro
             await loss.get_by_role("button", name="Set Loss").click()
             await expect(loss).to_contain_text("Now 0.05")
 
+            await dashboard.page.get_by_role("button", name="10 times real time").click()
+            await expect(dashboard.page.locator(".sim-speed-now")).to_contain_text("refused above 4")
+
             winch = fault(dashboard, "stuck_winch")
             await winch.get_by_role("switch").click()
             await expect(winch.get_by_role("alert")).to_contain_text("winch")

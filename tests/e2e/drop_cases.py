@@ -36,10 +36,10 @@ class Branch:
         promise = f"the drop of v{self._number} must be {phases}"
         await self._desk.until_run(self.run_id, lambda run: run["drops"][0]["phase"] in phases, promise, FLIGHT_S)
 
-    async def on_the_way(self) -> None:
-        """Until it flies to the drop."""
-        promise = f"v{self._number} must fly to its drop"
-        await self._desk.until_run(self.run_id, lambda run: run["item_id"] == "item-2", promise, FLIGHT_S)
+    async def on_the_way(self, item_id: str = "item-2") -> None:
+        """Until it flies to the drop, or to its alternate."""
+        promise = f"v{self._number} must fly to {item_id}"
+        await self._desk.until_run(self.run_id, lambda run: run["item_id"] == item_id, promise, FLIGHT_S)
 
     async def tell(self, action: str) -> None:
         await self._desk.post(f"/runs/{self.run_id}/{action}")
@@ -147,6 +147,14 @@ async def gripper_is_gone(branch: Branch) -> None:
     await branch.fault("no_gripper", True)
 
 
+async def cut_on_the_way_to_the_alternate(branch: Branch) -> None:
+    await gripper_is_gone(branch)
+    await branch.on_the_way("locker")
+    await branch.fault("link_cut", True)
+    await asyncio.sleep(40.0 / SPEED)  # its hold there passes unseen
+    await branch.fault("link_cut", False)
+
+
 async def reboot(branch: Branch) -> None:
     await branch.on_the_way()
     await branch.fault("reboot", True)
@@ -180,6 +188,7 @@ SEEN = ("released", "inferred")
 KEPT = ("kept", "inferred")
 REFUSED = ("kept", "acknowledged")
 ASKS: dict[str, Any] = {"consent": "operator"}
+FAR_OFF = at(30, 50, relative_altitude_m=12, id="locker", hold_s=8.0)
 ALTERNATE = {"alternate": at(30, 25, relative_altitude_m=12, id="locker", hold_s=LONG_HOLD_S)}
 CASES = (
     Case("all is well", nothing, nothing, ("completed",), (RELEASED,), range(1, 2), True),
@@ -224,6 +233,13 @@ CASES = (
         asks=ASKS,
         on_failure="return",
         consent="refused",
+    ),
+    Case(
+        *("link cut on the way to the alternate", nothing, cut_on_the_way_to_the_alternate),
+        *(("completed",), (KEPT, REFUSED), range(1, 2), True),
+        asks={"alternate": FAR_OFF},
+        at_alternate=KEPT,
+        after="an operator says no",
     ),
     Case(
         *("no operator answers", nothing, nothing, ("completed",), (KEPT,), range(1), False),

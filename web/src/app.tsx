@@ -6,12 +6,13 @@ import { FileDrop } from "./ui/file-drop";
 import { Fleet } from "./ui/fleet";
 import { HandsOnPanel } from "./ui/hands-on-panel";
 import { Header } from "./ui/header";
+import { JobsPanel } from "./ui/jobs-panel";
 import { MapView } from "./ui/map-view";
 import { Notices } from "./ui/notices";
 import { PlanPanel } from "./ui/plan-panel";
 import { RunPanel } from "./ui/run-panel";
 import { SimulatorPanel } from "./ui/simulator-panel";
-import { PanelTabs, ViewBar } from "./ui/tabs";
+import { PANEL_NAMES, PanelTabs, ViewBar } from "./ui/tabs";
 import { TokenDialog } from "./ui/token-dialog";
 
 export function App() {
@@ -26,6 +27,7 @@ export function App() {
         <Fleet />
         <Feed />
         <section class="card panel" aria-label="Panel">
+          <h2 class="visually-hidden">{PANEL_NAMES[panel.value]}</h2>
           <PanelTabs />
           <div id="panel" role="tabpanel" aria-labelledby={`tab-${panel.value}`} tabIndex={-1}>
             <Shown />
@@ -47,6 +49,8 @@ function Shown() {
       return <PlanPanel />;
     case "run":
       return <RunPanel />;
+    case "jobs":
+      return <JobsPanel />;
     case "hands":
       return <HandsOnPanel />;
     case "simulator":

@@ -52,7 +52,7 @@ def aim(
     east_m, north_m = LocalProjection(*vehicle).to_local(*fix.place(SETTLE_S))
     flown_s = intercept_s(north_m, east_m, fix.report.north_m_s, fix.report.east_m_s, speed_m_s)
     if flown_s is None or flown_s > LONGEST_AHEAD_S:
-        return NoAim("target_unreachable", f"at {speed_m_s:g} m/s the vehicle does not catch up with the target")
+        return NoAim("target_unreachable", f"at {speed_m_s:.3g} m/s the vehicle does not catch up with the target")
     latitude_deg, longitude_deg = fix.place(flown_s + SETTLE_S)
     moved_m = distance_m(planned.latitude_deg, planned.longitude_deg, latitude_deg, longitude_deg)
     if moved_m > target.max_move_m:

@@ -15,6 +15,7 @@ from app.services.runs.consents import Consents
 from app.services.runs.flight import RunFlight
 from app.services.runs.leg import leg_of
 from app.services.runs.prepare import Preparation
+from app.services.runs.rally_return import RallyReturn
 from app.services.runs.recorder import RunRecorder
 from app.services.runs.sending import OrderSender
 from app.services.runs.settings import RunSettings
@@ -50,7 +51,8 @@ def assemble(
     changer = MissionChanger(link, facts, recorder, watch, settings, clock)
     sender = OrderSender(link, recorder, watch, settings, changer.break_off)
     consents = Consents(watch, recorder)
-    flight = RunFlight(link, recorder, preparation, watch, sender, consents, changer, settings)
+    rally_return = RallyReturn(link, watch)
+    flight = RunFlight(link, recorder, preparation, watch, sender, consents, changer, rally_return, settings)
     return Assembled(flight, recorder, watch)
 
 

@@ -29,6 +29,7 @@ from app.domain.rules import check_plan
 from app.domain.run import PlanChange, Run
 from app.domain.vehicle import FlightMode, VehicleFacts
 from app.services.clock import Clock
+from app.services.plans import NewPlan
 from app.services.runs.leg import concluded_drops
 from app.services.runs.pending_change import PendingChange
 from app.services.runs.recorder import RunRecorder
@@ -68,10 +69,13 @@ class MissionChanger:
         """Whether a change is under way, or it is not known yet whether it arrived."""
         return self._turn.locked() or (self._watch.change is not None and self._watch.change.is_open)
 
-    async def change(self, stored: StoredPlan, continue_at: str | None, by: str, needed: Collection[str] = ()) -> None:
+    async def change(
+        self, plan: StoredPlan | NewPlan, continue_at: str | None, by: str, needed: Collection[str] = ()
+    ) -> None:
         """Fly on with another plan, without a pause; None goes on with the item now flown. Stored when this returns.
 
-        `needed` are items that must be among those left to fly.
+        A new plan is stored in one step with the record that it is being sent. `needed` are items that must be among
+        those left to fly.
 
         Raises:
             WrongStateError, DropInProgressError, PauseFirstError, ConflictError: it cannot be changed now.
@@ -85,10 +89,16 @@ class MissionChanger:
             orders = self._orders
             self._terms().refuse_unfit()
             facts = await self._facts()
+            stored = plan.stored if isinstance(plan, NewPlan) else plan
             pending = await self._prepare(stored, facts, continue_at, by, needed)
             back = await self._way_back(facts, by)
             self._refuse_broken_off(orders)  # that took its time
             self._terms().refuse_unfit()
+            if isinstance(plan, NewPlan):
+                self._recorder.bring(plan)
+            if pending.is_same and pending.follows:
+                await self._adopt(pending)
+                return
             try:
                 await self._send(pending, orders)
             except VehicleRefusedError:
@@ -151,21 +161,26 @@ class MissionChanger:
                 findings=[finding.model_dump(mode="json") for finding in findings],
             )
         mission = compile_plan(rest.plan, in_flight)
+        mission_id = self._link.mission_id_of(mission)
         timeline = await asyncio.to_thread(predict, rest.plan, in_flight, wind)
         change = PlanChange(
             plan_id=stored.id,
             plan_hash=stored.hash,
             mission_hash=mission_hash(mission),
-            mission_id=self._link.mission_id_of(mission),
+            mission_id=mission_id,
             continue_at=wanted,
             left_out=rest.left_out,
             began=began,
             by=by,
             at=self._clock.now(),
         )
-        return PendingChange(
-            change, plan, mission, timeline.first(RECORDED_VISITS), self._settings, continue_at is None
-        )
+        follows, is_same = continue_at is None, run.mission_id == mission_id == self._link.state().mission_id
+        return PendingChange(change, plan, mission, timeline.first(RECORDED_VISITS), self._settings, follows, is_same)
+
+    async def _adopt(self, pending: PendingChange) -> None:
+        """The mission that is flown is the changed plan's too, item for item: nothing is sent. Raises StorageError."""
+        self._watch.take_change(pending)
+        await self._recorder.flush()
 
     async def _send(self, pending: PendingChange, orders: int) -> None:
         """Stored before it is sent: after a restart it must be known what may be on board.

@@ -12,11 +12,13 @@ import structlog
 from app.domain.errors import ChangeUnderWayError, StorageError, WaydropError, WrongStateError
 from app.domain.events import EventKind
 from app.domain.ports import LinkFact, VehicleLink
+from app.domain.rally import RallyDestination
 from app.domain.run import IN_FLIGHT, NOT_STARTED, Run, RunState
 from app.services.hold_here import hold_here
 from app.services.runs.changing import MissionChanger
 from app.services.runs.consents import Consents
 from app.services.runs.prepare import Preparation
+from app.services.runs.rally_return import RallyReturn
 from app.services.runs.recorder import RunRecorder
 from app.services.runs.sending import OrderSender
 from app.services.runs.settings import RunSettings
@@ -39,6 +41,7 @@ class RunFlight:
         sender: OrderSender,
         consents: Consents,
         changer: MissionChanger,
+        rally_return: RallyReturn,
         settings: RunSettings,
     ) -> None:
         self._link = link
@@ -48,6 +51,7 @@ class RunFlight:
         self._sender = sender
         self.consents = consents
         self.changer = changer
+        self._rally_return = rally_return
         self._settings = settings
         self._facts: asyncio.Queue[LinkFact] = asyncio.Queue(WAITING_FACTS)
         self._start_asked = asyncio.Event()
@@ -94,26 +98,33 @@ class RunFlight:
             raise self._wrong("be taken off the vehicle")
         self._abort_asked.set()
 
-    async def act(self, asked: str, command: Callable[[], Awaitable[None]]) -> None:
-        """A user's command in flight, before any change of the mission. Raises WrongStateError, LinkError."""
+    async def act(
+        self, asked: str, command: Callable[[], Awaitable[None]], rally: RallyDestination | None = None
+    ) -> None:
+        """A user's command in flight, before any change of the mission; `rally` is where a return goes.
+
+        Raises WrongStateError, LinkError.
+        """
         self.changer.break_off()
         async with self._acting:
             if self._recorder.run.state not in IN_FLIGHT:
                 raise self._wrong(asked)
             self.changer.break_off()  # one may have begun while an earlier command was under way
-            before = self._recorder.run.asked
-            self._recorder.change(asked=asked)
-            self._recorder.note(EventKind.RUN_COMMAND, command=asked)
+            run = self._recorder.run
+            before = {"asked": run.asked, "rally": run.rally}
+            self._recorder.change(asked=asked, rally=rally)
+            where = {} if rally is None else {"rally": rally.model_dump(mode="json")}
+            self._recorder.note(EventKind.RUN_COMMAND, command=asked, **where)
             try:
                 with contextlib.suppress(StorageError):  # a person's command does not wait for the disk
                     await self._recorder.flush()
                 await command()
             except asyncio.CancelledError:
-                self._recorder.change(asked=before)
+                self._recorder.change(**before)
                 self._recorder.note(EventKind.RUN_ACK, command=asked, result="not known: broken off")
                 raise
             except WaydropError as error:
-                self._recorder.change(asked=before)
+                self._recorder.change(**before)
                 self._recorder.note(EventKind.RUN_ACK, command=asked, result=error.detail)
                 with contextlib.suppress(StorageError):
                     await self._recorder.flush()
@@ -135,9 +146,15 @@ class RunFlight:
             )
         await self.act("resume", self._link.start_mission)
 
-    async def return_to_launch(self) -> None:
-        """Return. Raises WrongStateError, LinkError."""
-        await self.act("return", self._link.return_to_launch)
+    async def return_to_launch(self, rally: RallyDestination | None = None) -> None:
+        """Return, to the rally point that was chosen if any. Raises WrongStateError, LinkError."""
+        await self.act("return", self._link.return_to_launch, rally)
+
+    async def choose_rally(self) -> RallyDestination:
+        """See RallyReturn.choose. Raises WrongStateError too."""
+        if self._recorder.run.state not in IN_FLIGHT:
+            raise self._wrong("go to a rally point")
+        return await self._rally_return.choose()
 
     async def land(self) -> None:
         """Land here and now. Raises WrongStateError, LinkError."""

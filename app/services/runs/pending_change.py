@@ -35,19 +35,25 @@ class PendingChange:
     follows: bool
     """It goes on with whatever item is flown, and not with one that was named."""
 
+    is_same: bool = False
+    """The vehicle carries this very mission already: that it names it says nothing of the transfer."""
+
     is_open: bool = True
     ended_s: float | None = None
     """When its transfer ended without a word whether it arrived; monotonic."""
 
     def is_missing(self, state: VehicleState, since_s: float, now_s: float) -> bool:
-        """Whether the vehicle has gone on naming another mission, heard since then and after the transfer."""
+        """Whether the vehicle has gone on naming another mission, heard since then and after the transfer.
+
+        The very same mission is missing too, unless its transfer said that it arrived: it is flown on as before.
+        """
         if self.ended_s is None or not state.mission_id:
             return False
         return self.is_open and now_s - max(self.ended_s, since_s) > SETTLED_S
 
     def has_arrived(self, state: VehicleState) -> bool:
         """Whether the vehicle names it as the mission that it carries (MISSION_CURRENT.mission_id)."""
-        return state.mission_id == self.change.mission_id
+        return state.mission_id == self.change.mission_id and not self.is_same
 
     def first_seq(self, flown_by: Plan, progress: Progress) -> int:
         """Its item to go on with, if the vehicle has come further in `flown_by` while it was under way.

@@ -13,6 +13,7 @@ from app.domain.events import EventKind, NewEvent
 from app.domain.run import Run, RunState
 from app.services.clock import Clock
 from app.services.journal import Journal
+from app.services.plans import NewPlan
 
 log = structlog.get_logger(__name__)
 MOST_WAITING: Final = 2000
@@ -32,6 +33,7 @@ class RunRecorder:
         self._journal = journal
         self._clock = clock
         self._waiting: list[NewEvent] = []
+        self._plans: list[NewPlan] = []
         self._left_out = 0
         self._storing = asyncio.Lock()
 
@@ -42,6 +44,10 @@ class RunRecorder:
             log.error("run event not recorded: the journal is stuck", run_id=self.run.id, kind=kind.value)
             return
         self._waiting.append(self._event(kind, data))
+
+    def bring(self, plan: NewPlan) -> None:
+        """A plan that this run is to fly: it is stored in one step with what waits."""
+        self._plans.append(plan)
 
     def move(self, state: RunState, reason: str = "") -> None:
         """The run's next state; staying in it only changes the reason. Raises WrongStateError."""
@@ -86,13 +92,16 @@ class RunRecorder:
 
     async def _store(self, continues: Run | None) -> Run:
         async with self._storing:  # two tasks that flush at once must not store the same events twice
-            if self._waiting or self._left_out:
+            if self._waiting or self._left_out or self._plans:
+                plans = tuple(self._plans)
                 events, run, left_out = tuple(self._waiting), self.run, self._left_out
                 anew = (self._event(EventKind.RUN_CHANGED, run.model_dump(mode="json")),) if left_out else ()
                 others = () if continues is None else (self._continued(continues),)
                 told = [self._event(EventKind.RUN_CONTINUED, old.model_dump(mode="json"), old.id) for old in others]
-                await self._journal.record(*told, *events, *anew, runs=(*others, run))
-                del self._waiting[: len(events)]
+                created = [plan.created for plan in plans]
+                new_plans = [plan.stored for plan in plans]
+                await self._journal.record(*created, *told, *events, *anew, runs=(*others, run), plans=new_plans)
+                del self._waiting[: len(events)], self._plans[: len(plans)]
                 self._left_out -= left_out
                 self.stored = run
             return self.stored

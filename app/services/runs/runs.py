@@ -20,6 +20,7 @@ from app.domain.run_tail import refuse_continued
 from app.services.clock import Clock
 from app.services.fleet import Fleet, FleetVehicle
 from app.services.journal import Journal
+from app.services.plans import NewPlan
 from app.services.runs.assembly import assemble
 from app.services.runs.consents import without_flight
 from app.services.runs.flight import RunFlight
@@ -72,7 +73,7 @@ class Runs:
 
     async def create(
         self,
-        plan_id: str,
+        plan: str | NewPlan,
         vehicle_id: str,
         *,
         start: bool,
@@ -81,19 +82,19 @@ class Runs:
         run_id: str | None = None,
         continues: str | None = None,
     ) -> Run:
-        """A new run, on its way to the vehicle. Check and prediction reckon with the wind. `run_id`: a new id that the
-        caller has stored before. `continues`: the run whose rest the plan is, once.
+        """A new run, on its way to the vehicle. Check and prediction reckon with the wind. `plan`: the id of a stored
+        one, or a new one, which is stored with the run. `run_id`: a new id that the caller has stored before.
+        `continues`: the run whose rest the plan is, once.
 
         Raises:
             NotFoundError, VehicleBusyError, VehicleQuarantinedError, ConflictError, PlanRejectedError, LinkError,
             StorageError. With `continues` as `continuable` too.
         """
-        stored = await self._stored(plan_id)
         link, vehicle = self.require_free(vehicle_id), self._fleet.vehicle(vehicle_id)
         run_id = run_id or new_run_id()
         vehicle.run_id = run_id  # taken before the first await: a second request meets a busy vehicle
         try:
-            return await self._create(run_id, stored, vehicle, link, wind, continues, start=start, by=by)
+            return await self._create(run_id, plan, link, vehicle, wind, continues, start=start, by=by)
         except BaseException:
             vehicle.run_id = None
             raise
@@ -154,6 +155,13 @@ class Runs:
         await flight.return_to_launch()
         return flight.run
 
+    async def go_to_rally(self, run_id: str, by: str) -> Run:
+        """Return to a rally point: `run.rally` says which. Raises as return_to_launch, and as RallyReturn.choose."""
+        chosen = await (await self._flight(run_id)).choose_rally()
+        flight = await self._flight(run_id, "return")
+        await flight.return_to_launch(chosen)
+        return flight.run
+
     async def land(self, run_id: str, by: str) -> Run:
         """Land where it is. Raises NotFoundError, WrongStateError, LinkError."""
         flight = await self._flight(run_id, "land")
@@ -171,18 +179,19 @@ class Runs:
         (await self._flight(run_id)).end_unstarted()
 
     async def change_mission(
-        self, run_id: str, plan_id: str, continue_at: str | None, by: str, needed: Collection[str] = ()
+        self, run_id: str, plan: str | NewPlan, continue_at: str | None, by: str, needed: Collection[str] = ()
     ) -> Run:
         """Fly on with another plan, without a pause: from an item, or None from the one that is flown now.
 
-        `needed` are items that must be among those left to fly.
+        A new plan is stored just before it is sent. `needed` are items that must be among those left to fly.
 
         Raises:
             NotFoundError, WrongStateError, DropInProgressError, PauseFirstError, ChangeUnderWayError, ConflictError,
             PlanRejectedError, LinkError, StorageError: see MissionChanger.
         """
         flight = await self._flight(run_id)
-        await flight.changer.change(await self._stored(plan_id), continue_at, by, needed)
+        chosen = plan if isinstance(plan, NewPlan) else await self._stored(plan)
+        await flight.changer.change(chosen, continue_at, by, needed)
         return flight.run
 
     async def answer_consent(self, run_id: str, plan_item_id: str, answer: Answer, by: str) -> Run:
@@ -199,32 +208,25 @@ class Runs:
     async def _create(
         self,
         run_id: str,
-        stored: StoredPlan,
-        vehicle: FleetVehicle,
+        plan: str | NewPlan,
         link: VehicleLink,
+        vehicle: FleetVehicle,
         wind: Wind,
         continues: str | None,
         *,
         start: bool,
         by: str,
     ) -> Run:
+        stored = await self._stored(plan)
         old = None if continues is None else await self.continuable(continues)  # nobody else has the vehicle now
-        plan = parse_plan(stored.document)
-        mission, timeline = await compiled_and_predicted(plan, await self._fleet.facts(vehicle.id), wind)
-        run = new_run(
-            run_id,
-            stored,
-            vehicle.id,
-            link.identity,
-            mission,
-            wind,
-            continues,
-            start=start,
-            by=by,
-            now=self._clock.now(),
-        )
+        parsed = parse_plan(stored.document)
+        mission, timeline = await compiled_and_predicted(parsed, await self._fleet.facts(vehicle.id), wind)
+        now, identity = self._clock.now(), link.identity
+        run = new_run(run_id, stored, vehicle.id, identity, mission, wind, continues, start=start, by=by, now=now)
         facts = partial(self._fleet.facts, vehicle.id)
-        made = assemble(run, plan, mission, link, facts, self._journal, self._settings, self._clock, self._targets)
+        made = assemble(run, parsed, mission, link, facts, self._journal, self._settings, self._clock, self._targets)
+        if isinstance(plan, NewPlan):
+            made.recorder.bring(plan)
         made.recorder.note(EventKind.RUN_CREATED, **run.model_dump(mode="json"))
         made.recorder.note(EventKind.RUN_PREDICTED, **timeline.model_dump(mode="json"))
         await made.recorder.flush(continues=old)
@@ -247,10 +249,10 @@ class Runs:
         refuse_unfit_vehicle(vehicle, self._taken_by(vehicle))
         return link
 
-    async def _stored(self, plan_id: str) -> StoredPlan:
-        stored = await self._plans.get(plan_id)
+    async def _stored(self, plan: str | NewPlan) -> StoredPlan:
+        stored = plan.stored if isinstance(plan, NewPlan) else await self._plans.get(plan)
         if stored is None:
-            raise NotFoundError(f"no plan {plan_id!r}", hint="POST the plan to /api/v1/plans first")
+            raise NotFoundError(f"no plan {plan!r}", hint="POST the plan to /api/v1/plans first")
         return stored
 
     def _taken_by(self, vehicle: FleetVehicle) -> str | None:

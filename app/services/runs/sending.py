@@ -6,7 +6,6 @@ import asyncio
 import contextlib
 import math
 from collections.abc import Callable, Coroutine, Sequence
-from typing import Final
 
 from app.domain.commands import CommandAck, CommandRequest
 from app.domain.errors import CommandExpiredError, ConflictError, LinkError, StorageError, WaydropError
@@ -19,9 +18,6 @@ from app.services.runs.orders import DivertOrder, FailureOrder, Order, ReleaseOr
 from app.services.runs.recorder import RunRecorder
 from app.services.runs.settings import RunSettings
 from app.services.runs.watch import FlightWatch
-
-LEAVE_WITHIN_S: Final = 1.0
-"""Of the hold that must be left when a vehicle is sent to an alternate: the command arrives while it still waits."""
 
 
 class OrderSender:
@@ -138,8 +134,9 @@ class OrderSender:
         self.carry_out(following)
 
     async def _divert(self, order: DivertOrder) -> None:
-        """Send the vehicle to the alternate, once that is stored. If it fails, the bounded hold ends by itself, and the
-        drop at the alternate ends as one that was passed.
+        """Send the vehicle to the alternate, once that is stored, and only if it surely waits until the last try of the
+        command: one that comes later would turn it back. If it fails, the bounded hold ends by itself, and the drop at
+        the alternate ends as one that was passed.
         """
         drop = order.drop
         self._watch.divert(drop.record.plan_item_id)
@@ -148,7 +145,7 @@ class OrderSender:
         except StorageError:
             return
         look = self._watch.now()
-        if still_waits(drop.machine, drop.observe(look), LEAVE_WITHIN_S):
+        if still_waits(drop.machine, drop.observe(look), drop.machine.terms.resume_s):
             await self._set_current(order.seq, because=f"{drop.record.plan_item_id} failed with its parcel on board")
 
     async def _resume_at(self, seq: int, waiting_at: tuple[int, ...]) -> None:

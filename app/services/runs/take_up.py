@@ -93,7 +93,8 @@ class TakeUp:
         """What the vehicle carries: the run's mission, or the one that was on its way to it; None if another."""
         facts, on_board = await self._read(run.vehicle_id, link)
         mission_id = link.state().mission_id
-        if run.changing is not None and (changed := await self._plan(run.changing.plan_id)) is not None:
+        is_news = run.changing is not None and run.changing.mission_id != run.mission_id
+        if is_news and run.changing is not None and (changed := await self._plan(run.changing.plan_id)) is not None:
             carried = carried_change(run, run.changing, changed, facts, on_board, mission_id)
             if carried is not None:
                 return carried

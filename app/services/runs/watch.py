@@ -9,8 +9,8 @@ from typing import Final
 
 from app.domain.complete_sign import CompleteSign
 from app.domain.events import EventKind
-from app.domain.flight_phase import FlightView, how_it_ended, is_airborne, phase_of
-from app.domain.ports import ItemReached, LinkFact, Rebooted, VehicleLink
+from app.domain.flight_phase import FlightView, how_it_ended, is_airborne, phase_of, why_open
+from app.domain.ports import ClockRateTold, ItemReached, LinkFact, Rebooted, VehicleLink
 from app.domain.progress import Progress
 from app.domain.run import NEXT, RunState
 from app.domain.vehicle import FlightMode, VehicleState
@@ -135,6 +135,8 @@ class FlightWatch:
                     self._advance(self._progress.reached(fact.seq))
             case Rebooted():
                 self._rebooted = True
+            case ClockRateTold():
+                self._rate = self._rate.told(fact.rate)
             case _:
                 pass  # the next look reads the state
 
@@ -182,7 +184,8 @@ class FlightWatch:
         return orders
 
     def _follow_mission(self, state: VehicleState) -> None:
-        if state.mission_seq is not None and (state.mode is FlightMode.MISSION or self._flew_on_unseen(state)):
+        flew_unseen = self._progress.is_behind(state, self._recorder.run.mission_id)
+        if state.mission_seq is not None and (state.mode is FlightMode.MISSION or flew_unseen):
             self._was_away = self._was_away and state.mode is not FlightMode.MISSION
             before = self._progress.current
             self._advance(self._progress.now_current(state.mission_seq))
@@ -200,13 +203,6 @@ class FlightWatch:
             self._advance(self._progress.completed())
         if self._progress.is_complete and unasked:
             self._mission_done = True
-
-    def _flew_on_unseen(self, state: VehicleState) -> bool:
-        """Whether a vehicle that holds now is further in the run's mission than it was seen."""
-        run_mission_id, current = self._recorder.run.mission_id, self._progress.current
-        named = run_mission_id is not None and state.mission_id == run_mission_id
-        ahead = current is not None and (state.mission_seq or 0) > current
-        return named and ahead and state.mode is FlightMode.HOLD
 
     def divert(self, plan_item_id: str) -> None:
         """The vehicle is about to be sent to this drop's alternate: from now on the drop there is looked at too."""
@@ -250,6 +246,7 @@ class FlightWatch:
             was_airborne=self._was_airborne,
             asked=self._recorder.run.asked,
             was_armed=self._was_armed,
+            rally_point=None if self._recorder.run.rally is None else self._recorder.run.rally.index + 1,
             asks_consent_to=next((r.record.plan_item_id for r in self.leg.supervised if r.is_asking), ""),
         )
         phase, reason = phase_of(view)
@@ -272,8 +269,7 @@ class FlightWatch:
         """The heartbeat that says disarmed may overtake the report that the last item was reached."""
         if not self._mission_done and self._recorder.run.asked in UNASKED and landed_s < LAST_REPORTS_S:
             return True
-        open_answers = any(release.awaits_answer for release in self.leg.supervised)
-        return open_answers and landed_s < UNFINISHED_DROPS_S
+        return landed_s < UNFINISHED_DROPS_S and any(release.awaits_answer for release in self.leg.supervised)
 
     def _look_at_silence(self, seen: Look) -> None:
         silent_s = seen.now_s - self._connected_at_s
@@ -284,7 +280,7 @@ class FlightWatch:
         """The run's last state: every drop that is still open ends with it."""
         for release in self.leg.releases:
             if not release.is_over:
-                release.end(reason or state.value, self._clock.monotonic())
+                release.end(why_open(state, reason), self._clock.monotonic())
                 self.record(release)
         self._recorder.change(item_id=None)
         self._recorder.move(state, reason)

@@ -11,15 +11,15 @@ from app.simulator.params import Params
 class OffboardStream:
     """Proof of life: the newest valid setpoint is younger than COM_OF_LOSS_T, whatever the rate.
 
-    `speed` is vehicle time over wall time. Above MAX_LIVE_SPEED no stream lives: its sender's timers are wall clock.
+    Above MAX_LIVE_SPEED no stream lives: its sender's timers are wall clock.
     """
 
-    def __init__(self, params: Params, clock: VehicleClock, speed: float) -> None:
-        self.speed = speed
+    def __init__(self, params: Params, clock: VehicleClock) -> None:
         self._params = params
         self._clock = clock
         self._heard_at_s: float | None = None
         self.newest: OffboardTarget | None = None
+        clock.on_speed(self._change_speed)
 
     def boot(self) -> None:
         """Power-up: nothing was heard."""
@@ -31,10 +31,14 @@ class OffboardStream:
         self.newest = target
         self._heard_at_s = self._clock.now_s
 
+    def _change_speed(self, factor: float) -> None:
+        if self._heard_at_s is not None:
+            self._heard_at_s = self._clock.same_by_the_wall(self._heard_at_s, factor)
+
     @property
     def too_fast(self) -> bool:
         """Simulated time runs too fast for anybody to control the vehicle."""
-        return self.speed > MAX_LIVE_SPEED
+        return self._clock.speed > MAX_LIVE_SPEED
 
     @property
     def flies_blind(self) -> bool:

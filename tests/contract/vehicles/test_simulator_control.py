@@ -31,7 +31,7 @@ async def control(server: ControlServer) -> SimulatorControlSocket:
 async def test_each_vehicle_is_told_with_its_faults(control: SimulatorControlSocket) -> None:
     await control.set_fault("wind", (3.0, -2.0), system_id=7)
     await control.set_fault("gps_loss", True, system_id=None)
-    told = {vehicle.system_id: (vehicle.type, vehicle.faults) for vehicle in await control.vehicles()}
+    told = {vehicle.system_id: (vehicle.type, vehicle.faults) for vehicle in (await control.state()).vehicles}
     assert told == {1: ("quad", {"gps_loss": True}), 7: ("plane", {"gps_loss": True, "wind": [3.0, -2.0]})}
 
 
@@ -42,7 +42,15 @@ async def test_a_refusal_has_the_simulators_reason(control: SimulatorControlSock
         await control.set_fault("link_cut", True, system_id=9)
 
 
+async def test_a_speed_that_was_set_is_the_one_that_is_told(control: SimulatorControlSocket) -> None:
+    assert (await control.state()).speed.wanted == 1.0
+    assert (await control.set_speed(12.5)).wanted == 12.5
+    assert (await control.state()).speed.wanted == 12.5
+    with pytest.raises(SimulatorRefusedError, match="not between 1"):
+        await control.set_speed(51.0)
+
+
 async def test_a_simulator_that_has_gone_is_silent(control: SimulatorControlSocket, server: ControlServer) -> None:
     await server.close()
     with pytest.raises(SimulatorSilentError, match=r"127\.0\.0\.1"):
-        await control.vehicles()
+        await control.state()

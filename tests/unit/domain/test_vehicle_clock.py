@@ -20,6 +20,15 @@ def test_the_rate_is_the_speed_factor(factor: float) -> None:
     assert clock.rate == pytest.approx(factor, rel=0.02)
 
 
+def test_a_told_rate_counts_at_once_and_until_the_clock_is_measured_anew() -> None:
+    clock = heard(1.0, 10.0).told(20.0)
+    assert (clock.rate, clock.least_rate) == (20.0, 20.0)
+    for n in range(30):  # a machine too slow for it
+        clock = clock.seen(200 + n * 0.1001, 5 + n * 0.1001 * 3.0)
+    assert clock.rate == pytest.approx(3.0, rel=0.02)
+    assert not is_too_fast(clock.least_rate)
+
+
 def heard(rate: float, seconds: float, late: Callable[[float], float] = lambda _: 0.0) -> VehicleClock:
     """After `seconds` of ours, positions at 10 Hz of ours; `late` says how late one that left at this time comes."""
     clock = VehicleClock(window_s=10.0)

@@ -45,7 +45,7 @@ class Airborne:
         self.status = self.state.status
         self.store = MissionStore()
         self.result = MissionResult(valid=True)
-        self.offboard = OffboardStream(self.params, self.clock, 1.0)
+        self.offboard = OffboardStream(self.params, self.clock)
         self.checks = ModeChecks(self.status, self.params, self.clock, self.result, self.offboard)
         self.commander = Commander(
             self.state, self.params, self.clock, self.result, self.offboard, self.checks, self.text, self.event
@@ -78,14 +78,14 @@ class Airborne:
     def stream_position(self) -> None:
         self.offboard.hear(OffboardTarget(position=(0.0, 0.0, 10.0)))
 
-    def upload(self, plans: Sequence[Plan]) -> None:
+    def upload(self, plans: Sequence[Plan], mission_type: int = 0) -> None:
         items = []
         for plan in plans:
             place = FRAME.to_global(plan.north_m, plan.east_m) if plan.north_m is not None else (0.0, 0.0)
             x, y = (round(degrees * 1e7) for degrees in place)
             frame = 6 if plan.north_m is not None else 2
             items.append(Item(plan.command, frame, plan.autocontinue, *plan.params, x, y, plan.up_m))
-        self.store.commit(0, plan_of(items))
+        self.store.commit(mission_type, plan_of(items))
 
     def run(self, step: Callable[[], None], seconds: float = VehicleClock.STEP_S) -> None:
         """Let time pass for one part."""

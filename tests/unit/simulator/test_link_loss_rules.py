@@ -16,8 +16,9 @@ HOLD, TERMINATE, DISARM = 1, 5, 6
 def heard(action: int, mode: Mode = Mode.MISSION, speed: float = 1.0) -> tuple[Airborne, LinkLossFailsafe]:
     """A ground station was heard a moment ago."""
     air = Airborne(NAV_DLL_ACT=action)
+    air.clock.change_speed(speed)
     air.commander.change_mode(mode)
-    link = LinkLossFailsafe(air.status, air.params, air.clock, air.commander, air.text, air.event, speed)
+    link = LinkLossFailsafe(air.status, air.params, air.clock, air.commander, air.text, air.event)
     link.boot()
     link.on_gcs_heartbeat()
     return air, link

@@ -117,7 +117,7 @@ def test_a_plane_flies_the_line_of_a_velocity_keeps_its_course_without_any_and_n
     """On its way to the east. Scenarios 20 and 20b: type masks 12288, 3520, 3576."""
     vehicle = Cockpit("plane", ready=False).vehicle
     vehicle.state.body.v_east_m_s, vehicle.state.body.up_m = 12.0, 40.0
-    stream = OffboardStream(vehicle.params, vehicle.clock, 1.0)
+    stream = OffboardStream(vehicle.params, vehicle.clock)
     mode = OffboardMode(vehicle.context, stream)
     mode.activate()
     stream.hear(OffboardTarget(position=(0.0, 0.0, 50.0), velocity=velocity))
@@ -129,7 +129,7 @@ def test_a_plane_flies_the_line_of_a_velocity_keeps_its_course_without_any_and_n
 def test_a_rover_does_not_move_for_an_attitude() -> None:
     """Scenario 21."""
     vehicle = Cockpit("rover", ready=False).vehicle
-    stream = OffboardStream(vehicle.params, vehicle.clock, 1.0)
+    stream = OffboardStream(vehicle.params, vehicle.clock)
     mode = OffboardMode(vehicle.context, stream)
     mode.activate()
     stream.hear(OffboardTarget(thrust=0.7, tilt_rad=(0.2, -0.2)))
@@ -145,7 +145,7 @@ def test_a_coordinate_that_is_not_a_number_stays_where_the_vehicle_was(position:
     vehicle = Cockpit(ready=False).vehicle
     body = vehicle.state.body
     body.north_m, body.east_m, body.up_m = 20.0, -7.0, 9.0
-    stream = OffboardStream(vehicle.params, vehicle.clock, 1.0)
+    stream = OffboardStream(vehicle.params, vehicle.clock)
     mode = OffboardMode(vehicle.context, stream)
     mode.activate()
     stream.hear(OffboardTarget(position=position))
@@ -169,7 +169,7 @@ def heard(message: Message) -> OffboardTarget:
         message.lat_int, message.lon_int = round(latitude * 1e7), round(longitude * 1e7)
         message.alt = 50.0 + cockpit.vehicle.spec.frame.altitude_m
     message.vx, message.vy, message.vz = 1.0, 2.0, -3.0
-    stream = OffboardStream(cockpit.vehicle.params, cockpit.vehicle.clock, 1.0)
+    stream = OffboardStream(cockpit.vehicle.params, cockpit.vehicle.clock)
     OffboardReceiver(cockpit.vehicle.context, stream).handlers()[message.get_type()](cockpit.wire, message)
     assert stream.newest is not None
     return stream.newest

@@ -2,7 +2,7 @@
 
 import { ProblemError, problemFrom, unreachable } from "./problem";
 import { readToken } from "./token";
-import type { Attachment, Comparison, EntryCheck, OffboardDetail, PlanCheck, PlanConversion, PlanDocument, PlanExports, PlanHead, Principal, Run, SimulatorView, StoredPlan, TargetFormat, TaskQueue, Vehicle, VehicleType } from "./types";
+import type { Attachment, Comparison, EntryCheck, Job, JobQueue, JobQueues, OffboardDetail, PlanCheck, PlanConversion, PlanDocument, PlanExports, PlanHead, Principal, Run, SimulatorSpeed, SimulatorView, StoredPlan, TargetFormat, TaskQueue, Vehicle, VehicleType } from "./types";
 import type { ForeignFormat } from "../plan/foreign";
 import type { Schema } from "../schema/control";
 import type { RunAction } from "../state/runs";
@@ -54,12 +54,22 @@ export const api = {
     send(`/runs/${encodeURIComponent(run)}/drops/${encodeURIComponent(drop)}/consent`, { grant, question }, {}),
   vehicleAction: (id: string, action: "hold" | "return" | "land"): Promise<unknown> =>
     send(`/vehicles/${encodeURIComponent(id)}/${action}`, {}, {}),
+  /** One page of jobs, newest first; `next` begins the one behind it. */
+  jobs: (query: Readonly<Record<string, string>>): Promise<{ jobs: Job[]; next: string | null }> => get(`/jobs?${new URLSearchParams(query)}`),
+  /** Of one that waits with what speaks against each vehicle now. */
+  job: (id: string): Promise<Job> => get(`/jobs/${encodeURIComponent(id)}`),
+  jobQueues: (): Promise<JobQueues> => get("/job-queues"),
+  cancelJob: (id: string): Promise<Job> => send(`/jobs/${encodeURIComponent(id)}/cancel`, {}, {}),
+  resumeJobQueue: async (vehicle: string): Promise<JobQueue> =>
+    (await send<{ queue: JobQueue }>(`/job-queues/${encodeURIComponent(vehicle)}/resume`, {}, {})).queue,
   /** `vehicle` null: all simulated vehicles. */
   setFault: (vehicle: string | null, fault: string, value: unknown): Promise<unknown> =>
     send("/simulator/faults", { vehicle, fault, value }, {}),
+  setSpeed: (speed: number): Promise<SimulatorSpeed> => send("/simulator/speed", { speed }, { method: "PUT" }),
 };
 
 interface SendOptions {
+  method?: "POST" | "PUT" | "PATCH";
   signal?: AbortSignal;
   /** Goes with an Idempotency-Key, so that a repeat by the network is not done twice. */
   once?: boolean;
@@ -80,10 +90,10 @@ function get<T>(path: string): Promise<T> {
   return call<T>(path, { method: "GET" });
 }
 
-function send<T>(path: string, body: unknown, { signal, once = false }: SendOptions): Promise<T> {
+function send<T>(path: string, body: unknown, { method = "POST", signal, once = false }: SendOptions): Promise<T> {
   const headers: Record<string, string> = { "Content-Type": "application/json" };
   if (once) headers["Idempotency-Key"] = randomKey();
-  return call<T>(path, { method: "POST", headers, body: JSON.stringify(body), signal: signal ?? null });
+  return call<T>(path, { method, headers, body: JSON.stringify(body), signal: signal ?? null });
 }
 
 async function call<T>(path: string, init: RequestInit): Promise<T> {

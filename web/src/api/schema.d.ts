@@ -112,7 +112,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Who flies the vehicle by hand, which setpoints it follows, and the limits
+         * Who flies the vehicle by hand, which setpoints it follows, how it flies tasks, and the limits
          * @description Role: viewer or higher.
          */
         get: operations["get_offboard"];
@@ -756,6 +756,26 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/api/v1/runs/{run_id}/rally": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Give up the mission and go to a rally point; the run's `rally` says which
+         * @description Role: pilot or higher.
+         */
+        post: operations["rally_run"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/api/v1/runs/{run_id}/land": {
         parameters: {
             query?: never;
@@ -1278,6 +1298,26 @@ export interface paths {
          * @description Role: pilot or higher.
          */
         post: operations["set_simulator_fault"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/api/v1/simulator/speed": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        /**
+         * Change how fast the simulated vehicles' time runs, in flight too
+         * @description Role: pilot or higher.
+         */
+        put: operations["set_simulator_speed"];
+        post?: never;
         delete?: never;
         options?: never;
         head?: never;
@@ -2506,7 +2546,7 @@ export interface components {
          * @description What an event says. The data of each kind is documented here; it is what the stream carries.
          * @enum {string}
          */
-        EventKind: "service.started" | "service.stopped" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.command" | "offboard.lease" | "offboard.changed" | "tasks.changed" | "tasks.gripper" | "plan.created" | "run.created" | "run.changed" | "run.predicted" | "run.upload_progress" | "run.mission_changed" | "run.continued" | "run.target_moved" | "run.target_not_followed" | "run.item" | "run.item_ended" | "run.command" | "run.ack" | "run.drop" | "run.attachment" | "drop.consent_asked" | "drop.consent_closed" | "simulator.fault" | "job.changed" | "job.queue_changed" | "webhook.changed";
+        EventKind: "service.started" | "service.stopped" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.command" | "offboard.lease" | "offboard.changed" | "tasks.changed" | "tasks.gripper" | "plan.created" | "run.created" | "run.changed" | "run.predicted" | "run.upload_progress" | "run.mission_changed" | "run.continued" | "run.target_moved" | "run.target_not_followed" | "run.item" | "run.item_ended" | "run.command" | "run.ack" | "run.drop" | "run.attachment" | "drop.consent_asked" | "drop.consent_closed" | "simulator.fault" | "simulator.speed" | "job.changed" | "job.queue_changed" | "webhook.changed";
         /**
          * EventsView
          * @description A page of events in order. `last_seq` is the newest there is; ask again after the last one of the page.
@@ -3478,12 +3518,13 @@ export interface components {
         };
         /**
          * OffboardDetail
-         * @description Offboard control of one vehicle: how it is, what the vehicle follows, what bounds it.
+         * @description Offboard control of one vehicle: how it is, what the vehicle follows, how it flies tasks, what bounds it.
          */
         OffboardDetail: {
             offboard: components["schemas"]["OffboardView"];
             /** Capabilities */
             capabilities: components["schemas"]["CapabilityView"][];
+            tasks: components["schemas"]["TaskMeansView"];
             limits: components["schemas"]["OffboardLimits"];
         };
         /**
@@ -4420,6 +4461,34 @@ export interface components {
             left_m: number | null;
         };
         /**
+         * RallyDestination
+         * @description The rally point to which a vehicle returns; PX4 does not report it, so this is what its rules give.
+         *
+         *     `index` is that in the plan's `rally_points`, `or_index` are others that were nearly as near. `distance_m` is from
+         *     where it was told. `lands` false: it stays in the air there (RTL_LAND_DELAY below 0); null: it does not tell.
+         */
+        RallyDestination: {
+            /** Index */
+            index: number;
+            /** Latitude Deg */
+            latitude_deg: number;
+            /** Longitude Deg */
+            longitude_deg: number;
+            /** Distance M */
+            distance_m: number;
+            /**
+             * Or Index
+             * @default []
+             */
+            or_index: number[];
+            /** Rtl Type */
+            rtl_type: number;
+            /** Lands */
+            lands: boolean | null;
+            /** Reason */
+            reason: string;
+        };
+        /**
          * RallyPoint
          * @description A place the vehicle may return to instead of home.
          */
@@ -4548,6 +4617,7 @@ export interface components {
          *     mode again, or "" for the mission itself;
          *     "contingency" when a drop failed and the plan says to return; "refused" when the vehicle holds because it found a
          *     changed mission infeasible.
+         *     `rally` is the rally point to which it was asked to return; null for any other return.
          *     `wind` is the one that its checks and its prediction reckon with.
          *     A plan may be changed in flight: `plan_id` to `mission_hash` are of the newest that the vehicle carries, `change`
          *     says where it went on, `changes` counts, and `flown_before_change` of `flown_item_ids` were flown before it.
@@ -4631,6 +4701,8 @@ export interface components {
              * @default
              */
             asked: string;
+            /** @default null */
+            rally: components["schemas"]["RallyDestination"] | null;
             /** @default null */
             change: components["schemas"]["PlanChange"] | null;
             /** @default null */
@@ -4878,6 +4950,8 @@ export interface components {
         /**
          * SimulatorView
          * @description `available`: faults can be set now; else `reason` says why not. `faults` are all that the simulator knows.
+         *
+         *     `speed` is null while it is not available.
          */
         SimulatorView: {
             /** Available */
@@ -4888,6 +4962,7 @@ export interface components {
             vehicles: components["schemas"]["SimulatedVehicleView"][];
             /** Faults */
             faults: components["schemas"]["FaultKind"][];
+            speed: components["schemas"]["SpeedView"] | null;
         };
         /**
          * SlowGripperFault
@@ -4913,6 +4988,38 @@ export interface components {
          * @enum {string}
          */
         SourceFormat: "plan" | "qgc" | "waypoints";
+        /**
+         * SpeedOrder
+         * @description How fast the simulated vehicles' time is to run: vehicle time over wall time.
+         */
+        SpeedOrder: {
+            /** Speed */
+            speed: number;
+        };
+        /**
+         * SpeedView
+         * @description `live`: at this speed supervised drops and OFFBOARD work. Above `live_max` they are refused.
+         */
+        SpeedView: {
+            /** Wanted */
+            wanted: number;
+            /** Achieved */
+            achieved: number | null;
+            /** Behind */
+            behind: boolean;
+            /** Live */
+            live: boolean;
+            /**
+             * Live Max
+             * @default 4
+             */
+            live_max: number;
+            /**
+             * Max
+             * @default 50
+             */
+            max: number;
+        };
         /**
          * StateView
          * @description The newest measurements of a vehicle, with their ages in seconds; null is "never received".
@@ -5143,6 +5250,24 @@ export interface components {
             age_s: number;
             /** Stale */
             stale: boolean;
+        };
+        /**
+         * TaskMeansView
+         * @description How tasks would be flown as the vehicle flies now. `flown_by` null: not at all, and `reason` says why.
+         */
+        TaskMeansView: {
+            /** Flown By */
+            flown_by: ("setpoints" | "commands") | null;
+            /**
+             * Reason
+             * @default
+             */
+            reason: string;
+            /**
+             * Hint
+             * @default
+             */
+            hint: string;
         };
         /**
          * TaskQueued
@@ -11006,6 +11131,165 @@ export interface operations {
             };
         };
     };
+    rally_run: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                run_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The run as it is now; follow it at Location or by the stream */
+            202: {
+                headers: {
+                    /** @description Where the new or changed resource is */
+                    Location?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Run"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `conflict`: Not now; `run.wrong_state`: The run is in another state; `vehicle.quarantined`: The vehicle is quarantined; `vehicle.refused`: The vehicle refused; `run.rally_refused`: A return goes to no rally point now */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.invalid`: The body does not fit this request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `vehicle.link`: The link to the vehicle failed */
+            502: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `vehicle.timeout`: The vehicle did not answer */
+            504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     land_run: {
         parameters: {
             query?: never;
@@ -14715,6 +14999,156 @@ export interface operations {
                 };
             };
             /** @description `not_found`: It does not exist; `simulator.not_running`: No simulated vehicles are known here */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `simulator.refused`: The simulator refused */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.invalid`: The body does not fit this request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `storage.failed`: The journal cannot be written */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `simulator.no_answer`: The simulator did not answer */
+            504: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    set_simulator_speed: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["SpeedOrder"];
+            };
+        };
+        responses: {
+            /** @description The speed is changed */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["SpeedView"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `simulator.not_running`: No simulated vehicles are known here */
             404: {
                 headers: {
                     [name: string]: unknown;

@@ -28,11 +28,18 @@ export type Principal = Schemas["PrincipalView"];
 export type Role = Schemas["Role"];
 export type SimulatorView = Schemas["SimulatorView"];
 export type SimulatedVehicle = Schemas["SimulatedVehicleView"];
+export type SimulatorSpeed = Schemas["SpeedView"];
 export type FaultKind = Schemas["FaultKind"];
 
 /** A fact of the stream. `page.missing` is the page's own: it stands for events that the service no longer has. */
 export type EventKind = Schemas["EventKind"] | "page.missing";
 export type StreamEvent = Omit<Schemas["Event"], "kind"> & { kind: EventKind };
+
+export type Job = Schemas["Job"];
+export type JobState = Schemas["JobState"];
+export type JobCandidate = Schemas["Candidate"];
+export type JobQueue = Schemas["VehicleQueue"];
+export type JobQueues = Schemas["JobQueuesView"];
 
 /** A plan document as somebody wrote it, perhaps half: plan/document.ts reads what is there. */
 export type PlanDocument = Readonly<Record<string, unknown>>;
@@ -47,6 +54,9 @@ export type AuditEntry = Schemas["AuditView"];
 export type Clamp = Schemas["ClampView"];
 export type SentSetpoint = Schemas["SentView"];
 export type Cadence = Schemas["CadenceView"];
+export type FlightOrder = Schemas["OrderView"];
+export type TaskMeans = Schemas["TaskMeansView"];
+export type FlownBy = NonNullable<TaskMeans["flown_by"]>;
 export type VelocityBody = Schemas["VelocityBody"];
 export type PositionGlobal = Schemas["PositionGlobal"];
 

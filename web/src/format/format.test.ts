@@ -2,7 +2,7 @@ import { afterEach, describe, expect, it } from "vitest";
 import type { EventKind, StreamEvent } from "../api/types";
 import { sampleDrop, sampleEvent, sampleRun } from "../testing/samples";
 import { sentence } from "./sentences";
-import { age, altitude, besides, climbRate, distance, heading, percent, roundDistance, seconds, speed, systemName, wholeAltitude } from "./units";
+import { age, altitude, besides, climbRate, distance, heading, linkAge, percent, roundDistance, seconds, speed, systemName, wholeAltitude } from "./units";
 import { asSentence, landedName, plain } from "./words";
 
 describe("measurements", () => {
@@ -18,6 +18,10 @@ describe("measurements", () => {
 
   it("of age can be read while they grow", () => {
     expect([age(null), age(0.42), age(14.2), age(200), age(9000)]).toEqual(["never", "0.4 s", "14 s", "3 min", "3 h"]);
+  });
+
+  it("of a link's age does not change while heartbeats come", () => {
+    expect([linkAge(null), linkAge(0), linkAge(1.9), linkAge(2), linkAge(14.2)]).toEqual(["never", "< 2 s", "< 2 s", "2.0 s", "14 s"]);
   });
 });
 
@@ -113,7 +117,7 @@ describe("sentences", () => {
   });
 
   it("are made for every kind, even with no data and for kinds to come", () => {
-    const kinds = ["service.started", "vehicle.seen", "vehicle.status_text", "vehicle.command", "plan.created", "run.item", "run.changed", "run.drop", "simulator.fault", "offboard.lease", "offboard.changed", "tasks.changed", "tasks.gripper", "run.attachment", "webhook.changed", "job.changed", "job.queue_changed", "later.kind"];
+    const kinds = ["service.started", "vehicle.seen", "vehicle.status_text", "vehicle.command", "plan.created", "run.item", "run.changed", "run.drop", "simulator.fault", "simulator.speed", "offboard.lease", "offboard.changed", "tasks.changed", "tasks.gripper", "run.attachment", "webhook.changed", "job.changed", "job.queue_changed", "later.kind"];
     for (const kind of kinds) expect(say(kind as EventKind, {}, { run_id: null, vehicle_id: null }).text).toMatch(/\w.*[.”]$/);
   });
 });

@@ -49,6 +49,7 @@ const SAY: Readonly<Record<EventKind, Say>> = {
   "job.changed": sayJob,
   "job.queue_changed": sayJobQueue,
   "simulator.fault": sayFault,
+  "simulator.speed": saySpeed,
   "page.missing": (e) => ({ text: `Events ${str(e.data["first"])} to ${str(e.data["last"])} are no longer kept by the service.`, tone: "warn" }),
 };
 
@@ -134,6 +135,12 @@ function sayFault(event: StreamEvent, vehicle: string): Sentence {
   const what = `Simulated fault ${str(fault)} = ${JSON.stringify(value ?? null)} for ${vehicle}${after(" by ", by)}`;
   const why = str(problem);
   return why === "" ? { text: `${what}.`, tone: "warn" } : { text: `${what} was not set: ${ended(why)}`, tone: "danger" };
+}
+
+function saySpeed(event: StreamEvent): Sentence {
+  const { speed, by, problem } = event.data;
+  const what = `Simulated time at ${str(speed)}×${after(", ordered by ", by)}`;
+  return str(problem) === "" ? { text: `${what}.`, tone: "warn" } : { text: `${what}, was refused: ${ended(str(problem))}`, tone: "danger" };
 }
 
 function severityTone(severity: string): Tone {

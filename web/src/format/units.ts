@@ -118,6 +118,11 @@ export function age(value_s: number | null): string {
   return `${Math.round(value_s / 3600)} h`;
 }
 
+/** The age of a heartbeat, which comes each second: only what is longer than that is news. */
+export function linkAge(value_s: number | null): string {
+  return value_s !== null && value_s < 2 ? "< 2 s" : age(value_s);
+}
+
 /** Unix seconds as local time of day. */
 export function clockTime(unix_s: number): string {
   return new Date(unix_s * 1000).toLocaleTimeString("en-GB");

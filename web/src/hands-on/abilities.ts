@@ -1,6 +1,6 @@
 /** What of this page a vehicle follows as it flies now, by the service's capability table, and why not the rest. Pure. */
 
-import type { Capability, VehicleType } from "../api/types";
+import type { Capability, TaskMeans, VehicleType } from "../api/types";
 import { fullSentence } from "../format/words";
 
 export interface Ability {
@@ -12,15 +12,25 @@ export interface Ability {
 
 const ATTITUDE = "PX4 would follow an attitude, but a wing is lost by one that comes late over a network: no page asks for it.";
 
-export function abilitiesOf(type: VehicleType | null, capabilities: readonly Capability[]): Ability[] {
+const TASKS_BY = {
+  commands: "Commanded in Hold (DO_REPOSITION, DO_ORBIT): it follows no setpoint that leads along a line.",
+  setpoints: "Waydrop streams the setpoints along each course.",
+} as const;
+
+export function abilitiesOf(type: VehicleType | null, capabilities: readonly Capability[], tasks: TaskMeans): Ability[] {
   const row = (form: string) => capabilities.find((one) => one.form === form);
   const ability = (name: string, form: string): Ability => {
     const found = row(form);
     return { name, can: found?.taken === true, why: found === undefined || found.taken ? "" : fullSentence(found.reason) };
   };
   const abilities = [ability("Keys, sticks and gamepad", "velocity_body"), ability("Go to a place by a click", "position_global")];
+  abilities.push({ name: "Tasks", can: tasks.flown_by !== null, why: tasks.flown_by === null ? sentences(tasks.reason, tasks.hint) : TASKS_BY[tasks.flown_by] });
   if (type !== "airship" && row("velocity_body")?.taken === false && row("attitude")?.taken === true) abilities.push({ name: "Attitude sticks", can: false, why: ATTITUDE });
   return abilities;
+}
+
+function sentences(...texts: readonly string[]): string {
+  return texts.filter((text) => text !== "").map(fullSentence).join(" ");
 }
 
 /** Nothing is to be explained where the page can do all it offers. */

@@ -12,6 +12,12 @@ export type QueueAsk =
   | { type: "move"; task_id: string; before: string | null }
   | { type: "remove"; task_id: string };
 
+/** A first task is flown as soon as the vehicle is under control; one behind a queue that stands waits with it. */
+export function givesLead(frame: QueueAsk, tasks: TaskQueue | null): boolean {
+  if (frame.type === "queue") return frame.do === "resume";
+  return frame.type === "task" && (tasks === null || tasks.report.state === "idle");
+}
+
 export type ClientFrame =
   | QueueAsk
   | { type: "take"; rate_hz: number; override: boolean }

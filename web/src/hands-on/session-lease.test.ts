@@ -27,6 +27,7 @@ beforeEach(() => {
   session = new Session({
     connect: (_, events) => new FakeWire(events),
     now: () => Date.now(),
+    followsHands: () => true,
     ask: () => STILL,
     neutral: () => STILL,
     isPresent: () => true,

@@ -14,6 +14,7 @@ let now: HandsOn;
 let asked: Setpoint | StopReason;
 let ask: () => Setpoint | StopReason;
 let present: boolean;
+let followsHands: boolean;
 let fresh: number;
 let session: Session;
 
@@ -34,11 +35,12 @@ async function flying(): Promise<void> {
 beforeEach(() => {
   vi.useFakeTimers();
   FakeWire.all = [];
-  [now, asked, present, fresh] = [HANDS_OFF, ON, true, 0];
+  [now, asked, present, fresh, followsHands] = [HANDS_OFF, ON, true, 0, true];
   ask = () => asked;
   session = new Session({
     connect: (_, events) => new FakeWire(events),
     now: () => Date.now(),
+    followsHands: () => followsHands,
     ask: () => ask(),
     neutral: () => STILL,
     isPresent: () => present,

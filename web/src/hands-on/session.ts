@@ -4,7 +4,8 @@
  */
 
 import type { AuditEntry, Clamp, Offboard, TaskQueue } from "../api/types";
-import type { Answer, Destination, QueueAsk } from "./frames";
+import { givesLead, type Answer, type Destination, type QueueAsk } from "./frames";
+import { ended, refusalOf, type Refusal } from "./refusal";
 import { SetpointSender, type StopReason } from "./sender";
 import type { Setpoint } from "./setpoint";
 import type { Wire, WireEvents } from "./wire";
@@ -16,20 +17,14 @@ export type Phase = "off" | "opening" | "leased" | "entering" | "flying" | "leav
 /** Who has the vehicle: hands speak by setpoints; for the tasks the service speaks, while the lease is renewed. */
 export type Lead = "hands" | "tasks";
 
-export interface Refusal {
-  /** What was tried: "Take the lease of v1". */
-  readonly doing: string;
-  readonly code: string;
-  readonly detail: string;
-  readonly hint: string;
-}
-
 export interface HandsOn {
   readonly phase: Phase;
   readonly vehicle: string | null;
   /** What the service says of it, newest. */
   readonly offboard: Offboard | null;
   readonly leads: Lead;
+  /** It follows no setpoint of this page: its tasks alone move it, and none is ever sent in this session. */
+  readonly tasksOnly: boolean;
   /** The task queue as the service tells it; null before the first task. */
   readonly tasks: TaskQueue | null;
   readonly refusal: Refusal | null;
@@ -43,11 +38,13 @@ export interface HandsOn {
   readonly ended: string;
 }
 
-export const HANDS_OFF: HandsOn = { phase: "off", vehicle: null, offboard: null, leads: "hands", tasks: null, refusal: null, clamped: [], audit: [], answer_ms: null, fellSilent: false, ended: "" };
+export const HANDS_OFF: HandsOn = { phase: "off", vehicle: null, offboard: null, leads: "hands", tasksOnly: false, tasks: null, refusal: null, clamped: [], audit: [], answer_ms: null, fellSilent: false, ended: "" };
 
 export interface SessionHost {
   connect(vehicle: string, events: WireEvents): Wire;
   now(): number;
+  /** The vehicle follows the setpoints of this page, as it flies now and as far as is known. */
+  followsHands(): boolean;
   /** What the hands at the controls ask for, or why there are none. */
   ask(): Setpoint | StopReason;
   /** What makes the vehicle stand still. */
@@ -95,9 +92,10 @@ export class Session {
     this.#asking = 0;
     this.#over = new Promise((resolve) => (this.#tellOver = () => resolve(null)));
     this.#set({ ...HANDS_OFF, phase: "opening", vehicle });
+    this.#mayBeTasksOnly();
     const wire: Wire = this.host.connect(vehicle, {
       onOpen: () => void this.#askForLease(wire, override),
-      onState: (offboard) => wire === this.#wire && this.#set({ offboard, answer_ms: this.#sender.answer_ms }),
+      onState: (offboard) => wire === this.#wire && this.#onState(offboard),
       onTasks: (tasks) => wire === this.#wire && this.#onTasks(tasks),
       onAnswer: (answer) => wire === this.#wire && this.#onSetpointAnswer(answer),
       onClosed: (code, reason) => wire === this.#wire && this.#end(closeWords(code, reason, this.#now)),
@@ -108,6 +106,7 @@ export class Session {
   async enter(sticksHeld: boolean): Promise<void> {
     const wire = this.#wire;
     if (wire === null || this.#now.phase !== "leased") return;
+    this.#mayBeTasksOnly(); // a VTOL may be a wing by now
     this.host.onFreshHands();
     this.#set({ phase: "entering", refusal: null, clamped: [], audit: [] });
     this.#speak();
@@ -180,7 +179,9 @@ export class Session {
         clearTimeout(this.#patience);
         this.#patience = setTimeout(() => this.#end(`${words} The service did not answer: the vehicle's own failsafe acts.`, true), SILENT_MS);
         break;
-      case "entering": // it must not come into a mode in which nobody flies it
+      case "entering":
+        if (this.#now.tasksOnly && reason === "focus_left") break; // nobody's hands are awaited
+        // it must not come into a mode in which nobody flies it
         this.#end(`${words} The entry was broken off, and the lease given back.`, true);
         break;
       default:
@@ -208,6 +209,22 @@ export class Session {
     this.#speak();
   }
 
+  #onState(offboard: Offboard): void {
+    this.#set({ offboard, answer_ms: this.#sender.answer_ms });
+    if (offboard.flown_by === "commands") this.#leaveToTasks();
+  }
+
+  /** Looked at before the sender could ever start. */
+  #mayBeTasksOnly(): void {
+    if (!this.host.followsHands()) this.#leaveToTasks();
+  }
+
+  /** For as long as this session lasts. */
+  #leaveToTasks(): void {
+    this.#lead("tasks");
+    if (!this.#now.tasksOnly) this.#set({ tasksOnly: true });
+  }
+
   /** Only this page gives the queue the vehicle; the service takes it away again. */
   #onTasks(tasks: TaskQueue): void {
     this.#set({ tasks });
@@ -216,7 +233,7 @@ export class Session {
   }
 
   #lead(leads: Lead): void {
-    if (leads === this.#now.leads) return;
+    if (leads === this.#now.leads || this.#now.tasksOnly) return;
     this.#set({ leads });
     if (ENGAGED.has(this.#now.phase)) this.#speak();
   }
@@ -252,7 +269,7 @@ export class Session {
     this.#wire = null;
     this.#tellOver();
     if (close) wire?.close();
-    this.#set({ phase: "off", ended: why, offboard: null, leads: "hands", tasks: null, clamped: [], answer_ms: null });
+    this.#set({ phase: "off", ended: why, offboard: null, leads: "hands", tasksOnly: false, tasks: null, clamped: [], answer_ms: null });
   }
 
   /** Phases change while an answer is waited for. */
@@ -271,22 +288,6 @@ const LEFT: Readonly<Record<Destination, string>> = {
   mission: "Left to the mission, which goes on.",
   return: "Left to a return.",
 };
-
-/** A first task is flown as soon as the vehicle is under control; one behind a queue that stands waits with it. */
-function givesLead(frame: QueueAsk, tasks: TaskQueue | null): boolean {
-  if (frame.type === "queue") return frame.do === "resume";
-  return frame.type === "task" && (tasks === null || tasks.report.state === "idle");
-}
-
-function refusalOf(doing: string, answer: Answer): Refusal {
-  if (answer.type === "refused") return { doing, code: answer.code, detail: answer.detail, hint: answer.hint };
-  return { doing, code: "answer.unreadable", detail: `the service answered “${answer.type}”`, hint: "" };
-}
-
-/** Of this page, not of the service. */
-function ended(doing: string, detail: string): Refusal {
-  return { doing, code: "control.ended", detail, hint: "" };
-}
 
 function sameClamps(one: readonly Clamp[], other: readonly Clamp[]): boolean {
   return one.length === other.length && one.every(({ detail }, i) => detail === other[i]?.detail);

@@ -29,10 +29,17 @@ const CLOSES: Readonly<Record<number, string>> = {
   4404: "There is no such vehicle.",
 };
 
+/** Nobody asked to leave: no task was left, and control went back. */
+const LEFT_ALONE: Readonly<Record<string, string>> = {
+  "left to mission": "no task was left: control went back, and the run goes on",
+  "left to hold": "no task was left: control went back, and the vehicle holds",
+};
+
 /** Why the service ended it: its own reason if it gave one, after what the page knows. */
 export function closeWords(code: number, reason: string, last: { readonly ended: string; readonly offboard: Offboard | null }): string {
   const lease = code === LEASE_ENDED ? last.offboard?.lease : null;
-  const given = lease ? `taken over by ${lease.holder}` : (last.offboard?.reason ?? "");
+  const told = last.offboard?.reason ?? "";
+  const given = lease ? `taken over by ${lease.holder}` : (LEFT_ALONE[told] ?? told);
   const why = CLOSES[code] ?? fullSentence(given || reason || `closed with ${code}`);
   return `${last.ended} ${why}`.trim();
 }

@@ -20,7 +20,7 @@ import { taskQueue } from "../state/task-queue";
 import { theme } from "../state/theme";
 import { tiles } from "../state/tiles";
 import { boundsAround, following, homeOf, planPoints, vehiclePoint, viewed } from "./camera";
-import { destinationFeatures, dropFeatures, fenceFeatures, handleFeatures, itemProgress, pathFeatures, placeFeatures, ringFeatures, sketchFeatures, trackFeatures, vehicleFeatures, collection } from "./features";
+import { destinationFeatures, dropFeatures, fenceFeatures, handleFeatures, itemProgress, pathFeatures, placeFeatures, ringFeatures, sketchFeatures, trackFeatures, collection } from "./features";
 import { metresBetween } from "./geometry";
 import { graticule, type View } from "./graticule";
 import { gridLabels, type Label } from "./grid-labels";
@@ -29,6 +29,7 @@ import { PALETTES } from "./palette";
 import { Scene } from "./scene";
 import { taskFeatures } from "./task-features";
 import type { Look } from "./look";
+import { vehicleMarks } from "./vehicle-marks";
 
 /** The plan on the map: the draft while it is being prepared, else the chosen run's. */
 export const shownPlan = computed<{ readonly key: string; readonly view: PlanView; readonly run: Run | null; readonly timeline: Timeline | null } | null>(() => {
@@ -59,9 +60,9 @@ function rootTextSize(): number {
   return Number.parseFloat(getComputedStyle(document.documentElement).fontSize);
 }
 
-export function bindScene(container: HTMLElement, onLabels: (labels: readonly Label[]) => void): { scene: Scene; dispose: () => void } {
+export function bindScene(container: HTMLElement, above: HTMLCanvasElement, onLabels: (labels: readonly Label[]) => void): { scene: Scene; dispose: () => void } {
   const grid = new Grid(onLabels);
-  const scene = new Scene(container, look.peek(), {
+  const scene = new Scene(container, above, look.peek(), {
     onView: (view) => {
       viewed.value = view;
       grid.show(scene, view);
@@ -77,7 +78,7 @@ export function bindScene(container: HTMLElement, onLabels: (labels: readonly La
   });
   const effects = [
     effect(() => scene.setLook(look.value)),
-    effect(() => scene.setData("vehicles", vehicleFeatures(vehicles.value, vehicleId.value, live.value))),
+    effect(() => scene.setVehicles(vehicleMarks(vehicles.value, vehicleId.value, live.value))),
     effect(() => scene.setData("tracks", trackFeatures(tails.value))),
     effect(() => drawPlan(scene)),
     effect(() => scene.setData("handles", handleFeatures(handles.value))),

@@ -1,8 +1,8 @@
-/** What the map shows, as GeoJSON: plan, run, vehicles, tracks. Pure. */
+/** What the map shows, as GeoJSON: plan, run, tracks. Pure. */
 
 import type { Feature, FeatureCollection, Geometry } from "geojson";
-import type { Run, RunState, Vehicle } from "../api/types";
-import { distance, wholeAltitude } from "../format/units";
+import type { Run, RunState } from "../api/types";
+import { distance } from "../format/units";
 import { alternateOf, dropPlaces, isDrop, type PlanItemView, type PlanView } from "../plan/document";
 import type { Handle } from "../plan/handles";
 import { trackLines, type Tracks } from "../state/tracks";
@@ -16,28 +16,6 @@ export function collection(features: Feature[]): FeatureCollection {
 
 /** A heartbeat older than this is shown as stale, before the service calls the link lost. */
 export const STALE_S = 2.5;
-
-export function vehicleFeatures(vehicles: Readonly<Record<string, Vehicle>>, selected: string | null, live: boolean): FeatureCollection {
-  return collection(
-    Object.values(vehicles).flatMap((vehicle) => {
-      const { latitude_deg: lat, longitude_deg: lon, heading_deg, relative_altitude_m: altitude } = vehicle.state;
-      if (lat === null || lon === null) return [];
-      return feature({ type: "Point", coordinates: [lon, lat] }, {
-        id: vehicle.id,
-        type: vehicle.vehicle_type ?? "unknown",
-        tone: vehicleTone(vehicle, live),
-        heading_deg: Math.round(heading_deg ?? 0),
-        selected: vehicle.id === selected,
-        label: altitude === null || altitude < 1 ? vehicle.id : `${vehicle.id} · ${wholeAltitude(altitude)}`,
-      });
-    }),
-  );
-}
-
-function vehicleTone({ state, quarantined }: Vehicle, live: boolean): string {
-  if (quarantined !== null || state.in_failsafe) return "danger";
-  return live && state.connected && (state.heartbeat_age_s ?? 0) < STALE_S ? "ok" : "stale";
-}
 
 export function trackFeatures(tracks: Tracks): FeatureCollection {
   return collection(Object.entries(tracks).map(([id, track]) => feature({ type: "MultiLineString", coordinates: trackLines(track) }, { id })));

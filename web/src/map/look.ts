@@ -6,7 +6,7 @@ import type { Palette } from "./palette";
 import type { Tiles } from "./tiles";
 
 /** Without a glyph server MapLibre draws text with the page's own fonts. */
-const FONT = ["Inter", "system-ui", "sans-serif"];
+export const FONT = ["Inter", "system-ui", "sans-serif"];
 export const ROUND: LineLayerSpecification["layout"] = { "line-cap": "round", "line-join": "round" };
 
 /** How the map looks: its colours, and how large it draws (1 with the text of a laptop, more on a wall). */

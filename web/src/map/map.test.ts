@@ -1,8 +1,8 @@
 import { describe, expect, it } from "vitest";
 import { viewPlan } from "../plan/document";
-import { sampleDrop, sampleRun, sampleState, sampleVehicle } from "../testing/samples";
+import { sampleDrop, sampleRun } from "../testing/samples";
 import { boundsAround } from "./camera";
-import { dropFeatures, fenceFeatures, itemProgress, pathFeatures, vehicleFeatures } from "./features";
+import { dropFeatures, fenceFeatures, itemProgress, pathFeatures } from "./features";
 import { circleRing, metresBetween, offset } from "./geometry";
 import { degreeLabel, graticule, type View } from "./graticule";
 import { gridLabels } from "./grid-labels";
@@ -60,18 +60,6 @@ describe("bounds", () => {
     const bounds = boundsAround([[8, 47]]);
     expect(bounds && metresBetween([bounds[0], 47], [bounds[2], 47])).toBeGreaterThan(100);
     expect(boundsAround([])).toBeNull();
-  });
-});
-
-describe("vehicles on the map", () => {
-  const tone = (fields: object, live = true) => vehicleFeatures({ v1: sampleVehicle({ state: sampleState(fields) }) }, null, live).features[0]?.properties?.["tone"];
-
-  it("look stale without a link or without a connection, and endangered in failsafe", () => {
-    expect([tone({}), tone({ connected: false }), tone({ heartbeat_age_s: 9 }), tone({}, false), tone({ in_failsafe: true })]).toEqual(["ok", "stale", "stale", "stale", "danger"]);
-  });
-
-  it("are not drawn at a position that nobody knows", () => {
-    expect(vehicleFeatures({ v1: sampleVehicle({ state: sampleState({ latitude_deg: null }) }) }, null, true).features).toEqual([]);
   });
 });
 

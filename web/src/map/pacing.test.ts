@@ -11,11 +11,11 @@ beforeEach(() => {
 });
 afterEach(() => vi.useRealTimers());
 
-it("a fast machine draws each telemetry frame, a slow one rests as long as it drew", () => {
-  expect([restAfter(16), restAfter(300), restAfter(9000)]).toEqual([0, 300, 1000]);
+it("a fast machine draws each telemetry frame, a slow one rests four times as long as it drew", () => {
+  expect([restAfter(16), restAfter(300), restAfter(9000)]).toEqual([0, 1200, 3000]);
   pacing.begin(0);
   pacing.drawn(300);
-  vi.advanceTimersByTime(299);
+  vi.advanceTimersByTime(1199);
   expect([pacing.rests, rested]).toEqual([true, 0]);
   vi.advanceTimersByTime(1);
   expect([pacing.rests, rested]).toEqual([false, 1]);
@@ -26,7 +26,7 @@ it("other drawings meanwhile change nothing", () => {
   pacing.begin(200);
   pacing.drawn(300);
   pacing.drawn(320);
-  vi.advanceTimersByTime(300);
+  vi.advanceTimersByTime(1200);
   expect([pacing.rests, rested]).toEqual([false, 1]);
 });
 

@@ -1,15 +1,17 @@
-/** How often telemetry may draw the map anew: where it is drawn in software, as much time is left for all the rest. */
+/** How often telemetry may draw the map anew: where it is drawn in software, most of the time is left for all the rest. */
 
 /** Frames of the screen until new data is surely drawn: data, worker, drawing. */
 export const DRAWN_AFTER = 3;
 /** So many frames within this need no rest. */
 const CHEAP_MS = 100;
-const LONGEST_REST_MS = 1000;
+/** Of a slow map's time, rest to drawing. */
+const REST = 4;
+const LONGEST_REST_MS = 3000;
 /** A map that is hidden is not drawn, and does not say so. */
 const UNDRAWN_MS = 2000;
 
 export function restAfter(cost_ms: number): number {
-  return cost_ms <= CHEAP_MS ? 0 : Math.min(LONGEST_REST_MS, cost_ms);
+  return cost_ms <= CHEAP_MS ? 0 : Math.min(LONGEST_REST_MS, REST * cost_ms);
 }
 
 export class Pacing {

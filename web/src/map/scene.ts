@@ -1,6 +1,6 @@
 /** The MapLibre map behind a small face: data in by source, view changes out. Draws at most once per frame. */
 
-import { Map as GlMap, setWorkerUrl, type GeoJSONSource } from "maplibre-gl";
+import { Map as GlMap, setWorkerUrl, type GeoJSONSource, type MapMouseEvent } from "maplibre-gl";
 import workerUrl from "maplibre-gl/dist/maplibre-gl-worker.mjs?url";
 import type { FeatureCollection } from "geojson";
 import type { Point } from "./geometry";
@@ -10,11 +10,13 @@ import { drawIcon } from "./icons";
 import { DRAWN_AFTER, Pacing } from "./pacing";
 import type { Look } from "./look";
 import { buildStyle, NO_DATA, type MapData, type SourceId } from "./style";
+import { VehicleLayer } from "./vehicle-layer";
+import type { VehicleMark } from "./vehicle-marks";
 
 setWorkerUrl(workerUrl); // from our own origin, so that the page's content security policy needs no blob:
 
-/** What telemetry changes, many times a second: drawn as often as the machine can, and not more often. */
-const PACED: ReadonlySet<SourceId> = new Set(["vehicles", "tracks"]);
+/** What telemetry changes all the time: drawn as often as the machine can, and not more often. */
+const PACED: ReadonlySet<SourceId> = new Set(["tracks"]);
 
 export interface SceneEvents {
   onView(view: View): void;
@@ -38,9 +40,10 @@ export class Scene {
   readonly #dirty = new Set<SourceId>();
   #look: Look;
   #frame = 0;
+  readonly #vehicles: VehicleLayer;
   readonly #pacing = new Pacing(() => this.#dirty.size > 0 && this.#flushSoon());
 
-  constructor(container: HTMLElement, look: Look, private readonly events: SceneEvents) {
+  constructor(container: HTMLElement, above: HTMLCanvasElement, look: Look, private readonly events: SceneEvents) {
     this.#look = look;
     this.#map = new GlMap({
       container,
@@ -58,14 +61,21 @@ export class Scene {
     this.#map.touchZoomRotate.disableRotation();
     this.#map.keyboard.disableRotation();
     this.#map.setMissingStyleImageResolver((name) => this.#addIcon(name));
+    this.#vehicles = new VehicleLayer(above, this.#map, look);
     this.#listen();
+  }
+
+  setVehicles(marks: readonly VehicleMark[]): void {
+    this.#vehicles.setMarks(marks);
   }
 
   /** Nothing is drawn for data that is as before: telemetry brings the same again and again while vehicles stand. */
   setData(source: SourceId, data: FeatureCollection): void {
-    const text = JSON.stringify(data);
-    if (text === this.#texts.get(source)) return;
-    this.#texts.set(source, text);
+    if (!PACED.has(source)) {
+      const text = JSON.stringify(data);
+      if (text === this.#texts.get(source)) return;
+      this.#texts.set(source, text);
+    }
     this.#data[source] = data;
     this.#dirty.add(source);
     if (!this.#pacing.rests || !PACED.has(source)) this.#flushSoon();
@@ -74,6 +84,7 @@ export class Scene {
   setLook(look: Look): void {
     if (look.palette === this.#look.palette && look.scale === this.#look.scale) return;
     this.#look = look;
+    this.#vehicles.setLook(look);
     this.#map.setStyle(buildStyle(look, this.#data), { diff: false }); // icons are coloured: all are drawn anew
   }
 
@@ -107,6 +118,7 @@ export class Scene {
   destroy(): void {
     cancelAnimationFrame(this.#frame);
     this.#pacing.end();
+    this.#vehicles.destroy();
     this.#map.remove();
   }
 
@@ -120,18 +132,21 @@ export class Scene {
     map.on("load", tellView);
     map.on("move", tellView);
     map.on("resize", tellView);
+    map.on("resize", () => this.#vehicles.resized());
+    map.on("render", () => this.#vehicles.draw());
     map.on("dragstart", () => this.events.onGrab());
     map.on("click", ({ lngLat }) => this.events.onMap([lngLat.lng, lngLat.lat]));
     map.on("dblclick", () => this.events.onDoubleClick());
     listenToHandles(map, ["handles", "places"], this.events);
-    for (const [layer, tell] of [["vehicles", this.events.onVehicle], ["places", this.events.onPlace]] as const) {
-      map.on("click", layer, ({ features }) => {
-        const id: unknown = features?.[0]?.properties?.["id"];
-        if (typeof id === "string") tell(id);
-      });
-      map.on("mouseenter", layer, () => (map.getCanvas().style.cursor = "pointer"));
-      map.on("mouseleave", layer, () => (map.getCanvas().style.cursor = ""));
-    }
+    map.on("click", "places", ({ features }) => {
+      const id: unknown = features?.[0]?.properties?.["id"];
+      if (typeof id === "string") this.events.onPlace(id);
+    });
+    map.on("click", ({ point }) => {
+      const id = this.#vehicles.at(point);
+      if (id !== null) this.events.onVehicle(id);
+    });
+    pointAt(map, ({ point }) => this.#vehicles.at(point) !== null);
   }
 
   #addIcon(name: string): void {
@@ -162,6 +177,14 @@ export class Scene {
       this.#dirty.delete(id);
     }
   }
+}
+
+/** Over what can be clicked and not dragged. Handles have a pointer of their own, which counts before it. */
+function pointAt(map: GlMap, isOver: (event: MapMouseEvent) => boolean): void {
+  map.on("mousemove", (event) => {
+    const { style } = map.getCanvas();
+    if (style.cursor === "" || style.cursor === "pointer") style.cursor = isOver(event) ? "pointer" : "";
+  });
 }
 
 function afterFrames(count: number, then: () => void): void {

@@ -1,4 +1,4 @@
-/** The map's style: our own sources and layers. No sprite, no glyph server; tiles only where they are configured. */
+/** The map's style: our own sources and layers; the vehicles lie above it (vehicle-layer). No sprite, no glyph server; tiles only where they are configured. */
 
 import type { ExpressionSpecification, LayerSpecification, StyleSpecification } from "maplibre-gl";
 import type { FeatureCollection } from "geojson";
@@ -6,7 +6,7 @@ import { ROUND, text, textPaint, type Look } from "./look";
 import { taskLayers } from "./task-layers";
 import { tileLayers, tileSources } from "./tiles";
 
-const SOURCES = ["gridMinor", "gridMajor", "rings", "fences", "tracks", "path", "release", "handles", "places", "drops", "sketch", "destination", "tasks", "vehicles"] as const;
+export const SOURCES = ["gridMinor", "gridMajor", "rings", "fences", "tracks", "path", "release", "handles", "places", "drops", "sketch", "destination", "tasks"] as const;
 export type SourceId = (typeof SOURCES)[number];
 export type MapData = Record<SourceId, FeatureCollection>;
 
@@ -24,7 +24,6 @@ export function buildStyle(look: Look, data: MapData): StyleSpecification {
       ...planLayers(look),
       ...destinationLayers(look),
       ...taskLayers(look),
-      ...vehicleLayers(look),
       ...sketchLayers(look),
     ],
   };
@@ -170,36 +169,5 @@ function destinationLayers({ palette: p, scale }: Look): LayerSpecification[] {
     { id: "destinationLine", type: "line", source: "destination", filter: ["==", ["geometry-type"], "LineString"], layout: { ...ROUND }, paint: { "line-color": colour, "line-width": 2 * scale, "line-dasharray": [1, 2.5] } },
     { id: "destinationRing", type: "circle", source: "destination", filter: ["==", ["geometry-type"], "Point"], paint: { "circle-radius": 9 * scale, "circle-opacity": 0, "circle-stroke-color": colour, "circle-stroke-width": 2.5 * scale } },
     { id: "destinationPoint", type: "circle", source: "destination", filter: ["==", ["geometry-type"], "Point"], paint: { "circle-radius": 2.5 * scale, "circle-color": colour } },
-  ];
-}
-
-function vehicleLayers({ palette: p, scale }: Look): LayerSpecification[] {
-  return [
-    {
-      id: "selected",
-      type: "circle",
-      source: "vehicles",
-      filter: ["get", "selected"],
-      paint: { "circle-radius": 22 * scale, "circle-color": p.path, "circle-opacity": 0.16, "circle-stroke-color": p.path, "circle-stroke-width": 1.5 * scale },
-    },
-    {
-      id: "vehicles",
-      type: "symbol",
-      source: "vehicles",
-      layout: {
-        "icon-image": ["concat", "vehicle:", ["get", "type"], ":", ["get", "tone"]],
-        "icon-rotate": ["get", "heading_deg"],
-        "icon-rotation-alignment": "map",
-        "icon-size": scale, "icon-allow-overlap": true,
-        "symbol-sort-key": ["case", ["get", "selected"], 1, 0],
-      },
-    },
-    {
-      id: "vehicleText",
-      type: "symbol",
-      source: "vehicles",
-      layout: { ...text("label", 12 * scale), "text-anchor": "top", "text-offset": [0, 1.7] },
-      paint: textPaint(p.text, p),
-    },
   ];
 }

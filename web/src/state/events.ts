@@ -1,8 +1,8 @@
 /** How one event changes vehicles and runs. Unknown kinds change nothing: they are for the feed. Pure. */
 
-import type { DropRecord, EventKind, Run, Vehicle } from "../api/types";
+import type { DropRecord, EventKind, Job, JobQueue, Run, Vehicle } from "../api/types";
 import type { StreamEvent } from "../api/types";
-import { withRun, type World } from "./world";
+import { withJob, withJobQueue, withRun, type World } from "./world";
 
 type Apply = (world: World, event: StreamEvent) => World;
 
@@ -18,6 +18,8 @@ const APPLY: Readonly<Partial<Record<EventKind, Apply>>> = {
   "run.upload_progress": onUploadProgress,
   "run.item": onItem,
   "run.drop": onDrop,
+  "job.changed": (world, event) => withJob(world, event.data["job"] as Job),
+  "job.queue_changed": (world, event) => withJobQueue(world, event.data["queue"] as JobQueue),
 };
 
 export function applyEvent(world: World, event: StreamEvent): World {

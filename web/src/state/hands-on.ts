@@ -13,8 +13,11 @@ export const engaged = computed(() => handsOn.value.phase === "entering" || hand
 /** Hands lead: the page says all the time what they want. */
 export const steering = computed(() => engaged.value && handsOn.value.leads === "hands");
 
-/** What is shown to fly with. */
+/** What is chosen to fly with. */
 export const handsPage = signal<"controls" | "tasks">("controls");
+
+/** The controls are shown, and their keys count. */
+export const byControls = computed(() => engaged.value && handsPage.value === "controls" && !handsOn.value.tasksOnly);
 
 /** The vehicle that the panel is about: the one that is flown, else the chosen one. */
 export const handsVehicle = computed<Vehicle | null>(() => {

@@ -7,23 +7,25 @@ import { isNeutral, NEUTRAL } from "../hands-on/axes";
 import { watchKeys } from "../hands-on/key-watch";
 import { NONE_HELD, released } from "../hands-on/keys";
 import type { QueueAsk } from "../hands-on/frames";
-import { Session, type Refusal } from "../hands-on/session";
+import type { Refusal } from "../hands-on/refusal";
+import { Session } from "../hands-on/session";
 import { neutral, placeOf, velocityOf, type Setpoint } from "../hands-on/setpoint";
 import type { StopReason } from "../hands-on/sender";
 import { openWire } from "../hands-on/wire";
 import type { Point } from "../map/geometry";
 import { freshHands, goTo, goToArmed, held, heldAxes, readPads } from "./controls";
 import { engaged, handsOn, handsVehicle, steering } from "./hands-on";
-import { speeds, sticksHeld } from "./offboard-facts";
+import { followsHands, speeds, sticksHeld } from "./offboard-facts";
 import { attendanceNow, touched, watchInput } from "./presence";
 import { panel, vehicleId } from "./selection";
 
-/** What all controls together ask for; nothing unless they are engaged. */
-export const asked = computed(() => (engaged.value ? heldAxes.value : NEUTRAL));
+/** What all controls together ask for; nothing unless they are engaged, and the vehicle follows them. */
+export const asked = computed(() => (engaged.value && !handsOn.value.tasksOnly ? heldAxes.value : NEUTRAL));
 
 const session = new Session({
   connect: (vehicle, events) => openWire(vehicle, readToken(), events),
   now: () => performance.now(),
+  followsHands,
   ask,
   neutral: standStill,
   isPresent,

@@ -2,10 +2,10 @@
 
 import { computed, effect, signal } from "@preact/signals";
 import { api } from "../api/client";
-import type { EntryCheck, OffboardDetail } from "../api/types";
+import type { EntryCheck, FlownBy, OffboardDetail } from "../api/types";
 import { speedsOf } from "../hands-on/setpoint";
 import { pace } from "./controls";
-import { handsOn, handsVehicle } from "./hands-on";
+import { handsOn, handsVehicle, offboardNow } from "./hands-on";
 import { report } from "./notices";
 import { panel } from "./selection";
 import { live } from "./store";
@@ -24,6 +24,18 @@ export const sticksHeld = signal(false);
 export function follows(form: string): boolean {
   return detail.value?.capabilities.some((row) => row.form === form && row.taken) ?? false;
 }
+
+/** Whether it follows what hands at this page ask for. */
+export const followsHands = (): boolean => follows("velocity_body");
+
+/** How its tasks are flown, or would be; null: not at all, or that is not known. */
+export const flownBy = computed<FlownBy | null>(() => {
+  const own = handsOn.value.phase === "off" ? null : (offboardNow.value?.flown_by ?? null);
+  return own ?? detail.value?.tasks.flown_by ?? null;
+});
+
+/** It follows no hands and flies tasks: this page commands it and never flies it. */
+export const tasksOnly = computed(() => (handsOn.value.phase === "off" ? !followsHands() && flownBy.value !== null : handsOn.value.tasksOnly));
 
 /** As text: what a vehicle follows changes with what it flies as, and with nothing else. */
 const detailKey = computed(() => {

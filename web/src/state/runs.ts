@@ -4,7 +4,7 @@ import type { Run, RunState, Vehicle } from "../api/types";
 
 const OVER: ReadonlySet<RunState> = new Set(["completed", "aborted", "failed", "lost"]);
 
-export type RunAction = "start" | "pause" | "resume" | "return" | "land" | "abort";
+export type RunAction = "start" | "pause" | "resume" | "return" | "rally" | "land" | "abort";
 
 /** What an operator may ask for. The service decides; this only keeps useless buttons away. */
 const ALLOWED: Readonly<Record<RunState, readonly RunAction[]>> = {
@@ -12,9 +12,9 @@ const ALLOWED: Readonly<Record<RunState, readonly RunAction[]>> = {
   uploading: ["abort"],
   uploaded: ["start", "abort"],
   starting: ["abort"],
-  flying: ["pause", "return", "land"],
-  at_drop: ["pause", "return", "land"],
-  paused: ["resume", "return", "land"],
+  flying: ["pause", "return", "rally", "land"],
+  at_drop: ["pause", "return", "rally", "land"],
+  paused: ["resume", "return", "rally", "land"],
   returning: ["land"],
   landed: [],
   completed: [],
@@ -27,8 +27,10 @@ export function isOver(run: Run): boolean {
   return OVER.has(run.state);
 }
 
-export function allowedActions(run: Run): readonly RunAction[] {
-  return ALLOWED[run.state] ?? [];
+/** To a rally point only where the plan has some. */
+export function allowedActions(run: Run, rallyPoints = 0): readonly RunAction[] {
+  const allowed = ALLOWED[run.state] ?? [];
+  return rallyPoints > 0 ? allowed : allowed.filter((action) => action !== "rally");
 }
 
 /** Newest first. */
@@ -40,5 +42,14 @@ export function newestRuns(runs: Readonly<Record<string, Run>>): Run[] {
 export function currentRun(vehicle: Vehicle, runs: Readonly<Record<string, Run>>): Run | null {
   const named = vehicle.run_id === null ? undefined : runs[vehicle.run_id];
   if (named && !isOver(named)) return named;
-  return newestRuns(runs).find((run) => run.vehicle_id === vehicle.id && !isOver(run)) ?? null;
+  return newestOpen(runs).get(vehicle.id) ?? null;
+}
+
+const known = new WeakMap<Readonly<Record<string, Run>>, ReadonlyMap<string, Run>>();
+
+/** By vehicle. Worked out once for each state of the runs: a large fleet asks for it with every frame of telemetry. */
+function newestOpen(runs: Readonly<Record<string, Run>>): ReadonlyMap<string, Run> {
+  const found = known.get(runs) ?? new Map(newestRuns(runs).filter((run) => !isOver(run)).reverse().map((run) => [run.vehicle_id, run]));
+  known.set(runs, found);
+  return found;
 }

@@ -12,7 +12,7 @@ const EVERY_MS = 1000;
 export const simulator = signal<SimulatorView | null>(null);
 /** Whether the page has a place for them: while they are there, and while somebody looks at that place. */
 export const hasSimulator = computed(() => simulator.value?.available === true || panel.value === "simulator");
-/** Why the last fault was not set, by its name; gone when it is tried again. */
+/** Why the last fault was not set, by its name, or the speed; gone when it is tried again. */
 export const refusals = signal<Readonly<Record<string, ProblemError>>>({});
 export const settingFault = signal<string | null>(null);
 
@@ -29,13 +29,24 @@ export function watchSimulator(): void {
 }
 
 /** `vehicle` null: all of them. */
-export async function setFault(vehicle: string | null, fault: string, value: unknown): Promise<void> {
-  settingFault.value = fault;
-  dismissRefusal(fault);
+export function setFault(vehicle: string | null, fault: string, value: unknown): Promise<void> {
+  return change(fault, () => api.setFault(vehicle, fault, value));
+}
+
+/** The name under which a refused speed is kept beside the faults. */
+export const SPEED = "speed";
+
+export function setSpeed(speed: number): Promise<void> {
+  return change(SPEED, () => api.setSpeed(speed));
+}
+
+async function change(what: string, send: () => Promise<unknown>): Promise<void> {
+  settingFault.value = what;
+  dismissRefusal(what);
   try {
-    await api.setFault(vehicle, fault, value);
+    await send();
   } catch (error) {
-    refusals.value = { ...refusals.value, [fault]: asProblem(error) };
+    refusals.value = { ...refusals.value, [what]: asProblem(error) };
   } finally {
     settingFault.value = null;
   }

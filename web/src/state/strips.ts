@@ -41,10 +41,6 @@ export const strips = new Strips();
 /** Counts up when the strips have grown: what reads them depends on it. */
 export const stripsGrown = signal(0);
 
-export function extendStrips(states: Readonly<Record<string, VehicleState>>, time: number): void {
-  if (strips.add(states, time)) stripsGrown.value += 1;
-}
-
 function sampleOf({ relative_altitude_m, velocity_north_m_s: north, velocity_east_m_s: east, battery_percent }: VehicleState, time: number): Sample {
   return { time, relative_altitude_m, ground_speed_m_s: north === null || east === null ? null : Math.hypot(north, east), battery_percent };
 }

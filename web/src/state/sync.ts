@@ -5,12 +5,12 @@ import { api } from "../api/client";
 import { keepToken, readToken } from "../api/token";
 import { Connection } from "../stream/connection";
 import { report } from "./notices";
-import { dispatch, live, status, takeFrame, world } from "./store";
+import { dispatch, lastSeq, live, status, takeFrame, world } from "./store";
 
 export const tokenWanted = signal(false);
 
 const connection = new Connection({
-  after: () => world.value.seq,
+  after: lastSeq,
   token: readToken,
   onStatus: (next) => {
     status.value = next;

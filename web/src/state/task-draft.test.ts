@@ -1,7 +1,8 @@
 import { beforeEach, describe, expect, it, vi } from "vitest";
 import type { TaskQueue } from "../api/types";
 import type { QueueAsk } from "../hands-on/frames";
-import { HANDS_OFF, type Refusal } from "../hands-on/session";
+import type { Refusal } from "../hands-on/refusal";
+import { HANDS_OFF } from "../hands-on/session";
 import { draggedText } from "../tasks/dragged";
 
 vi.stubGlobal("location", { hash: "" });
@@ -11,7 +12,7 @@ vi.doMock("./hands-session", () => ({
   askQueue: (_: string, frame: QueueAsk) => new Promise<Refusal | null>((resolve) => [asked.push(frame), (answer = resolve)]),
 }));
 const { handsOn } = await import("./hands-on");
-const { addTask, changeForm, chooseTask, draftTask, dropTask, moveTask, nextTask, placeTask, queueAction, showField, taskForm, taskKind, taskRefusal, typeNumber, wrongFields } = await import("./task-draft");
+const { addTask, changeForm, chooseTask, draftTask, dropTask, moveTask, nextTask, placeTask, queueAction, showField, taskForm, taskKind, taskRefusal, typeNumber, watchTaskDraft, wrongFields } = await import("./task-draft");
 
 /** The service tells the queue anew. */
 const tell = (...ids: string[]) => (handsOn.value = { ...HANDS_OFF, phase: "flying", vehicle: "v1", tasks: { tasks: ids.map((id) => ({ id })) } as TaskQueue });
@@ -78,6 +79,21 @@ describe("what is pressed twice", () => {
     void queueAction("resume", "Fly the tasks");
     expect([asked.length, taskRefusal.value]).toEqual([2, null]);
     answer(null);
+  });
+});
+
+describe("the form", () => {
+  it("is a new one for each lease, and a wing's has a circle that a wing flies", () => {
+    watchTaskDraft();
+    changeForm({ gripper: "release", speed_m_s: 3, radius_m: 10 });
+    handsOn.value = { ...HANDS_OFF, phase: "leased", vehicle: "v3", tasksOnly: true };
+    expect(taskForm.value).toMatchObject({ gripper: null, speed_m_s: null, radius_m: 80 });
+    changeForm({ altitude_m: 40 });
+    handsOn.value = { ...handsOn.value, phase: "flying" };
+    expect(taskForm.value.altitude_m).toBe(40);
+    handsOn.value = HANDS_OFF;
+    tell("t1");
+    expect(taskForm.value).toMatchObject({ altitude_m: null, radius_m: 20 });
   });
 });
 

@@ -3,12 +3,13 @@
 import { batch, computed, effect, signal } from "@preact/signals";
 import type { QueueAction } from "../api/types";
 import type { QueueAsk } from "../hands-on/frames";
-import type { Refusal } from "../hands-on/session";
+import type { Refusal } from "../hands-on/refusal";
 import type { Point } from "../map/geometry";
-import { NEW_FORM, readTyped, taskOf, withPlace, type NumericField, type TaskForm, type TaskKind, type Typed } from "../tasks/draft";
+import { NEW_FORM, newForm, readTyped, taskOf, withPlace, type NumericField, type TaskForm, type TaskKind, type Typed } from "../tasks/draft";
 import { draggedTask } from "../tasks/dragged";
 import { moveOnto } from "../tasks/order";
 import { goToArmed } from "./controls";
+import { handsOn } from "./hands-on";
 import { askQueue } from "./hands-session";
 import { ownsQueue, taskQueue } from "./task-queue";
 
@@ -121,8 +122,18 @@ async function ask(doing: string, frame: QueueAsk): Promise<boolean> {
   return refusal === null;
 }
 
+/** A form is for one lease: the next vehicle may be a wing. */
+const formFor = computed(() => (handsOn.value.phase === "off" ? "" : `${handsOn.value.vehicle}\n${handsOn.value.tasksOnly}`));
+
 /** The tool is put away with the lease, and for another tool. */
 export function watchTaskDraft(): void {
+  effect(() => {
+    if (formFor.value === "") return;
+    batch(() => {
+      taskForm.value = newForm(handsOn.peek().tasksOnly);
+      wrongFields.value = {};
+    });
+  });
   effect(() => {
     if (!ownsQueue.value || goToArmed.value) taskKind.value = null;
   });

@@ -4,6 +4,7 @@ import { computed, effect, signal } from "@preact/signals";
 import { api } from "../api/client";
 import type { TaskQueue } from "../api/types";
 import { handsOn, handsVehicle } from "./hands-on";
+import { flownBy, tasksOnly } from "./offboard-facts";
 import { feed, live } from "./store";
 
 const read = signal<{ readonly vehicle: string; readonly queue: TaskQueue } | null>(null);
@@ -25,6 +26,9 @@ export const taskQueue = computed<TaskQueue | null>(() => {
   if (report?.current_id == null || known?.vehicle !== handsVehicle.value?.id) return null;
   return known === null ? null : { ...known.queue, report };
 });
+
+/** A wing that follows setpoints: at its entry the stream must begin with a task's, for nothing else is said to it. */
+export const needsTask = computed(() => tasksOnly.value && flownBy.value === "setpoints" && (taskQueue.value?.tasks.length ?? 0) === 0);
 
 /** As text: what tells that another client's queue has to be read anew. Events tell what the report does not. */
 const readKey = computed(() => {

@@ -30,7 +30,17 @@ it("many tracks together are bounded too", () => {
   const fleet = (i: number) => Object.fromEntries(Array.from({ length: 200 }, (_, n) => [`v${n}`, sampleState({ latitude_deg: 47 + i * 5 * METRE_DEG })]));
   let tracks: Tracks = {};
   for (let i = 0; i < 300; i++) tracks = extendTracks(tracks, fleet(i), i);
-  expect(Object.values(tracks).reduce((sum, track) => sum + track.length, 0)).toBeLessThanOrEqual(24_000);
+  expect(Object.values(tracks).reduce((sum, track) => sum + track.length, 0)).toBeLessThanOrEqual(12_000);
+});
+
+it("tails of a large fleet are coarser, so that they are not shorter than what they follow is wide", () => {
+  const fleet = (count: number, north_m: number) => Object.fromEntries(Array.from({ length: count }, (_, n) => [`v${n}`, sampleState({ latitude_deg: 47 + north_m * METRE_DEG })]));
+  const length = (count: number) => {
+    let tracks: Tracks = {};
+    for (let i = 0; i < 20; i++) tracks = extendTracks(tracks, fleet(count, i * 2), i);
+    return tracks["v0"]?.length;
+  };
+  expect([length(2), length(200)]).toEqual([20, 7]); // each 2 m, and each 6 m
 });
 
 it("a track is bounded", () => {

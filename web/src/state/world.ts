@@ -5,7 +5,7 @@
  * leaves a hole sets `resync`, upon which the connection is opened again with `after=seq`.
  */
 
-import type { Run, StreamEvent, Vehicle } from "../api/types";
+import type { Job, JobQueue, Run, StreamEvent, Vehicle } from "../api/types";
 import type { EventFrame, Frame, HelloFrame, SnapshotFrame, TelemetryFrame } from "../stream/frames";
 import { applyEvent } from "./events";
 
@@ -22,6 +22,10 @@ export interface World {
   readonly snapshotSeq: number;
   readonly vehicles: Readonly<Record<string, Vehicle>>;
   readonly runs: Readonly<Record<string, Run>>;
+  /** Those that were read or told of; the stream's snapshot has none. */
+  readonly jobs: Readonly<Record<string, Job>>;
+  /** By vehicle. */
+  readonly jobQueues: Readonly<Record<string, JobQueue>>;
   /** Newest first. */
   readonly feed: readonly StreamEvent[];
   /** The page's own clock (ms) when the vehicles' states were last measured; null before. */
@@ -42,6 +46,8 @@ export const EMPTY_WORLD: World = {
   snapshotSeq: 0,
   vehicles: {},
   runs: {},
+  jobs: {},
+  jobQueues: {},
   feed: [],
   measuredAt: null,
   serviceAhead_s: null,
@@ -55,7 +61,8 @@ export type Action =
   | { readonly type: "opened" }
   | { readonly type: "after_refused" }
   | { readonly type: "vehicles_read"; readonly vehicles: readonly Vehicle[] }
-  | { readonly type: "run_read"; readonly run: Run };
+  | { readonly type: "run_read"; readonly run: Run }
+  | { readonly type: "jobs_read"; readonly jobs: readonly Job[]; readonly queues: readonly JobQueue[] };
 
 export function reduce(world: World, action: Action): World {
   switch (action.type) {
@@ -67,6 +74,8 @@ export function reduce(world: World, action: Action): World {
       return { ...world, vehicles: indexById(action.vehicles), listStale: false };
     case "run_read":
       return onRunRead(world, action.run);
+    case "jobs_read":
+      return action.queues.reduce(withJobQueue, action.jobs.reduce(withJob, world));
     case "frame":
       return reduceFrame(world, action.frame, action.at);
   }
@@ -90,7 +99,8 @@ function reduceFrame(world: World, frame: Frame, at: number): World {
 function onHello(world: World, hello: HelloFrame): World {
   if (world.seq !== null && world.gateway === hello.gateway) return world;
   const seq = Math.max(0, hello.seq - HISTORY);
-  return { ...world, gateway: hello.gateway, seq, holeAfter: null, feed: [], resync: hello.seq > seq };
+  const kept = world.gateway === null || world.gateway === hello.gateway ? {} : { jobs: {}, jobQueues: {} }; // of another service
+  return { ...world, ...kept, gateway: hello.gateway, seq, holeAfter: null, feed: [], resync: hello.seq > seq };
 }
 
 function onSnapshot(world: World, snapshot: SnapshotFrame, at: number): World {
@@ -138,6 +148,18 @@ function onRunRead(world: World, run: Run): World {
 
 export function withRun(world: World, run: Run): World {
   return { ...world, runs: { ...world.runs, [run.id]: run } };
+}
+
+/** What comes may be older than what is known: never go back behind it. */
+export function withJob(world: World, job: Job): World {
+  const known = world.jobs[job.id];
+  return known && known.updated_at > job.updated_at ? world : { ...world, jobs: { ...world.jobs, [job.id]: job } };
+}
+
+/** As for a job. */
+export function withJobQueue(world: World, queue: JobQueue): World {
+  const known = world.jobQueues[queue.vehicle_id];
+  return known && (known.at ?? 0) > (queue.at ?? 0) ? world : { ...world, jobQueues: { ...world.jobQueues, [queue.vehicle_id]: queue } };
 }
 
 function withNewest(feed: readonly StreamEvent[], event: StreamEvent): readonly StreamEvent[] {

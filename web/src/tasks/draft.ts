@@ -56,6 +56,14 @@ export const NEW_FORM: TaskForm = {
   whenEmpty: "wait",
 };
 
+/** The smallest circle that the service takes for a wing, and the usual one. */
+export const WING_RADIUS_M = { least: 30, usual: 80 } as const;
+
+/** A wing flies its own speed, and cannot stop for a gripper. */
+export function newForm(isWing: boolean): TaskForm {
+  return isWing ? { ...NEW_FORM, radius_m: WING_RADIUS_M.usual } : NEW_FORM;
+}
+
 /** Places nearer than this are one: a double click makes two. */
 const SAME_PLACE_M = 0.3;
 

@@ -4,7 +4,7 @@ import { metresBetween, offset, type Point } from "../map/geometry";
 import { isComplete, NEW_FORM, taskOf, withPlace } from "./draft";
 import { draggedTask, draggedText } from "./dragged";
 import { moveOnto } from "./order";
-import { placeWords, progressWords, taskSummary, taskTitle } from "./words";
+import { afterLastWords, placeWords, progressWords, taskSummary, taskTitle } from "./words";
 
 const A: Point = [8.55, 47.4];
 const B = offset(A, 50, 90);
@@ -85,6 +85,20 @@ describe("in words", () => {
     expect(spaced(progressWords(entry({ cross_m: -3.2, left_m: 41.6 }), 12.3))).toBe("13 s left · 42 m to go · 3.2 m left of course");
     expect(progressWords(entry({ cross_m: 0.2 }), -1)).toBe("on course");
     expect(progressWords(entry({}), -1)).toBe("");
+  });
+
+  it("a moving target is told with where it goes, and that it stands when nobody tells it anew", () => {
+    const target = { ...(taskOf("goto", [A], NEW_FORM) as Extract<Task, { type: "goto" }>), motion: { north_m_s: 1.5, east_m_s: -1.5 } };
+    expect(taskTitle(target)).toBe("Go to a moving target");
+    expect(spaced(taskSummary(target))).toBe("at its altitude, its target moves 2.1 m/s towards 315°, and counts as standing 5 s after it was told");
+    expect(taskSummary({ ...target, motion: { north_m_s: 0, east_m_s: 0 } })).toContain("its target stands now");
+  });
+
+  it("what comes after the last task is told", () => {
+    expect(afterLastWords("wait", "v1", true, false)).toBe("After the last task v1 stands and waits for the next.");
+    expect(afterLastWords("wait", "v3", false, true)).toContain("circles");
+    expect(afterLastWords("plan", "v1", true, false)).toContain("the paused run of v1 goes on");
+    expect(afterLastWords("plan", "v1", false, false)).toContain("v1 holds");
   });
 
   it("the next click is told", () => {

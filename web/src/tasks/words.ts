@@ -1,9 +1,11 @@
 /** Tasks and their queue in plain English. Pure. */
 
-import type { QueuedTask, Task, TaskReport, TaskState } from "../api/types";
-import { altitude, distance, seconds, speed } from "../format/units";
+import type { QueuedTask, Task, TaskReport, TaskState, WhenEmpty } from "../api/types";
+import { altitude, distance, heading, seconds, speed } from "../format/units";
 import type { Tone } from "../format/words";
 import { PLACES, type TaskKind } from "./draft";
+
+type Motion = NonNullable<Extract<Task, { type: "goto" }>["motion"]>;
 
 const KINDS: Readonly<Record<TaskKind, string>> = { goto: "Go to", circle: "Circle", segment: "Line", path: "Path" };
 
@@ -14,7 +16,7 @@ export function kindName(kind: TaskKind): string {
 export function taskTitle(task: Task): string {
   switch (task.type) {
     case "goto":
-      return task.gripper === "release" ? "Go to, and release" : task.gripper === "grab" ? "Go to, and grab" : task.stay ? "Go to, and stay" : "Go to";
+      return task.gripper === "release" ? "Go to, and release" : task.gripper === "grab" ? "Go to, and grab" : task.motion !== null ? "Go to a moving target" : task.stay ? "Go to, and stay" : "Go to";
     case "circle":
       return `Circle of ${distance(Math.abs(task.radius_m))}, ${task.radius_m > 0 ? "clockwise" : "counter-clockwise"}`;
     case "segment":
@@ -30,9 +32,25 @@ export function taskSummary(task: Task): string {
     task.relative_altitude_m !== null ? `${altitude(task.relative_altitude_m)} above home` : task.absolute_altitude_m !== null ? `${altitude(task.absolute_altitude_m)} AMSL` : "at its altitude",
     task.speed_m_s === null ? "" : speed(task.speed_m_s),
     task.duration_s > 0 ? `for ${seconds(task.duration_s)}` : "",
-    task.type === "goto" && task.motion !== null ? "follows a moving target" : "",
+    task.type === "goto" && task.motion !== null ? motionWords(task.motion) : "",
   ];
   return joined(parts, ", ");
+}
+
+const TARGET_TOLD_S = 5;
+
+/** As it was told last. The service lets it stand when it hears no more of it. */
+function motionWords({ north_m_s, east_m_s }: Motion): string {
+  const fast = Math.hypot(north_m_s, east_m_s);
+  if (fast < 0.05) return "its target stands now";
+  const to = heading(((Math.atan2(east_m_s, north_m_s) * 180) / Math.PI + 360) % 360);
+  return `its target moves ${speed(fast)} towards ${to}, and counts as standing ${TARGET_TOLD_S} s after it was told`;
+}
+
+/** What becomes of the vehicle when no task is left. `inRun`: the run that was paused for this. */
+export function afterLastWords(whenEmpty: WhenEmpty, vehicle: string, inRun: boolean, isWing: boolean): string {
+  if (whenEmpty === "wait") return `After the last task ${vehicle} ${isWing ? "circles" : "stands"} and waits for the next.`;
+  return inRun ? `After the last task control goes back, and the paused run of ${vehicle} goes on.` : `After the last task control goes back, and ${vehicle} holds.`;
 }
 
 /** Numbers keep their units on the same line. */

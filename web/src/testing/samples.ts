@@ -1,6 +1,6 @@
 /** Vehicles, runs, drops and events for tests, with the few fields that a test cares for. */
 
-import type { ConsentRecord, DropRecord, Run, Vehicle, VehicleState } from "../api/types";
+import type { ConsentRecord, DropRecord, Job, Run, Vehicle, VehicleState } from "../api/types";
 import type { StreamEvent } from "../api/types";
 
 export function sampleState(fields: Partial<VehicleState> = {}): VehicleState {
@@ -48,6 +48,34 @@ export function sampleVehicle(fields: Partial<Vehicle> = {}): Vehicle {
     run_id: null,
     performance: null,
     state: sampleState(),
+    ...fields,
+  };
+}
+
+export function sampleJob(fields: Partial<Job> = {}): Job {
+  return {
+    id: "job-1",
+    plan_id: "p-1",
+    plan_name: "Clinic run",
+    vehicle_type: "multicopter",
+    order_id: null,
+    wish: { vehicle: "any", allowed_vehicles: [], min_battery_percent: 0 },
+    not_before: null,
+    deadline: null,
+    auto_start: false,
+    priority: 0,
+    rank: 0,
+    state: "queued",
+    reason: "",
+    requested_by: "desk",
+    vehicle_id: null,
+    run_id: null,
+    candidates: [],
+    start_asked_at: null,
+    end_asked: "",
+    created_at: 100,
+    updated_at: 100,
+    ended_at: null,
     ...fields,
   };
 }
@@ -119,6 +147,7 @@ export function sampleRun(fields: Partial<Run> = {}): Run {
     flown_before_change: 0,
     continues: null,
     continued_by: null,
+    rally: null,
     drops: [sampleDrop()],
     created_at: 100,
     updated_at: 100,

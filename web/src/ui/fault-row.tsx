@@ -4,8 +4,9 @@ import { asSentence, plain } from "../format/words";
 import { controlOf, type Control } from "../schema/control";
 import { clearingValue, faultName, faultUnit, typedValue, valueText } from "../simulator/faults";
 import { may } from "../state/principal";
-import { dismissRefusal, refusals, setFault, settingFault } from "../state/simulator";
+import { setFault, settingFault } from "../state/simulator";
 import { live } from "../state/store";
+import { FaultRefusal } from "./fault-refusal";
 
 interface Props {
   kind: FaultKind;
@@ -47,7 +48,7 @@ export function FaultRow({ kind, target, current }: Props) {
           )}
         </p>
       )}
-      <Refusal fault={kind.fault} typed={problem} />
+      <FaultRefusal fault={kind.fault} typed={problem} />
     </li>
   );
 }
@@ -107,21 +108,4 @@ function numbersOf(control: Control): { part: string; range: string }[] {
 function startTexts(current: unknown): readonly string[] {
   if (current === undefined) return [];
   return Array.isArray(current) ? current.map(String) : [String(current)];
-}
-
-/** Why it was not set: what was typed is no value, or the service said no. */
-function Refusal({ fault, typed }: { fault: string; typed: string }) {
-  const refused = refusals.value[fault];
-  if (typed === "" && refused === undefined) return null;
-  const words = refused === undefined ? "" : [refused.title, ...(refused.findings.length > 0 ? refused.findings.map((finding) => finding.message) : [refused.detail]), refused.hint].filter((part) => part !== "").map(asSentence).join(". ");
-  return (
-    <p class="form-problem" role="alert">
-      {typed || words}
-      {refused !== undefined && (
-        <button type="button" class="small" onClick={() => dismissRefusal(fault)}>
-          Dismiss
-        </button>
-      )}
-    </p>
-  );
 }

@@ -1,6 +1,6 @@
-import { useComputed, type ReadonlySignal } from "@preact/signals";
+import { useComputed } from "@preact/signals";
 import type { Run, Vehicle, VehicleType } from "../api/types";
-import { age, altitude, climbRate, heading, percent, speed } from "../format/units";
+import { altitude, climbRate, heading, linkAge, percent, speed } from "../format/units";
 import { landedName, plain, runStateName, runStateTone, vehicleTypeName } from "../format/words";
 import { STALE_S } from "../map/features";
 import { now, secondsSince } from "../state/clock";
@@ -11,6 +11,7 @@ import { live, runs, vehicleIds, vehicles, world } from "../state/store";
 import { Badge } from "./badge";
 import { FleetSearch } from "./fleet-search";
 import { Icon, VehicleIcon } from "./icons";
+import { useSteady } from "./use-steady";
 import { VehicleActions } from "./vehicle-actions";
 
 export function Fleet() {
@@ -93,12 +94,6 @@ function rowOf(vehicle: Vehicle | undefined): Row | null {
   return { type: vehicle.vehicle_type, quarantined: vehicle.quarantined, mode, failsafe: in_failsafe, armed: armed === true, landed, battery_percent: battery };
 }
 
-/** A computed value that counts as changed only if it says something else. */
-function useSteady<T>(compute: () => T): ReadonlySignal<T> {
-  const text = useComputed(() => JSON.stringify(compute()));
-  return useComputed(() => JSON.parse(text.value) as T);
-}
-
 function VehicleBadges({ row }: { row: Row }) {
   return (
     <span class="vehicle-badges">
@@ -145,7 +140,7 @@ function linkOf(vehicle: Vehicle | undefined, measured: number | null): { tone: 
   const heartbeat = told === null || measured === null ? null : told + secondsSince(measured);
   const connected = vehicle?.state.connected === true;
   const tone = !connected || heartbeat === null ? "danger" : heartbeat > STALE_S ? "warn" : "ok";
-  return { tone, text: connected ? age(heartbeat) : `lost ${age(heartbeat)}` };
+  return { tone, text: connected ? linkAge(heartbeat) : `lost ${linkAge(heartbeat)}` };
 }
 
 function RunOf({ id }: { id: string }) {

@@ -8,9 +8,9 @@ import { VehicleActions } from "./vehicle-actions";
 
 /** For a vehicle that does not follow all of this page: what it does, what not and why, and the commands that it follows. */
 export function HandsAbilities({ vehicle }: { vehicle: Vehicle }) {
-  const capabilities = detail.value?.capabilities ?? null;
-  if (capabilities === null) return null;
-  const abilities = abilitiesOf(vehicle.vehicle_type, capabilities);
+  const known = detail.value;
+  if (known === null) return null;
+  const abilities = abilitiesOf(vehicle.vehicle_type, known.capabilities, known.tasks);
   if (!isLimited(abilities)) return null;
   const inRun = currentRun(vehicle, runs.value) !== null;
   return (
@@ -36,7 +36,7 @@ export function HandsAbilities({ vehicle }: { vehicle: Vehicle }) {
         </li>
       </ul>
       {!inRun && <VehicleActions vehicle={vehicle} />}
-      <p class="hint">Programs can fly it with other setpoints and with tasks (docs/offboard.md, docs/tasks.md).</p>
+      {known.capabilities.some(({ taken }) => taken) && <p class="hint">Programs can send it the other setpoints that it follows (docs/offboard.md).</p>}
     </section>
   );
 }

@@ -1,6 +1,7 @@
 import { asSentence } from "../format/words";
 import { enter, giveBack } from "../state/hands-session";
-import { checkEntry, checking, entryCheck, sticksHeld } from "../state/offboard-facts";
+import { checkEntry, checking, entryCheck, flownBy, sticksHeld, tasksOnly } from "../state/offboard-facts";
+import { needsTask } from "../state/task-queue";
 import { live } from "../state/store";
 import { HoldButton } from "./hold-button";
 import { Icon } from "./icons";
@@ -12,7 +13,7 @@ export function HandsEntry({ vehicle }: { vehicle: string }) {
     <>
       <section aria-labelledby="entry-title" class="entry-check">
         <h4 id="entry-title">
-          Before {vehicle} is flown by hand
+          Before {vehicle} {tasksOnly.value ? "flies its tasks" : "is flown by hand"}
           <button type="button" class="small" disabled={checking.value} onClick={() => void checkEntry()}>
             Check again
           </button>
@@ -36,18 +37,26 @@ export function HandsEntry({ vehicle }: { vehicle: string }) {
             </li>
           ))}
         </ul>
-        <label class="check-line">
-          <input type="checkbox" checked={sticksHeld.value} onChange={(event) => (sticksHeld.value = event.currentTarget.checked)} />
-          <span>A pilot holds the sticks of the RC sender</span>
-        </label>
+        {found?.flown_by !== "commands" && (
+          <label class="check-line">
+            <input type="checkbox" checked={sticksHeld.value} onChange={(event) => (sticksHeld.value = event.currentTarget.checked)} />
+            <span>A pilot holds the sticks of the RC sender</span>
+          </label>
+        )}
       </section>
       <div class="actions">
-        <HoldButton verb="Take control of" vehicle={vehicle} tone="warn" disabled={found?.ready !== true || !live.value} onConfirm={() => void enter()} />
+        <HoldButton verb="Take control of" vehicle={vehicle} tone="warn" disabled={found?.ready !== true || !live.value || needsTask.value} onConfirm={() => void enter()} />
         <button type="button" class="small" onClick={giveBack}>
           Give the lease back
         </button>
       </div>
-      <p class="hint">{vehicle} is told to hold, then follows this page until you leave. Take your hands off or look elsewhere, and it holds.</p>
+      <p class="hint">{whatFollows(vehicle)}</p>
     </>
   );
+}
+
+function whatFollows(vehicle: string): string {
+  if (!tasksOnly.value) return `${vehicle} is told to hold, then follows this page until you leave. Take your hands off or look elsewhere, and it holds.`;
+  if (needsTask.value) return `Queue a task first: ${vehicle} cannot stand still, and without a task nobody speaks for it.`;
+  return flownBy.value === "commands" ? `${vehicle} is told to hold, which a wing does by circling, then flies its tasks; without one it circles.` : `${vehicle} is told to hold, then flies its tasks.`;
 }

@@ -1,7 +1,8 @@
 import type { Offboard } from "../api/types";
 import { handsOn, offboardNow } from "../state/hands-on";
 import { takeLease } from "../state/hands-session";
-import { follows } from "../state/offboard-facts";
+import { takeOverWords } from "../hands-on/commanded";
+import { detail, flownBy, followsHands, tasksOnly } from "../state/offboard-facts";
 import { may, principal } from "../state/principal";
 import { live } from "../state/store";
 import { HoldButton } from "./hold-button";
@@ -15,7 +16,7 @@ export function HandsLease({ vehicle }: { vehicle: string }) {
     <>
       {ended !== "" && (
         <div class="hands-note tone-info" role="status">
-          <b>Hands off</b>
+          <b>{tasksOnly.value ? "Control has ended" : "Hands off"}</b>
           <p>
             {ended} {fellSilent && `${vehicle} was told to hold; to fly on, take a new lease.`}
           </p>
@@ -32,18 +33,25 @@ export function HandsLease({ vehicle }: { vehicle: string }) {
       {isOfferedToMe(offboard) ? (
         <TakeOver vehicle={vehicle} offboard={offboard} />
       ) : (
-        <button type="button" class="primary" disabled={!mayTake()} onClick={() => takeLease(vehicle)}>
-          Take the lease of {vehicle}
-        </button>
+        canTake() && (
+          <button type="button" class="primary" disabled={!mayTake()} onClick={() => takeLease(vehicle)}>
+            Take the lease of {vehicle}
+          </button>
+        )
       )}
-      <p class="hint">One client flies a vehicle at a time.{!isFlown(offboard) && " To take the lease moves nothing."}</p>
-      {holder !== null && !isOfferedToMe(offboard) && may("admin") && <Override vehicle={vehicle} holder={holder} offboard={offboard} />}
+      {canTake() && <p class="hint">One client flies a vehicle at a time.{!isFlown(offboard) && " To take the lease moves nothing."}</p>}
+      {holder !== null && !isOfferedToMe(offboard) && may("admin") && canTake() && <Override vehicle={vehicle} holder={holder} offboard={offboard} />}
     </>
   );
 }
 
+/** There is something to do with it: by hand, or by tasks. Nothing is offered where the vehicle follows neither. */
+function canTake(): boolean {
+  return detail.value === null || followsHands() || tasksOnly.value;
+}
+
 function mayTake(): boolean {
-  return live.value && may("pilot") && follows("velocity_body");
+  return live.value && may("pilot") && detail.value !== null && canTake();
 }
 
 function isOfferedToMe(offboard: Offboard | null): boolean {
@@ -55,12 +63,17 @@ function isFlown(offboard: Offboard | null): boolean {
   return offboard?.state === "active";
 }
 
+function takenInFlight(vehicle: string): string {
+  const by = flownBy.value;
+  return tasksOnly.value && by !== null ? takeOverWords(vehicle, by) : `${vehicle} is in the air and stands still from the moment you take it: be ready to fly.`;
+}
+
 /** It was offered; in flight the hands are on from the first moment. */
 function TakeOver({ vehicle, offboard }: { vehicle: string; offboard: Offboard | null }) {
   return (
     <div class="hands-note tone-warn">
       <b>Offered to you</b>
-      <p>{isFlown(offboard) ? `${vehicle} is in the air and stands still from the moment you take it: be ready to fly.` : `Nothing moves when you take it.`}</p>
+      <p>{isFlown(offboard) ? takenInFlight(vehicle) : `Nothing moves when you take it.`}</p>
       <div class="actions">
         <HoldButton verb="Take over" vehicle={vehicle} tone="warn" disabled={!mayTake()} onConfirm={() => takeLease(vehicle)} />
       </div>
@@ -74,8 +87,7 @@ function Override({ vehicle, holder, offboard }: { vehicle: string; holder: stri
     <div class="hands-note tone-danger">
       <b>Take it from {holder}</b>
       <p>
-        As an admin you can take the lease without being asked. {holder} loses it at once
-        {isFlown(offboard) ? `, and ${vehicle} stands still until you fly it.` : "."}
+        As an admin you can take the lease without being asked. {holder} loses it at once. {isFlown(offboard) && takenInFlight(vehicle)}
       </p>
       <div class="actions">
         <HoldButton verb={`Override ${holder}'s lease of`} vehicle={vehicle} tone="danger" disabled={!mayTake()} onConfirm={() => takeLease(vehicle, true)} />

@@ -3,9 +3,11 @@ import { flies, NONE_HELD, pressed } from "../hands-on/keys";
 import { WARN_AFTER_MS } from "../hands-on/presence";
 import { plain } from "../format/words";
 import { held } from "../state/controls";
-import { engaged, handsOn, handsPage, handsVehicle, offboardNow, steering } from "../state/hands-on";
+import { byControls, engaged, handsOn, handsVehicle, offboardNow, steering } from "../state/hands-on";
+import { tasksOnly } from "../state/offboard-facts";
 import { attendance } from "../state/presence";
 import { HandsAbilities } from "./hands-abilities";
+import { HandsCommanded } from "./hands-commanded";
 import { HandsControls, WaysOut } from "./hands-controls";
 import { HandsEntry } from "./hands-entry";
 import { HandsLease } from "./hands-lease";
@@ -34,9 +36,10 @@ export function HandsOnPanel() {
   });
   const vehicle = handsVehicle.value;
   if (vehicle === null) return <NoVehicle />;
-  const byControls = engaged.value && handsPage.value === "controls";
+  const look = !engaged.value ? "" : byControls.value ? "engaged on-controls" : "engaged on-tasks";
+  const name = tasksOnly.value ? `Command ${vehicle.id} by tasks` : `Fly ${vehicle.id} by hand`;
   return (
-    <div class={`panel-body hands-on ${engaged.value ? `engaged on-${handsPage.value}` : ""}`} data-phase={phase} role="group" aria-label={`Fly ${vehicle.id} by hand`} tabIndex={-1} ref={root} onKeyDown={onKeyDown} onFocusOut={onFocusOut}>
+    <div class={`panel-body hands-on ${look}`} data-phase={phase} data-hands={!tasksOnly.value} role="group" aria-label={name} tabIndex={-1} ref={root} onKeyDown={onKeyDown} onFocusOut={onFocusOut}>
       <Head />
       {handsOn.value.refusal !== null && <RefusalNote refusal={handsOn.value.refusal} />}
       {steering.value && attendance.value === "warned" && <IsAnybodyThere vehicle={vehicle.id} />}
@@ -46,10 +49,11 @@ export function HandsOnPanel() {
       {(phase === "entering" || phase === "leaving") && <HandsSteps />}
       {engaged.value && <WaysOut vehicle={vehicle.id} />}
       {phase === "silent" && <HandsOffNote vehicle={vehicle.id} />}
-      {engaged.value && <HandsPages />}
-      {!byControls && <HandsTasks vehicle={vehicle.id} />}
+      {engaged.value && !tasksOnly.value && <HandsPages />}
+      {!byControls.value && <HandsTasks vehicle={vehicle.id} />}
       <HandsReadout />
-      {byControls && <HandsControls vehicle={vehicle.id} />}
+      {byControls.value && <HandsControls vehicle={vehicle.id} />}
+      {tasksOnly.value && <HandsCommanded vehicle={vehicle.id} />}
       {(phase === "leased" || phase === "flying") && <HandsOffer vehicle={vehicle.id} />}
       {phase === "off" && <HandsAbilities vehicle={vehicle} />}
     </div>
@@ -57,7 +61,7 @@ export function HandsOnPanel() {
 }
 
 function onKeyDown(event: KeyboardEvent): void {
-  if (!engaged.value || handsPage.value !== "controls" || (event.target instanceof Element && event.target.closest(FIELDS) !== null)) return;
+  if (!byControls.value || (event.target instanceof Element && event.target.closest(FIELDS) !== null)) return;
   held.value = pressed(held.value, event);
   if (flies(event.code) && !event.ctrlKey && !event.altKey && !event.metaKey) event.preventDefault(); // else the panel scrolls
 }
@@ -86,10 +90,11 @@ function Head() {
   const off = state === "idle" || handsOn.value.phase === "silent";
   return (
     <header class="hands-head">
-      <h3>{vehicle.id} by hand</h3>
+      <h3>{tasksOnly.value ? `${vehicle.id} by tasks` : `${vehicle.id} by hand`}</h3>
       <span class={`hands-state ${on ? "on" : ""}`} role="status">
-        {on ? (handsOn.value.leads === "tasks" ? "Flies tasks" : "Hands on") : off ? "Hands off" : plain(state)}
+        {on ? (handsOn.value.leads === "tasks" ? "Flies tasks" : "Hands on") : off ? (tasksOnly.value ? "Not commanded" : "Hands off") : plain(state)}
       </span>
+      {tasksOnly.value && engaged.value && <small class="hands-how">Commanded, not flown by hand</small>}
     </header>
   );
 }

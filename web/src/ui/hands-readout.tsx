@@ -1,5 +1,6 @@
-import type { Cadence, SentSetpoint } from "../api/types";
+import type { Cadence, FlightOrder, SentSetpoint } from "../api/types";
 import { UNKNOWN } from "../format/units";
+import { orderWords, resultWords } from "../hands-on/commanded";
 import { setpointWords, stageOf, type Stage } from "../hands-on/words";
 import { handsOn, offboardNow } from "../state/hands-on";
 
@@ -7,7 +8,9 @@ import { handsOn, offboardNow } from "../state/hands-on";
 export function HandsReadout() {
   const offboard = offboardNow.value;
   const stage = stageOf(offboard, handsOn.value.fellSilent);
-  if (offboard === null || stage === null) return null;
+  if (offboard === null) return null;
+  if (offboard.flown_by === "commands") return offboard.order === null ? null : <Ordered order={offboard.order} />;
+  if (stage === null) return null;
   return (
     <section class="readout" aria-label="What is really sent">
       {offboard.sent?.by !== "task" && <DeadMan stage={stage} />}
@@ -58,6 +61,28 @@ function Sent({ sent, cadence }: { sent: SentSetpoint; cadence: Cadence | null }
         <dd title="how long the service takes to answer this page">{ms(handsOn.value.answer_ms)}</dd>
       </div>
     </dl>
+  );
+}
+
+/** The newest command and its answer, of a vehicle that is flown by commands. */
+function Ordered({ order }: { order: FlightOrder }) {
+  return (
+    <section class="readout" aria-label="What is really sent">
+      <dl class="facts sent" data-by="order">
+        <div class="sent-words">
+          <dt>Commanded</dt>
+          <dd title={order.command}>{orderWords(order)}</dd>
+        </div>
+        <div class="sent-command">
+          <dt>Command</dt>
+          <dd>{order.command}</dd>
+        </div>
+        <div>
+          <dt>Answer</dt>
+          <dd>{resultWords(order)}</dd>
+        </div>
+      </dl>
+    </section>
   );
 }
 

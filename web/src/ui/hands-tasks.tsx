@@ -1,10 +1,14 @@
 import { useEffect } from "preact/hooks";
 import type { TaskQueue } from "../api/types";
 import { asSentence } from "../format/words";
-import { handsOn } from "../state/hands-on";
+import { lookAwayWords } from "../hands-on/commanded";
+import { engaged, handsOn, handsVehicle } from "../state/hands-on";
+import { flownBy, tasksOnly } from "../state/offboard-facts";
+import { currentRun } from "../state/runs";
+import { runs } from "../state/store";
 import { nextTask, queueAction, taskRefusal } from "../state/task-draft";
 import { ownsQueue, taskQueue } from "../state/task-queue";
-import { stateName, stateTone } from "../tasks/words";
+import { afterLastWords, stateName, stateTone } from "../tasks/words";
 import { Badge } from "./badge";
 import { HoldButton } from "./hold-button";
 import { PassingButton } from "./passing-button";
@@ -31,12 +35,19 @@ export function HandsTasks({ vehicle }: { vehicle: string }) {
       </h4>
       {queue?.report.state === "paused" && queue.report.reason !== "" && <p class="tasks-reason">{asSentence(queue.report.reason)}.</p>}
       {queue !== null && queue.tasks.length > 0 && <TaskList queue={queue} vehicle={vehicle} own={own} />}
+      {queue !== null && queue.report.state !== "idle" && <p class="hint after-last">{afterLastWords(queue.when_empty, vehicle, hasRun(), tasksOnly.value)}</p>}
       {own && queue !== null && <QueueActions queue={queue} vehicle={vehicle} />}
       {refusal !== null && <RefusalNote refusal={refusal} />}
       {own && <TaskForm vehicle={vehicle} />}
-      {own && handsOn.value.leads === "tasks" && <p class="hint">Flown while this page is in front of you. Look away for 10 s, and {vehicle} holds and drops the rest. A gamepad takes over at once, and so do the controls.</p>}
+      {own && tasksOnly.value && engaged.value && flownBy.value !== null && <p class="hint">{lookAwayWords(vehicle, flownBy.value)}</p>}
+      {own && handsOn.value.leads === "tasks" && !tasksOnly.value && <p class="hint">Flown while this page is in front of you. Look away for 10 s, and {vehicle} holds and drops the rest. A gamepad takes over at once, and so do the controls.</p>}
     </section>
   );
+}
+
+function hasRun(): boolean {
+  const subject = handsVehicle.value;
+  return subject !== null && currentRun(subject, runs.value) !== null;
 }
 
 /** Of the whole queue. By hand nothing is flown of it until somebody says so. */

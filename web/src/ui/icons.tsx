@@ -15,6 +15,7 @@ const PATHS = {
   left: "M19 12H6m6 6-6-6 6-6",
   right: "M5 12h13m-6 6 6-6-6-6",
   gamepad: "M7 8h10a5 5 0 0 1 4 8c-1.500 2-3.500 1-4.500-1h-9c-1 2-3 3-4.500 1a5 5 0 0 1 4-8Zm1 2v3m-1.500-1.500h3M16 11.500h.01",
+  jobs: "M4 7h16v13H4V7Zm0 5h16M9 7V4h6v3",
   feed: "M4 6h16M4 12h16M4 18h10",
   simulator: "M4 21V10m0-4V3m8 18v-6m0-4V3m8 18v-9m0-4V3M2 6h4M10 11h4m4-3h4",
   up: "M12 19V6m-6 6 6-6 6 6",

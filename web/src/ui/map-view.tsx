@@ -19,20 +19,22 @@ import { Icon, type IconName } from "./icons";
 
 export function MapView() {
   const container = useRef<HTMLDivElement>(null);
+  const vehicleCanvas = useRef<HTMLCanvasElement>(null);
   const scene = useRef<Scene | null>(null);
   const [labels, setLabels] = useState<readonly Label[]>([]);
   useEditorKeys();
   useGoToKeys();
   useTaskKeys();
   useEffect(() => {
-    if (container.current === null) return undefined;
-    const bound = bindScene(container.current, setLabels);
+    if (container.current === null || vehicleCanvas.current === null) return undefined;
+    const bound = bindScene(container.current, vehicleCanvas.current, setLabels);
     scene.current = bound.scene;
     return bound.dispose;
   }, []);
   return (
     <section class={`map${mapToolInHand.value ? " drawing" : ""}`} aria-label="Map">
       <div class="map-canvas" ref={container} />
+      <canvas class="map-vehicles" aria-hidden="true" ref={vehicleCanvas} />
       <GridLabels labels={labels} />
       <span class="map-cross" aria-hidden="true" />
       <MapToolbar />

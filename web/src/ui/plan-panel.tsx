@@ -13,6 +13,7 @@ import { FindingNote } from "./finding-note";
 import { Icon } from "./icons";
 import { PlanSource } from "./plan-source";
 import { PlanTabs } from "./plan-tabs";
+import { useSteady } from "./use-steady";
 
 export function PlanPanel() {
   return (
@@ -83,13 +84,14 @@ function Verdict() {
 /** Choose the vehicle and upload. Starting is a step of its own, in the run panel. */
 function SendForm() {
   const plan = draftView.value;
-  const suits = (id: string) => vehicles.value[id]?.quarantined === null && (plan?.vehicleType ?? null) === vehicles.value[id]?.vehicle_type;
-  const chosen = vehicleId.value !== null && vehicleId.value in vehicles.value ? vehicleId.value : null;
-  const first = vehicleIds.value.find(suits) ?? null;
+  const fleet = useSteady(() => vehicleIds.value.map((id) => ({ id, type: vehicles.value[id]?.vehicle_type ?? null, quarantined: vehicles.value[id]?.quarantined !== null }))).value;
+  const suitable = fleet.filter(({ type, quarantined }) => !quarantined && type === (plan?.vehicleType ?? null)).map(({ id }) => id);
+  const chosen = fleet.find(({ id }) => id === vehicleId.value)?.id ?? null;
+  const first = suitable[0] ?? null;
   const suggested = useRef<string | null>(null); // ours, not the user's: another type of plan gets another one
   useEffect(() => {
     const meanwhile = vehicleId.peek(); // a choice made since this was drawn is never overruled
-    const isChosen = meanwhile !== null && meanwhile in vehicles.peek() && (meanwhile !== suggested.current || suits(meanwhile));
+    const isChosen = meanwhile !== null && meanwhile in vehicles.peek() && (meanwhile !== suggested.current || suitable.includes(meanwhile));
     if (plan !== null && !isChosen && first !== null) {
       suggested.current = first;
       selectVehicle(first);
@@ -108,9 +110,9 @@ function SendForm() {
         Vehicle
         <select value={chosen ?? ""} onChange={(event) => selectVehicle(event.currentTarget.value)}>
           {chosen === null && <option value="">Choose…</option>}
-          {vehicleIds.value.map((id) => (
+          {fleet.map(({ id, type }) => (
             <option key={id} value={id}>
-              {id} · {vehicleTypeName(vehicles.value[id]?.vehicle_type ?? null)}
+              {id} · {vehicleTypeName(type)}
             </option>
           ))}
         </select>

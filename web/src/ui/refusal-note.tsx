@@ -1,5 +1,5 @@
 import { asSentence } from "../format/words";
-import type { Refusal } from "../hands-on/session";
+import type { Refusal } from "../hands-on/refusal";
 
 /** What was asked and not done, with the reason. */
 export function RefusalNote({ refusal }: { refusal: Refusal }) {

@@ -12,14 +12,15 @@ const VERBS: Readonly<Record<RunAction, readonly [string, Tone]>> = {
   pause: ["Pause", "info"],
   resume: ["Resume", "ok"],
   return: ["Return", "warn"],
+  rally: ["Rally", "warn"],
   land: ["Land", "warn"],
   abort: ["Abort", "danger"],
 };
 
-/** What can be told to the vehicle of a run now. All of it moves something heavy: each is held to confirm. */
-export function RunActions({ run }: { run: Run }) {
+/** What can be told to the vehicle of a run now; `rallyPoints` are those of its plan. All of it moves something heavy: each is held to confirm. */
+export function RunActions({ run, rallyPoints }: { run: Run; rallyPoints: number }) {
   const [busy, setBusy] = useState<RunAction | null>(null); // only this one waits: a slow Pause must not keep anybody from Return
-  const actions = allowedActions(run);
+  const actions = allowedActions(run, rallyPoints);
   if (actions.length === 0) return null;
   const send = async (action: RunAction) => {
     setBusy(action);

@@ -33,7 +33,7 @@ export function RunPanel() {
       {questionsOf(run).map((question) => (
         <ConsentCard key={`${run.id} ${question.drop.plan_item_id} ${question.consent.question}`} question={question} />
       ))}
-      <RunActions key={run.id} run={run} />
+      <RunActions key={run.id} run={run} rallyPoints={rallyPoints(run)} />
       <SkipTo key={`skip ${run.id}`} run={run} />
       {run.started_at !== null && run.ended_at === null && <TelemetryStrips vehicle={run.vehicle_id} />}
       {run.drops.length > 0 && (
@@ -48,6 +48,12 @@ export function RunPanel() {
       <RunItems run={run} />
     </div>
   );
+}
+
+/** How many the run's plan has; none while the plan is read. */
+function rallyPoints(run: Run): number {
+  const stored = plansById.value[run.plan_id];
+  return stored === undefined ? 0 : viewPlan(stored.plan).rallyPoints.length;
 }
 
 /** How far from its point the plan lets a parcel be released. */
@@ -102,6 +108,7 @@ function RunHead({ run }: { run: Run }) {
         {took !== null && ` · ${run.ended_at === null ? "flying for" : "flew for"} ${seconds(Math.round(took))}`}
       </small>
       {run.reason !== "" && <p class="run-reason">{asSentence(run.reason)}</p>}
+      {run.rally !== null && <p class="run-rally">{asSentence(run.rally.reason)}</p>}
     </header>
   );
 }

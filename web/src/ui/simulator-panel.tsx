@@ -9,6 +9,7 @@ import { setFault, simulator } from "../state/simulator";
 import { live } from "../state/store";
 import { FaultRow } from "./fault-row";
 import { Icon } from "./icons";
+import { SimulatorPace } from "./simulator-pace";
 
 /** The simulated vehicles as they truly are, and what can be made wrong with them. */
 export function SimulatorPanel() {
@@ -25,6 +26,7 @@ export function SimulatorPanel() {
   return (
     <div class="panel-body simulator">
       <RoleNote />
+      {view.speed !== null && <SimulatorPace speed={view.speed} />}
       <section aria-label="Simulated vehicles">
         <ul class="sim-vehicles">
           {view.vehicles.map((vehicle) => (
@@ -64,7 +66,7 @@ function RoleNote() {
     <p class="role-note" role="note">
       <Icon name="warning" size={16} />
       <span>
-        You may look. Faults are set by a pilot; {who.name} is a {who.role}.
+        You may look. Faults and the speed are set by a pilot; {who.name} is a {who.role}.
       </span>
     </p>
   );

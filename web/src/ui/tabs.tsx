@@ -2,9 +2,9 @@ import { PANELS, panel, showPanel, showView, view, VIEWS, type Panel, type View 
 import { hasSimulator } from "../state/simulator";
 import { Icon, type IconName } from "./icons";
 
-const PANEL_NAMES: Readonly<Record<Panel, string>> = { plan: "Plan", run: "Run", hands: "Hands on", simulator: "Simulator" };
+export const PANEL_NAMES: Readonly<Record<Panel, string>> = { plan: "Plan", run: "Run", jobs: "Jobs", hands: "Hands on", simulator: "Simulator" };
 
-/** Plan, run, hands on, and the simulated vehicles where there are any, beside the map. Arrow keys move between the tabs. */
+/** Plan, run, jobs, hands on, and the simulated vehicles where there are any, beside the map. Arrow keys move between the tabs. */
 export function PanelTabs() {
   const shown = PANELS.filter((name) => name !== "simulator" || hasSimulator.value);
   const onKeyDown = (event: KeyboardEvent) => {
@@ -34,12 +34,14 @@ export function PanelTabs() {
   );
 }
 
-const VIEW_NAMES: Readonly<Record<View, readonly [string, IconName]>> = {
+/** Eight of them fit 360 px: one is cut short there and named in full. */
+const VIEW_NAMES: Readonly<Record<View, readonly [string, IconName, string?]>> = {
   map: ["Map", "map"],
   fleet: ["Fleet", "fleet"],
   plan: ["Plan", "plan"],
   run: ["Run", "run"],
-  hands: ["Hands on", "hands"],
+  jobs: ["Jobs", "jobs"],
+  hands: ["Hands", "hands", "Hands on"],
   simulator: ["Faults", "simulator"],
   feed: ["Events", "feed"],
 };
@@ -50,7 +52,7 @@ export function ViewBar() {
   return (
     <nav class="view-bar" aria-label="Views">
       {shown.map((name) => (
-        <button key={name} type="button" aria-current={view.value === name ? "page" : undefined} onClick={() => showView(name)}>
+        <button key={name} type="button" aria-label={VIEW_NAMES[name][2]} aria-current={view.value === name ? "page" : undefined} onClick={() => showView(name)}>
           <Icon name={VIEW_NAMES[name][1]} size={20} />
           {VIEW_NAMES[name][0]}
         </button>

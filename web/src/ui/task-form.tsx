@@ -2,8 +2,9 @@ import type { ComponentChildren } from "preact";
 import { useEffect } from "preact/hooks";
 import { besides } from "../format/units";
 import { addTask, changeForm, chooseTask, draftTask, showField, taskForm, taskKind, taskPlaces, takePlaceBack, typeNumber, wrongFields } from "../state/task-draft";
+import { tasksOnly } from "../state/offboard-facts";
 import { taskQueue } from "../state/task-queue";
-import { TASK_KINDS, type NumericField, type TaskForm as Form, type TaskKind } from "../tasks/draft";
+import { TASK_KINDS, WING_RADIUS_M, type NumericField, type TaskForm as Form, type TaskKind } from "../tasks/draft";
 import { kindName, placeWords } from "../tasks/words";
 import { HoldButton } from "./hold-button";
 import { PassingButton } from "./passing-button";
@@ -24,24 +25,28 @@ export function TaskForm({ vehicle }: { vehicle: string }) {
           </button>
         ))}
       </div>
-      {kind === null ? <p class="hint">Choose what {vehicle} shall fly, then click on the map. Without a mouse: focus the map, and Space takes its middle.</p> : <Fields kind={kind} vehicle={vehicle} />}
+      {kind === null ? <p class="hint">Choose what {vehicle} shall fly, then click on the map. Without a mouse: on the map, arrows move it, Space takes its middle, Enter adds the task.</p> : <Fields kind={kind} vehicle={vehicle} />}
     </div>
   );
 }
 
 function Fields({ kind, vehicle }: { kind: TaskKind; vehicle: string }) {
   const form = taskForm.value;
+  const isWing = tasksOnly.value;
   const places = taskPlaces.value.length;
   return (
     <>
-      <p class="task-places" role="status">
-        {placeWords(kind, places, vehicle)}
+      <p class="task-places">
+        <span role="status">{placeWords(kind, places, vehicle)}</span>
+        <button type="button" class="small" onClick={focusMap}>
+          To the map
+        </button>
       </p>
       <div class="fields">
         <NumberField name="Height above home" unit="m" field="altitude_m" empty="as it is" />
-        <NumberField name="Speed" unit="m/s" field="speed_m_s" empty="its own" min={0.1} />
+        {!isWing && <NumberField name="Speed" unit="m/s" field="speed_m_s" empty="its own" min={0.1} />}
         <NumberField name="Duration" unit="s" field="duration_s" empty="no limit" min={1} />
-        {kind === "circle" && <NumberField name="Radius" unit="m" field="radius_m" empty="needed" min={1} />}
+        {kind === "circle" && <NumberField name="Radius" unit="m" field="radius_m" empty="needed" min={isWing ? WING_RADIUS_M.least : 1} />}
         {kind === "circle" && (
           <Choice name="Direction" value={form.clockwise ? "clockwise" : "counter"} onChange={(value) => changeForm({ clockwise: value === "clockwise" })}>
             <option value="clockwise">Clockwise</option>
@@ -51,9 +56,9 @@ function Fields({ kind, vehicle }: { kind: TaskKind; vehicle: string }) {
         {kind === "goto" && (
           <Choice name="There" value={form.gripper ?? (form.stay ? "stay" : "")} onChange={(value) => changeForm({ gripper: value === "release" || value === "grab" ? value : null, stay: value === "stay" })}>
             <option value="">Go on</option>
-            <option value="stay">Stay</option>
-            <option value="release">Release the parcel</option>
-            <option value="grab">Grab with the gripper</option>
+            <option value="stay">{isWing ? "Stay and circle" : "Stay"}</option>
+            {!isWing && <option value="release">Release the parcel</option>}
+            {!isWing && <option value="grab">Grab with the gripper</option>}
           </Choice>
         )}
         <Choice name="Where in the queue" value={form.insert} onChange={(value) => changeForm({ insert: value as Form["insert"] })}>
@@ -63,7 +68,7 @@ function Fields({ kind, vehicle }: { kind: TaskKind; vehicle: string }) {
           <option value="replace_all">Now, instead of all</option>
         </Choice>
         <Choice name="After the last task" value={form.whenEmpty} onChange={(value) => changeForm({ whenEmpty: value as Form["whenEmpty"] })}>
-          <option value="wait">Stand and wait</option>
+          <option value="wait">{isWing ? "Circle and wait" : "Stand and wait"}</option>
           <option value="plan">Back to the run, or hold</option>
         </Choice>
       </div>
@@ -73,6 +78,11 @@ function Fields({ kind, vehicle }: { kind: TaskKind; vehicle: string }) {
       </div>
     </>
   );
+}
+
+/** For the keyboard: there Space takes the middle, Enter adds the task, and arrows move the map. */
+function focusMap(): void {
+  document.querySelector<HTMLElement>(".map-canvas canvas")?.focus();
 }
 
 /** What moves a vehicle at once is one press; a parcel is released only by a button that is held. */

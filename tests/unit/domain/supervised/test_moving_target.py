@@ -53,6 +53,17 @@ def test_the_parcel_is_kept_when_the_hold_ends_without_the_target(target: Target
     assert flight.finish.reason.startswith(f"{code}: ")
 
 
+@pytest.mark.parametrize("target", [None, replace(HERE, age_s=5.1), replace(HERE, distance_m=500.0)])
+def test_with_an_alternate_the_vehicle_goes_there_when_its_hold_ended_without_the_target(
+    target: TargetSight | None,
+) -> None:
+    flight = Ship(replace(AT_TARGET, resume_seq=5, alternate_seq=4, leave_s=5.0), target=target)
+    flight.tick(20)
+    assert not flight.diverted, "the target may still come"
+    flight.tick(20)
+    assert (flight.diverted, flight.sends_s) == (True, [])
+
+
 def test_the_vehicle_waits_for_the_target_within_its_hold() -> None:
     flight = Ship(AT_TARGET, target=replace(HERE, distance_m=9.0))
     flight.tick(15)

@@ -20,7 +20,7 @@ from app.domain.run_filter import RunFilter
 from app.services.clock import SystemClock
 from app.services.fleet import Fleet
 from app.services.journal import Journal
-from app.services.runs import Runs
+from app.services.runs import Runs, RunSettings
 from tests.unit.services.fakes import MemoryEventStore
 from tests.unit.services.known_links import KnownLinks
 from tests.unit.services.runs.scripted import FAST, ScriptedVehicle
@@ -117,6 +117,7 @@ async def desk(
     *,
     changes: Callable[[dict[str, object]], None] | None = None,
     performance: Performance | None = None,
+    settings: RunSettings = FAST,
 ) -> AsyncIterator[Desk]:
     """A running service around one scripted vehicle."""
     document = json.loads((PLANS / plan_file).read_text())
@@ -130,7 +131,7 @@ async def desk(
     await journal.start()
     fleet = Fleet(KnownLinks(vehicle), journal, None if performance is None else {"v1": performance})
     await fleet.start()
-    runs = Runs(fleet, plans, MemoryRuns(events), journal, clock, FAST)
+    runs = Runs(fleet, plans, MemoryRuns(events), journal, clock, settings)
     mission = compile_plan(plan, vehicle.facts)
     try:
         yield Desk(vehicle, events, journal, fleet, runs, plan, mission)

@@ -12,7 +12,7 @@ from app.domain.default_facts import default_facts
 from app.domain.errors import LinkError, VehicleRefusedError, WaydropError
 from app.domain.mission import MavCmd, Mission, MissionItem, MissionType
 from app.domain.mission_port import UploadProgress
-from app.domain.ports import LinkFact, StateChanged, Unsubscribe, VehicleIdentity
+from app.domain.ports import ClockRateTold, LinkFact, StateChanged, Unsubscribe, VehicleIdentity
 from app.domain.setpoint.message import SetpointMessage
 from app.domain.vehicle import (
     FirmwareVersion,
@@ -55,6 +55,7 @@ class ScriptedVehicle:
         self.listeners: list[Callable[[LinkFact], None]] = []
         self.looks = 0
         self.heartbeat_age_s = 0.1
+        self.boot_ahead_s = 0.0
         self.sent: list[str] = []
         self.releases: list[CommandRequest] = []
         self.setpoints: list[SetpointMessage] = []
@@ -90,11 +91,21 @@ class ScriptedVehicle:
     def state(self) -> VehicleState:
         self.looks += 1
         now_s = time.monotonic()
-        return replace(self.truth, boot_time_s=now_s, position_age_s=0.01, heartbeat_age_s=self.heartbeat_age_s)
+        return replace(
+            self.truth,
+            boot_time_s=now_s + self.boot_ahead_s,
+            position_age_s=0.01,
+            heartbeat_age_s=self.heartbeat_age_s,
+        )
 
     def subscribe(self, listener: Callable[[LinkFact], None]) -> Unsubscribe:
         self.listeners.append(listener)
         return lambda: self.listeners.remove(listener) if listener in self.listeners else None
+
+    def tell_clock_rate(self, rate: float) -> None:
+        self.truth = replace(self.truth, clock=self.truth.clock.told(rate))
+        for listener in tuple(self.listeners):
+            listener(ClockRateTold(rate))
 
     async def read_facts(self) -> VehicleFacts:
         return self.facts
@@ -106,13 +117,17 @@ class ScriptedVehicle:
             if self.upload_error is not None:
                 raise self.upload_error
             self.on_board = mission.items
-            self.truth = replace(self.truth, mission_id=77)
+            rally_id = self.rally_points_id_of(mission) if mission.rally else None
+            self.truth = replace(self.truth, mission_id=77, rally_points_id=rally_id)
             yield UploadProgress(MissionType.MISSION, len(mission.items), len(mission.items), 1, "mission_id", 77)
         finally:
             self.upload_closed = True
 
     def mission_id_of(self, mission: Mission) -> int:
         return mission_checksum(to_wire(mission.items))
+
+    def rally_points_id_of(self, mission: Mission) -> int:
+        return mission_checksum(to_wire(mission.rally))
 
     async def replace_mission(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:
         """`upload_gate` holds it back before its last item; `lost_ack`: it arrives, and nobody hears of it."""

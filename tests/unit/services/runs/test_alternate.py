@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import AsyncIterator
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -11,11 +12,15 @@ from app.domain.commands import MavResult
 from app.domain.consent import Answer
 from app.domain.drop import DropOutcome, DropPhase
 from app.domain.errors import DropInProgressError, LinkTimeoutError
+from app.domain.events import NewEvent
+from app.domain.moving_target.report import TargetReport
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode
 from app.services.runs.leg import concluded_drops
 from tests.unit.domain.plan_pieces import at
+from tests.unit.services.fakes import ManualClock
 from tests.unit.services.runs.desk import Desk, desk, restarted
+from tests.unit.services.runs.scripted import FAST
 
 ALTERNATE = at(0, 120, relative_altitude_m=20, id="locker", hold_s=20)
 
@@ -138,6 +143,100 @@ async def test_the_plan_is_not_changed_on_the_way_to_the_alternate_and_its_drop_
     await _fly_on_to_the_alternate(asking)
     await asking.until(lambda: _outcomes(asking)[1] == ("locker", "released"), "it must be released there")
     assert concluded_drops(asking.run.drops) == {asking.drop.plan_item_id, "locker"}
+
+
+async def test_an_order_that_could_come_too_late_is_not_sent(plain: Desk) -> None:
+    def store_slowly(event: NewEvent) -> None:
+        if any(drop["plan_item_id"] == "locker" for drop in event.data.get("drops", ())):
+            plain.vehicle.boot_ahead_s = 62.5  # the hold ends within 2.5 s, and the command is tried for 3.5 s
+
+    plain.vehicle.answers = [[MavResult.DENIED]]
+    plain.events.refuse = store_slowly
+    await plain.fly_to_drop()
+    await plain.until(lambda: len(plain.run.drops) == 2, "what is about to be sent must be stored")
+    looks = plain.vehicle.looks
+    await plain.until(lambda: plain.vehicle.looks > looks + 4, "it must be looked at")
+    assert _sent_to(plain) == []
+    plain.vehicle.put(mission_seq=plain.mission.drops[0].resume_seq)
+    await plain.until(lambda: "return" in plain.vehicle.sent, "the alternate is passed, and the plan says return")
+    assert [outcome for _, outcome in _outcomes(plain)] == ["kept", "kept"]
+    assert _sent_to(plain) == []
+
+
+def _at_a_ship(document: dict[str, Any]) -> None:
+    _plain(document)
+    drop = next(item for item in document["items"] if item["type"] == "gripper")
+    drop["target"] = {"feed": "ship-1", "max_move_m": 40, "max_speed_m_s": 2}
+
+
+async def test_a_drop_refused_at_its_moving_target_is_made_at_its_fixed_alternate_without_the_target() -> None:
+    async with desk(changes=_at_a_ship) as made:
+        made.runs._targets._clock = clock = ManualClock()
+        ship = {
+            "latitude_deg": made.mission.drops[0].latitude_deg,
+            "longitude_deg": made.mission.drops[0].longitude_deg,
+        }
+        made.runs._targets.report("ship-1", TargetReport(**ship, north_m_s=0.0, east_m_s=0.0, time=clock.now()))
+        await made.create()
+        made.vehicle.answers = [[MavResult.DENIED]]
+        await made.fly_to_drop()
+        await made.until(lambda: len(made.run.drops) == 2, "it must be sent on")
+        clock.time_s += 60.0  # the ship is not heard any more
+        await _fly_on_to_the_alternate(made)
+        await made.until(lambda: _outcomes(made)[-1] == ("locker", "released"), "it must be released there")
+        first, second = made.run.drops
+        assert first.target is not None
+        assert first.target.distance_m == pytest.approx(0.0, abs=0.1)
+        assert (first.outcome, second.target) == (DropOutcome.KEPT, None)
+
+
+@pytest.fixture
+async def unheard() -> AsyncIterator[Desk]:
+    """A run that was sent to its alternate and is not heard on the way there."""
+    async with desk(changes=_plain, settings=replace(FAST, lost_after_s=60.0)) as made:
+        await made.create()
+        made.vehicle.answers = [[MavResult.DENIED]]
+        await made.fly_to_drop()
+        await made.until(lambda: len(made.run.drops) == 2 and bool(_sent_to(made)), "it must be sent on")
+        made.vehicle.put(latitude_deg=47.0)
+        await made.until(lambda: made.run.item_id == "locker", "it flies there")
+        made.vehicle.put(connected=False)
+        looks = made.vehicle.looks
+        await made.until(lambda: made.vehicle.looks > looks + 2, "it must be seen that the link is lost")
+        yield made
+
+
+async def test_a_link_lost_on_the_way_to_the_alternate_drops_nothing_and_nothing_turns_back(unheard: Desk) -> None:
+    unheard.vehicle.put(connected=True, mission_seq=unheard.mission.drops[0].resume_seq)
+    await unheard.until(lambda: "return" in unheard.vehicle.sent, "it passed the alternate, and the plan says return")
+    assert [outcome for _, outcome in _outcomes(unheard)] == ["kept", "kept"]
+    assert (len(unheard.vehicle.releases), len(_sent_to(unheard))) == (1, 1), "only those of before"
+    assert unheard.run.flown_item_ids[-1] == "locker", "it was on its way there when it was last seen"
+
+
+async def test_a_vehicle_heard_again_after_its_mission_tells_why_the_parcel_was_kept(unheard: Desk) -> None:
+    unheard.vehicle.put(connected=True, mode=FlightMode.RETURN)
+    unheard.vehicle.touch_down(complete=True, last_seq=len(unheard.mission.items) - 1)
+    await unheard.until(lambda: unheard.run.is_over, "the run must end")
+    assert (unheard.run.state, _outcomes(unheard)[1]) == (RunState.COMPLETED, ("locker", "kept"))
+    assert unheard.run.drops[1].reason == "the mission was flown to its end"
+
+
+async def test_a_failsafe_on_the_way_to_the_alternate_keeps_the_parcel_and_the_vehicle(unheard: Desk) -> None:
+    sent = list(unheard.vehicle.sent)
+    unheard.vehicle.put(connected=True, mode=FlightMode.RETURN)
+    await unheard.until_state(RunState.RETURNING)
+    unheard.vehicle.touch_down(complete=False, last_seq=0)
+    await unheard.until(lambda: unheard.run.is_over, "the run must end")
+    assert [outcome for _, outcome in _outcomes(unheard)] == ["kept", "kept"]
+    assert unheard.vehicle.sent == sent
+
+
+async def test_a_vehicle_heard_again_while_it_waits_at_the_alternate_drops_there(unheard: Desk) -> None:
+    there = unheard.mission.drops[0].alternate
+    assert there is not None
+    unheard.vehicle.put(connected=True, latitude_deg=there.latitude_deg, longitude_deg=there.longitude_deg)
+    await unheard.until(lambda: _outcomes(unheard)[1] == ("locker", "released"), "it must be released there")
 
 
 async def test_after_a_restart_the_drop_at_the_alternate_goes_on(asking: Desk) -> None:

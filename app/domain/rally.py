@@ -1,0 +1,143 @@
+"""Whether a return now goes to a rally point, and to which: PX4 chooses by RTL_TYPE as Return mode begins.
+
+From rtl.cpp (setRtlTypeAndDestination, findRtlDestination): 0 the nearest of home and the rally points, 1 of the rally
+points and the mission's landing, 3 of all of them, 5 of the rally points alone. 2 and 4 follow the mission. What is not
+home must be nearer by 2 m, and but for type 5 a rally point within 10 m of home is none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from pydantic import BaseModel, ConfigDict
+
+from app.domain.errors import ConflictError, RallyRefusedError
+from app.domain.geo import distance_m
+from app.domain.vehicle import VehicleState, VehicleType
+
+FRESH_POSITION_S: Final = 2.0
+NEARER_M: Final = 2.0
+AT_HOME_M: Final = 10.0
+NEARLY_M: Final = 20.0
+"""Where the vehicle is as it chooses is not known better."""
+CHOOSES_WITHIN_S: Final = 2.0
+"""The position may be so old by then, and the vehicle moves on."""
+_RALLY_ALONE: Final = 5
+_CHOICES: Final = {
+    0: "the nearest of home and the rally points",
+    1: "the nearest of the rally points and the mission's landing",
+    3: "the nearest of home, the rally points and the mission's landing",
+    _RALLY_ALONE: "the nearest rally point",
+}
+_HINT: Final = "return, or change the plan to land there; with RTL_TYPE 5 it goes to the nearest rally point"
+Place = tuple[float, float]
+"""Latitude and longitude in degrees."""
+
+
+class RallyDestination(BaseModel):
+    """The rally point to which a vehicle returns; PX4 does not report it, so this is what its rules give.
+
+    `index` is that in the plan's `rally_points`, `or_index` are others that were nearly as near. `distance_m` is from
+    where it was told. `lands` false: it stays in the air there (RTL_LAND_DELAY below 0); null: it does not tell.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    index: int
+    latitude_deg: float
+    longitude_deg: float
+    distance_m: float
+    or_index: tuple[int, ...] = ()
+    rtl_type: int
+    lands: bool | None
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class ReturnSight:
+    """What the choice rests on: the rally points and landings on board, RTL_TYPE and RTL_LAND_DELAY as they are now."""
+
+    vehicle_type: VehicleType
+    state: VehicleState
+    rally: Sequence[Place]
+    landings: Sequence[Place]
+    rtl_type: int
+    land_delay_s: float | None
+
+    def destination(self) -> RallyDestination:
+        """Where a return ordered now goes. Raises RallyRefusedError, ConflictError: position or home is not known."""
+        if not self.rally:
+            raise _refused("no_rally_points", "there are no rally points on the vehicle", "return, or change the plan")
+        if self.rtl_type not in _CHOICES:
+            raise _refused("rtl_type", f"with RTL_TYPE {self.rtl_type} it returns along its mission, to no rally point")
+        here, reach_m = self._here(), self._reach_m()
+        points = [(index, distance_m(*here, *place)) for index, place in enumerate(self.rally) if self._counts(place)]
+        if not points:
+            raise _refused("no_rally_points", "all rally points are at home: a return goes home")
+        index, away_m = min(points, key=lambda point: point[1])
+        for name, place in self._others():
+            other_m = distance_m(*here, *place)
+            if other_m <= away_m + NEARER_M + reach_m:
+                raise self._refuse_other(name, other_m, index, away_m, reach_m)
+        near = tuple(i for i, m in points if i != index and m <= away_m + NEARER_M + reach_m)
+        return RallyDestination(
+            index=index,
+            latitude_deg=self.rally[index][0],
+            longitude_deg=self.rally[index][1],
+            distance_m=away_m,
+            or_index=near,
+            rtl_type=self.rtl_type,
+            lands=None if self.land_delay_s is None else self.land_delay_s >= 0.0,
+            reason=self._reason(index, away_m, near),
+        )
+
+    def _reason(self, index: int, away_m: float, near: Sequence[int]) -> str:
+        which = "".join(f" or {other + 1}" for other in near)
+        nearly = ", as it is when the return begins" if near else ""
+        stays = "; it stays in the air there (RTL_LAND_DELAY)" if (self.land_delay_s or 0.0) < 0.0 else ""
+        choice = _CHOICES[self.rtl_type]
+        return (
+            f"rally point {index + 1}{which}, {away_m:.0f} m away: {choice} (RTL_TYPE {self.rtl_type}){nearly}{stays}"
+        )
+
+    def _refuse_other(self, name: str, other_m: float, index: int, away_m: float, reach_m: float) -> RallyRefusedError:
+        where = f"{name} is {other_m:.0f} m away and rally point {index + 1} {away_m:.0f} m"
+        if other_m + reach_m < away_m:
+            why = f"it would return there: with RTL_TYPE {self.rtl_type} to {_CHOICES[self.rtl_type]}"
+            return _refused("other_is_nearer", f"{where}: {why}")
+        return _refused("too_close", f"{where}: which of them it would choose is not sure")
+
+    def _here(self) -> Place:
+        state = self.state
+        fresh = state.position_age_s is not None and state.position_age_s <= FRESH_POSITION_S
+        if not fresh or state.latitude_deg is None or state.longitude_deg is None:
+            raise ConflictError("the vehicle's position is not known", hint="wait until it is heard again, or return")
+        return state.latitude_deg, state.longitude_deg
+
+    def _reach_m(self) -> float:
+        """By so much one distance may have grown against another until it chooses."""
+        return max(NEARLY_M, 2.0 * CHOOSES_WITHIN_S * (self.state.ground_speed_m_s or 0.0))
+
+    def _counts(self, place: Place) -> bool:
+        return self.rtl_type == _RALLY_ALONE or distance_m(*place, *self._home()) > AT_HOME_M
+
+    def _home(self) -> Place:
+        home = self.state.home
+        if home is None:
+            raise ConflictError("the vehicle's home is not known", hint="wait until it tells it, or return")
+        return home.latitude_deg, home.longitude_deg
+
+    def _others(self) -> Iterator[tuple[str, Place]]:
+        """Where a return may go instead."""
+        hovering_vtol = self.vehicle_type is VehicleType.VTOL and self.state.vtol_state != "fixed_wing"
+        if self.rtl_type in (0, 3) or (self.rtl_type == 1 and hovering_vtol):
+            yield "home", self._home()
+        if self.rtl_type in (1, 3):
+            for landing in self.landings:
+                yield "the mission's landing", landing
+
+
+def _refused(because: str, detail: str, hint: str = _HINT) -> RallyRefusedError:
+    return RallyRefusedError(detail, hint=hint, because=because)

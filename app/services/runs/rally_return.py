@@ -1,0 +1,73 @@
+"""To which rally point a vehicle in flight would return now, by its own parameters."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from app.domain.errors import ConflictError, LinkTimeoutError, RallyRefusedError
+from app.domain.mission import MavCmd, Mission, MissionItem
+from app.domain.ports import VehicleLink
+from app.domain.rally import RallyDestination, ReturnSight
+from app.domain.vehicle import FlightMode, LandedState, VehicleState, VehicleType
+from app.services.runs.watch import FlightWatch
+
+_LANDINGS: Final = frozenset({MavCmd.NAV_LAND, MavCmd.NAV_VTOL_LAND})
+
+
+class RallyReturn:
+    """Looks, and commands nothing. RTL_TYPE is asked of the vehicle each time: another ground station may set it."""
+
+    def __init__(self, link: VehicleLink, watch: FlightWatch) -> None:
+        self._link = link
+        self._watch = watch
+
+    async def choose(self) -> RallyDestination:
+        """Where a return ordered now goes.
+
+        Raises:
+            RallyRefusedError: to no rally point, or that is not sure. ConflictError: not in the air, not heard, or it
+            returns already. LinkError: it does not tell its RTL_TYPE.
+        """
+        self._refuse_unfit(self._link.state())
+        found = await self._link.read_parameters(("RTL_TYPE", "RTL_LAND_DELAY"))
+        if "RTL_TYPE" not in found:
+            raise LinkTimeoutError("the vehicle does not tell its RTL_TYPE", hint="order it again, or return")
+        state, leg, change = self._link.state(), self._watch.leg, self._watch.change
+        self._refuse_unfit(state)
+        self._refuse_others_points(state, leg.mission)
+        delay_s = found.get("RTL_LAND_DELAY")
+        missions = [leg.mission] if change is None or not change.is_open else [leg.mission, change.mission]
+        landings = [item for mission in missions for item in mission.items if item.command in _LANDINGS][:2]
+        return ReturnSight(
+            vehicle_type=leg.plan.vehicle_type,
+            state=state,
+            rally=[_place(item) for item in leg.mission.rally],
+            landings=[_place(item) for item in landings],
+            rtl_type=int(found["RTL_TYPE"]),
+            land_delay_s=None if delay_s is None else float(delay_s),
+        ).destination()
+
+    def _refuse_unfit(self, state: VehicleState) -> None:
+        if not state.connected:
+            raise ConflictError("the link to the vehicle is lost", hint="wait until it is connected")
+        if state.landed is not LandedState.IN_AIR and self._watch.leg.plan.vehicle_type is not VehicleType.ROVER:
+            raise ConflictError("the vehicle is not in the air, or takes off or lands", hint="wait, or return")
+        if state.mode is FlightMode.RETURN:
+            raise ConflictError(
+                "the vehicle returns already, to where PX4 chose as it began", hint="pause it, and order it then"
+            )
+
+    def _refuse_others_points(self, state: VehicleState, mission: Mission) -> None:
+        """Firmware that names missions names rally points too (MISSION_CURRENT.rally_points_id)."""
+        if not mission.rally or state.mission_id is None:
+            return
+        if state.rally_points_id != self._link.rally_points_id_of(mission):
+            raise RallyRefusedError(
+                "the rally points on the vehicle are not those of the run: somebody else changed them",
+                hint="return, or change the plan to land at a place of your choice",
+                because="other_rally_points",
+            )
+
+
+def _place(item: MissionItem) -> tuple[float, float]:
+    return item.x / 1e7, item.y / 1e7

@@ -1,0 +1,131 @@
+"""A run that is sent to a rally point: it says to which, or why the vehicle would not go there."""
+
+from __future__ import annotations
+
+import asyncio
+
+import pytest
+
+from app.domain.drop import DropOutcome
+from app.domain.errors import (
+    ChangeUnderWayError,
+    ConflictError,
+    LinkTimeoutError,
+    RallyRefusedError,
+    VehicleRefusedError,
+    WrongStateError,
+)
+from app.domain.run import RunState
+from app.domain.vehicle import FlightMode, GlobalPosition, LandedState
+from tests.unit.services.runs.desk import Desk, desk
+from tests.unit.services.runs.test_change import clinic_moved, fly, store
+
+
+async def near_the_rally_point(at: Desk, **parameters: float) -> None:
+    """In the air, 20 m from the plan's rally point and far from home."""
+    at.vehicle.parameters |= {"RTL_TYPE": 0, "RTL_LAND_DELAY": 0.0, **parameters}
+    await fly(at)
+    point = at.plan.rally_points[0]
+    at.vehicle.put(
+        home=GlobalPosition(47.397742, 8.545594, 488.0),
+        latitude_deg=point.latitude_deg,
+        longitude_deg=point.longitude_deg + 20.0 / 75_300,
+    )
+
+
+def refused(error: RallyRefusedError) -> object:
+    return error.extra["because"]
+
+
+async def test_the_run_names_the_rally_point_and_why_and_keeps_its_parcel() -> None:
+    async with desk() as at:
+        await near_the_rally_point(at)
+        run = await at.runs.go_to_rally(at.run_id, "ann")
+        assert run.rally is not None
+        assert (run.rally.index, run.asked, run.rally.lands) == (0, "return", True)
+        assert run.rally.reason.startswith("rally point 1, 20 m away: the nearest of home and the rally points")
+        assert at.vehicle.sent[-1] == "return"
+        await at.until(lambda: at.run.reason == "to rally point 1, as asked", "it must be told while it returns")
+        command = next(event for event in reversed(at.events.events) if event.kind == "run.command")
+        assert (command.data["command"], command.data["rally"]["index"]) == ("return", 0)
+        at.vehicle.put(armed=False, landed=LandedState.ON_GROUND)
+        await at.until_state(RunState.ABORTED)
+        assert at.drop.outcome is DropOutcome.KEPT
+
+
+@pytest.mark.parametrize(
+    ("parameters", "because"),
+    [({"RTL_TYPE": 2}, "rtl_type"), ({"RTL_TYPE": 4}, "rtl_type")],
+)
+async def test_a_vehicle_that_would_go_elsewhere_flies_on_and_the_reason_is_told(
+    parameters: dict[str, float], because: str
+) -> None:
+    async with desk() as at:
+        await near_the_rally_point(at, **parameters)
+        sent = list(at.vehicle.sent)
+        with pytest.raises(RallyRefusedError) as error:
+            await at.runs.go_to_rally(at.run_id, "ann")
+        assert (refused(error.value), at.vehicle.sent, at.run.asked, at.run.rally) == (because, sent, "", None)
+
+
+async def test_what_another_ground_station_did_to_the_rally_points_is_noticed() -> None:
+    async with desk() as at:
+        await near_the_rally_point(at)
+        for named in (12345, None):
+            at.vehicle.put(rally_points_id=named)
+            with pytest.raises(RallyRefusedError) as error:
+                await at.runs.go_to_rally(at.run_id, "ann")
+            assert refused(error.value) == "other_rally_points"
+        at.vehicle.put(mission_id=None)  # firmware that names no missions names no rally points: the upload is believed
+        assert (await at.runs.go_to_rally(at.run_id, "ann")).rally is not None
+
+
+async def test_it_is_refused_on_the_ground_without_a_link_and_while_it_returns_already() -> None:
+    async with desk() as at:
+        await at.create(start=False)
+        await at.until_state(RunState.UPLOADED)
+        with pytest.raises(WrongStateError):
+            await at.runs.go_to_rally(at.run_id, "ann")
+    async with desk() as at:
+        await near_the_rally_point(at)
+        for changes in ({"landed": LandedState.ON_GROUND}, {"connected": False}, {"mode": FlightMode.RETURN}):
+            before = {name: getattr(at.vehicle.truth, name) for name in changes}
+            at.vehicle.put(**changes)
+            with pytest.raises(ConflictError):
+                await at.runs.go_to_rally(at.run_id, "ann")
+            at.vehicle.put(**before)
+        del at.vehicle.parameters["RTL_TYPE"]
+        with pytest.raises(LinkTimeoutError, match="RTL_TYPE"):
+            await at.runs.go_to_rally(at.run_id, "ann")
+        assert "return" not in at.vehicle.sent
+
+
+async def test_another_command_forgets_the_rally_point_and_one_that_is_refused_does_not() -> None:
+    async with desk() as at:
+        await near_the_rally_point(at)
+        await at.runs.go_to_rally(at.run_id, "ann")
+
+        async def refuse() -> None:
+            raise VehicleRefusedError("denied")
+
+        land, at.vehicle.land = at.vehicle.land, refuse  # type: ignore[method-assign]
+        with pytest.raises(VehicleRefusedError):
+            await at.runs.land(at.run_id, "ann")
+        assert at.run.rally is not None
+        at.vehicle.land = land  # type: ignore[method-assign]
+        assert (await at.runs.pause(at.run_id, "ann")).rally is None
+
+
+async def test_it_breaks_a_change_of_the_mission_off_but_a_refused_order_does_not() -> None:
+    async with desk() as at:
+        await near_the_rally_point(at, RTL_TYPE=2)
+        at.vehicle.upload_gate.clear()
+        change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann"))
+        await at.until(lambda: at.run.changing is not None, "the change must begin")
+        with pytest.raises(RallyRefusedError):
+            await at.runs.go_to_rally(at.run_id, "ann")
+        assert not change.done()
+        at.vehicle.parameters["RTL_TYPE"] = 5
+        await at.runs.go_to_rally(at.run_id, "ann")
+        with pytest.raises(ChangeUnderWayError):
+            await asyncio.wait_for(change, 10.0)

@@ -1,0 +1,117 @@
+"""When an uploaded mission counts as taken: on the ground, and in flight, where an infeasible one shows late."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import cast
+
+import pytest
+
+from app.domain.errors import LinkTimeoutError, VehicleRefusedError
+from app.vehicles.decoders import GlobalPositionInt, Heartbeat, MissionCurrentReport
+from app.vehicles.inbox import Inbox
+from app.vehicles.measurements import Measurements
+from app.vehicles.mission_readiness import MissionReadiness
+from app.vehicles.mission_upload import MissionUploader, UploadRecord
+from app.vehicles.settings import LinkSettings
+from app.vehicles.status_texts import StatusTexts
+
+NO_MISSION, NOT_STARTED, ACTIVE = 1, 2, 3
+OURS, BEFORE = 77, 66
+
+
+class Waiting:
+    """One upload that was acknowledged a minute ago; reports come as long after its ack as the test says."""
+
+    def __init__(self, *, armed: bool, clock_rate: float = 1.0) -> None:
+        self.measurements = Measurements()
+        self._acked_s = time.monotonic() - 60.0
+        self._handlers: list[Callable[[MissionCurrentReport, float], None]] = []
+        self.measurements.take_heartbeat(heartbeat(armed=armed), self._acked_s)
+        for quarter in range(16):  # four seconds of position reports
+            at_s = quarter / 4
+            self.measurements.take_position(position(round(at_s * clock_rate * 1e3)), self._acked_s + at_s)
+        uploader = SimpleNamespace(last=UploadRecord((), OURS, self._acked_s - 1.0, self._acked_s))
+        self.readiness = MissionReadiness(
+            self.measurements,
+            cast(Inbox, self),
+            StatusTexts(lambda _text: None),
+            cast(MissionUploader, uploader),
+            LinkSettings(),
+        )
+
+    def on(self, _kind: type, handler: Callable[[MissionCurrentReport, float], None]) -> Callable[[], None]:
+        """As Inbox.on."""
+        self._handlers.append(handler)
+        return lambda: self._handlers.remove(handler)
+
+    async def report(self, after_ack_s: float, state: int, mission_id: int = OURS) -> None:
+        """A MISSION_CURRENT, and a turn for whoever waits for it."""
+        message = MissionCurrentReport(0, 3, state, 1, mission_id, 0, 0)
+        self.measurements.take_mission(message, self._acked_s + after_ack_s)
+        for handler in tuple(self._handlers):
+            handler(message, self._acked_s + after_ack_s)
+        for _ in range(5):
+            await asyncio.sleep(0)
+
+    def begin(self, timeout_s: float = 10.0) -> asyncio.Task[None]:
+        """Somebody waits for it."""
+        return asyncio.create_task(self.readiness.wait(mission_id=OURS, rerun=False, timeout_s=timeout_s))
+
+
+def heartbeat(*, armed: bool) -> Heartbeat:
+    return Heartbeat(type=2, autopilot=12, base_mode=0x80 if armed else 0, custom_mode=0, system_status=4)
+
+
+def position(time_boot_ms: int) -> GlobalPositionInt:
+    return GlobalPositionInt(time_boot_ms, 0, 0, 0, 0, 0, 0, 0, 0)
+
+
+async def test_in_flight_a_mission_is_taken_when_it_still_shows_as_active_a_second_later() -> None:
+    vehicle = Waiting(armed=True)
+    waits = vehicle.begin()
+    await vehicle.report(0.1, ACTIVE)
+    await vehicle.report(0.9, ACTIVE)
+    assert not waits.done(), "PX4 may not have looked at it yet"
+    await vehicle.report(1.0, ACTIVE)
+    await asyncio.wait_for(waits, 10.0)
+
+
+async def test_in_flight_a_mission_that_shows_as_infeasible_late_is_refused() -> None:
+    vehicle = Waiting(armed=True)
+    waits = vehicle.begin()
+    for after_s, state in ((0.1, ACTIVE), (0.9, ACTIVE), (1.9, NO_MISSION), (2.9, NO_MISSION)):
+        assert not waits.done()
+        await vehicle.report(after_s, state)
+    with pytest.raises(VehicleRefusedError, match="infeasible"):
+        await asyncio.wait_for(waits, 10.0)
+
+
+async def test_a_fast_simulation_is_not_waited_for_longer_than_a_second_of_its_own() -> None:
+    vehicle = Waiting(armed=True, clock_rate=20.0)
+    waits = vehicle.begin()
+    await vehicle.report(0.02, ACTIVE)
+    assert not waits.done()
+    await vehicle.report(0.2, ACTIVE)
+    await asyncio.wait_for(waits, 10.0)
+
+
+async def test_on_the_ground_a_mission_is_taken_as_soon_as_it_shows_as_not_started() -> None:
+    vehicle = Waiting(armed=False)
+    waits = vehicle.begin()
+    await vehicle.report(0.1, ACTIVE)
+    await vehicle.report(0.2, NOT_STARTED, BEFORE)
+    assert not waits.done(), "of an earlier mission"
+    await vehicle.report(0.3, NOT_STARTED)
+    await asyncio.wait_for(waits, 10.0)
+
+
+async def test_a_vehicle_that_goes_on_naming_another_mission_is_told_as_such() -> None:
+    vehicle = Waiting(armed=True)
+    waits = vehicle.begin(timeout_s=0.05)
+    await vehicle.report(5.0, ACTIVE, BEFORE)
+    with pytest.raises(LinkTimeoutError, match="shows mission 66, not 77"):
+        await waits
