@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import AsyncIterator, Callable, Mapping
+from functools import cache
 
 from aiohttp import web
 
 from app.api.asyncapi import asyncapi_document
 from app.api.boundary import answer_problems
 from app.api.by_hand.sockets import ByHandEndpoint
-from app.api.documents import DOCUMENTS, make_documents
+from app.api.documents import DOCUMENTS, Documents, make_documents
 from app.api.endpoint import HttpHandler, make_endpoint
 from app.api.expectations import meet_expectation
 from app.api.guard import Guard, guarded, is_handshake
@@ -50,9 +51,7 @@ def build_app(services: ApiServices, settings: ApiSettings) -> web.Application:
     app[VERSION] = settings.version
     app[RENDERINGS] = Renderings()
     app[CHECKS] = {"stream": broadcast.why_not_ready, **services.readiness}
-    app[DOCUMENTS] = make_documents(
-        openapi_document(ROUTES, version=settings.version), asyncapi_document(version=settings.version)
-    )
+    app[DOCUMENTS] = _documents(settings.version)
     by_hand = ByHandEndpoint(services.offboard, services.tasks, services.access, metrics, settings)
     app.on_shutdown.append(lambda _: by_hand.close())
     _add_routes(app, services, settings, {BY_HAND_PATH: by_hand.fly})
@@ -62,6 +61,12 @@ def build_app(services: ApiServices, settings: ApiSettings) -> web.Application:
     Pages(settings.web_root, tiles).add_to(app)
     app.on_response_prepare.append(add_security_headers)
     return app
+
+
+@cache
+def _documents(version: str) -> Documents:
+    """Made once in a process, and before anything is served: half a second that no stream of setpoints may wait for."""
+    return make_documents(openapi_document(ROUTES, version=version), asyncapi_document(version=version))
 
 
 def _add_routes(

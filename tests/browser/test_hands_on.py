@@ -53,13 +53,20 @@ async def fleet_and_cockpit(
     fleet, service = fleet_and_service
     async with aiohttp.ClientSession() as http:
         dispatcher = Dispatcher(http, service.url)
-        run_id = (await dispatcher.until_vehicles(4))["v1"]["run_id"]
-        if run_id is None or (await dispatcher.get(f"/runs/{run_id}"))["state"] != "paused":
-            await paused_in_the_air(dispatcher)
+        await until_paused(dispatcher, (await dispatcher.until_vehicles(4))["v1"]["run_id"])
         async with Dashboard.opened(browser, service.url, **SMALL) as dashboard:
             cockpit = Cockpit(dashboard)
             await cockpit.open()
             yield fleet, cockpit, dispatcher
+
+
+async def until_paused(dispatcher: Dispatcher, run_id: str | None) -> None:
+    """v1 in the air on a paused run: the one that it has, which another test may have sent on, or a new one."""
+    if run_id is None:
+        await paused_in_the_air(dispatcher)
+    elif (await dispatcher.get(f"/runs/{run_id}"))["state"] != "paused":
+        await dispatcher.post(f"/runs/{run_id}/pause")
+        await dispatcher.until_run(run_id, lambda run: run["state"] == "paused", "it must pause", 30)
 
 
 def has_moved_from(before: dict[str, Any], now: dict[str, Any]) -> bool:

@@ -18,9 +18,9 @@ import pytest
 
 from app.cli.simulator_process import SimulatorProcess
 from tests.service import ROOT, free_tcp_port
+from tests.simulated import free_udp_ports
 
 WAYDROP = Path(sys.executable).with_name("waydrop")
-UDP_PORTS = "udpin://127.0.0.1:25920..25923"
 START_S = 45.0
 CLEAN_END_S = 10.0
 """An end that hangs is killed by then; 3 s are promised on a machine that is not overloaded."""
@@ -29,10 +29,10 @@ CLEAN_END_S = 10.0
 class Up:
     """One `waydrop up` in a terminal of its own."""
 
-    def __init__(self, data_dir: Path, port: int, *options: str) -> None:
+    def __init__(self, data_dir: Path, port: int, vehicles: str, *options: str) -> None:
         self.port = port
         self._out = data_dir / "up.out"
-        settings = {"PORT": str(port), "DATA_DIR": str(data_dir), "CONNECTIONS": UDP_PORTS, "LOG_LEVEL": "warning"}
+        settings = {"PORT": str(port), "DATA_DIR": str(data_dir), "CONNECTIONS": vehicles, "LOG_LEVEL": "warning"}
         environment = {**os.environ, "COLUMNS": "200", **{f"WAYDROP_{name}": value for name, value in settings.items()}}
         with self._out.open("wb") as out:
             self.process = subprocess.Popen(
@@ -70,8 +70,15 @@ def data_dir(tmp_path: Path) -> Iterator[Path]:
     SimulatorProcess(tmp_path).stop()
 
 
-def test_it_says_what_it_started_and_three_commands_that_work(data_dir: Path) -> None:
-    up = Up(data_dir, free_tcp_port(), "--speed", "4")
+@pytest.fixture
+def vehicles() -> str:
+    """The connections of four vehicles, on ports that no other test's vehicles have."""
+    first = free_udp_ports(4)
+    return f"udpin://127.0.0.1:{first}..{first + 3}"
+
+
+def test_it_says_what_it_started_and_three_commands_that_work(data_dir: Path, vehicles: str) -> None:
+    up = Up(data_dir, free_tcp_port(), vehicles, "--speed", "4")
     try:
         commands = up.until_ready()
         assert "two multicopters, one fixed wing, one VTOL" in up.said()
@@ -95,16 +102,16 @@ def test_it_says_what_it_started_and_three_commands_that_work(data_dir: Path) ->
     assert SimulatorProcess(data_dir).find() is None
 
 
-def test_a_kill_leaves_the_vehicles_and_the_next_up_takes_them_over(data_dir: Path) -> None:
+def test_a_kill_leaves_the_vehicles_and_the_next_up_takes_them_over(data_dir: Path, vehicles: str) -> None:
     port = free_tcp_port()
-    first = Up(data_dir, port)
+    first = Up(data_dir, port, vehicles)
     second = None
     try:
         first.until_ready()
         first.kill()
         left = SimulatorProcess(data_dir).find()
         assert left is not None
-        second = Up(data_dir, port)
+        second = Up(data_dir, port, vehicles)
         second.until_ready()
         assert f"found simulated vehicles from before (process {left.pid})" in second.said()
         assert SimulatorProcess(data_dir).find() == left
@@ -118,11 +125,13 @@ def test_a_kill_leaves_the_vehicles_and_the_next_up_takes_them_over(data_dir: Pa
     assert SimulatorProcess(data_dir).find() is None
 
 
-def test_a_second_up_on_the_same_journal_is_refused_and_leaves_the_first_its_vehicles(data_dir: Path) -> None:
-    first = Up(data_dir, free_tcp_port())
+def test_a_second_up_on_the_same_journal_is_refused_and_leaves_the_first_its_vehicles(
+    data_dir: Path, vehicles: str
+) -> None:
+    first = Up(data_dir, free_tcp_port(), vehicles)
     try:
         first.until_ready()
-        settings = {"PORT": str(free_tcp_port()), "DATA_DIR": str(data_dir), "CONNECTIONS": UDP_PORTS}
+        settings = {"PORT": str(free_tcp_port()), "DATA_DIR": str(data_dir), "CONNECTIONS": vehicles}
         second = subprocess.run(
             [WAYDROP, "up"],
             cwd=ROOT,
