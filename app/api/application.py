@@ -24,13 +24,14 @@ from app.api.pmtiles import Pmtiles
 from app.api.renderings import Renderings
 from app.api.request_log import request_log
 from app.api.routes import ROUTES
-from app.api.routing import API, BY_HAND_PATH, PROBED
+from app.api.routing import API, BY_HAND_PATH, PROBED, TARGET_REPORTS_PATH
 from app.api.security_headers import add_security_headers
 from app.api.services import ApiServices, install
 from app.api.settings import ApiSettings
 from app.api.stream.broadcast import Broadcast
 from app.api.stream.session import Sources
 from app.api.stream.sockets import StreamEndpoint
+from app.api.target_reports.sockets import ReportsEndpoint
 from app.api.tiles import Tiles
 
 
@@ -56,6 +57,9 @@ def build_app(services: ApiServices, settings: ApiSettings) -> web.Application:
     app.on_shutdown.append(lambda _: by_hand.close())
     _add_routes(app, services, settings, {BY_HAND_PATH: by_hand.fly})
     _add_stream(app, services, settings, broadcast, metrics)
+    reports = ReportsEndpoint(services.targets, services.access, metrics, settings)
+    _add_socket(app, TARGET_REPORTS_PATH, reports.report)
+    app.on_shutdown.append(lambda _: reports.close())
     tiles = Tiles(settings.tile_url, Pmtiles.opened(settings.tile_file), settings.tile_attribution)
     tiles.add_to(app)
     Pages(settings.web_root, tiles).add_to(app)
@@ -98,9 +102,13 @@ def _add_stream(
 ) -> None:
     sources = Sources(services.journal, services.fleet, services.runs, services.clock, broadcast)
     endpoint = StreamEndpoint(sources, services.access, metrics, settings)
-    app.router.add_get(f"{API}/stream", endpoint.stream, allow_head=False, expect_handler=meet_expectation)
+    _add_socket(app, f"{API}/stream", endpoint.stream)
     app.cleanup_ctx.append(_running(broadcast))
     app.on_shutdown.append(lambda _: endpoint.close())
+
+
+def _add_socket(app: web.Application, path: str, handler: HttpHandler) -> None:
+    app.router.add_get(path, handler, allow_head=False, expect_handler=meet_expectation)
 
 
 def _running(broadcast: Broadcast) -> Callable[[web.Application], AsyncIterator[None]]:

@@ -13,6 +13,7 @@ from app.services.access import Principal, Role
 
 API: Final = "/api/v1"
 BY_HAND_PATH: Final = f"{API}/vehicles/{{vehicle_id}}/offboard"
+TARGET_REPORTS_PATH: Final = f"{API}/targets/{{feed}}/reports"
 JSON: Final = "application/json"
 PROBED: Final = frozenset({"/healthz", "/readyz"})
 """Asked by probes under an address as Host; they say nothing that a foreign page could use."""

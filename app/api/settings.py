@@ -14,9 +14,9 @@ class ApiSettings:
     `allowed_hosts` are Host names (no port) besides the loopback names; `allowed_origins` are web origins
     (`https://desk.example`) besides the service's own that may send commands and open sockets.
 
-    Sockets: at most `max_sockets`; each has room for `socket_queue` events. A client that takes none of them, or for
-    which one write takes longer than `send_timeout_s`, is cut. Each `access_again_s` its token is looked at again: a
-    revoked one ends it. `socket_buffer_bytes` bounds the kernel's part.
+    Sockets: at most `max_sockets` of a path; each has room for `socket_queue` events. A client that takes none of
+    them, or for which one write takes longer than `send_timeout_s`, is cut. Each `access_again_s` its token is looked
+    at again: a revoked one ends it. `socket_buffer_bytes` bounds the kernel's part.
     """
 
     gateway: str

@@ -29,6 +29,18 @@ class TargetView(BaseModel):
     age_s: float
     stale: bool
 
+    @classmethod
+    def of(cls, fix: TargetFix) -> TargetView:
+        """What is known of a target now."""
+        return cls(feed=fix.feed, report=fix.report, age_s=fix.age_s, stale=fix.is_stale)
+
+
+def require_feed(name: str) -> str:
+    """The name of a feed, as it is. Raises InvalidInputError if it is none."""
+    if len(name) > _LONGEST or _FEED.fullmatch(name) is None:
+        raise InvalidInputError("this is no name of a feed", hint="1 to 64 letters, digits, dots, dashes, underscores")
+    return name
+
 
 class TargetsView(BaseModel):
     """All targets that have reported since Waydrop started, by feed."""
@@ -38,24 +50,18 @@ class TargetsView(BaseModel):
 
 async def list_targets(call: Call[NoQuery, Empty]) -> web.Response:
     """GET /targets."""
-    return json_answer(TargetsView(targets=[_view(fix) for fix in call.request.app[TARGETS].all()]))
+    return json_answer(TargetsView(targets=[TargetView.of(fix) for fix in call.request.app[TARGETS].all()]))
 
 
 async def report_target(call: Call[NoQuery, TargetReport]) -> web.Response:
     """POST /targets/{feed}."""
-    feed = call.path_value("feed")
-    if len(feed) > _LONGEST or _FEED.fullmatch(feed) is None:
-        raise InvalidInputError("this is no name of a feed", hint="1 to 64 letters, digits, dots, dashes, underscores")
-    return json_answer(_view(call.request.app[TARGETS].report(feed, call.body)))
+    feed = require_feed(call.path_value("feed"))
+    return json_answer(TargetView.of(call.request.app[TARGETS].report(feed, call.body)))
 
 
 async def get_target(call: Call[NoQuery, Empty]) -> web.Response:
     """GET /targets/{feed}."""
-    return json_answer(_view(call.request.app[TARGETS].fix(call.path_value("feed"))))
-
-
-def _view(fix: TargetFix) -> TargetView:
-    return TargetView(feed=fix.feed, report=fix.report, age_s=fix.age_s, stale=fix.is_stale)
+    return json_answer(TargetView.of(call.request.app[TARGETS].fix(call.path_value("feed"))))
 
 
 ROUTES: tuple[AnyRoute, ...] = (

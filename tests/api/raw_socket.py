@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import socket
 import struct
+from contextlib import suppress
 
 from app.api.stream.frames import CLOSE_REASONS
 
@@ -47,6 +48,13 @@ class DeafClient:
         loop = asyncio.get_running_loop()
         await loop.sock_connect(self._socket, ("127.0.0.1", self._port))
         await loop.sock_sendall(self._socket, HANDSHAKE.format(path=path).encode())
+
+    async def say_for_ever(self, payload: bytes) -> None:
+        """Send text frames (at most 125 bytes each, masked by zeros) until the server lets go."""
+        loop, frame = asyncio.get_running_loop(), bytes((0x81, 0x80 | len(payload), 0, 0, 0, 0)) + payload
+        with suppress(ConnectionError):
+            while True:
+                await loop.sock_sendall(self._socket, frame * 100)
 
     async def read_to_the_end(self, timeout_s: float = 15.0) -> bytes:
         """All that the server has sent, up to its end."""

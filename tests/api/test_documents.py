@@ -13,6 +13,7 @@ from app.api.by_hand.frames import ByHandCloseCode
 from app.api.problem_codes import PROBLEMS
 from app.api.routes import ROUTES
 from app.api.stream.frames import CloseCode
+from app.api.target_reports.frames import ReportsCloseCode
 from tests.api.conftest import PLANS
 from tests.api.service import Service
 
@@ -41,8 +42,9 @@ async def test_every_route_that_is_served_is_described_and_the_other_way_round(
         for route in service.app.router.routes()
         if route.resource is not None and route.method != "HEAD"
     }
-    by_hand = {"/", "/assets/{name}", "/{name}", "/api/v1/docs", "/api/v1/docs/{name}", "/api/v1/stream"}
-    assert {path for _, path in served - described} == by_hand
+    pages = {"/", "/assets/{name}", "/{name}", "/api/v1/docs", "/api/v1/docs/{name}"}
+    sockets = {"/api/v1/stream", "/api/v1/targets/{feed}/reports"}
+    assert {path for _, path in served - described} == pages | sockets
     assert described <= served
 
 
@@ -74,8 +76,10 @@ async def test_the_asyncapi_document_names_every_frame_and_every_close_code(serv
     flown = {"take", "renew", "enter", "setpoint", "leave", "hand_over", "release"}
     said = flown | {"task", "queue", "move", "remove", "target"}
     assert set(document["channels"]["offboard"]["messages"]) == told | said
-    for code in (*CloseCode, *ByHandCloseCode):
-        assert f"- {int(code)}: " in document["info"]["description"]
+    assert set(document["channels"]["reports"]["messages"]) == {"report", "taken", "refused"}
+    for codes in (CloseCode, ByHandCloseCode, ReportsCloseCode):
+        for code in codes:
+            assert f"- {int(code)}: " in document["info"]["description"]
     for reference in _references(document):
         _resolve(document, reference)
 

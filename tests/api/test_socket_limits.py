@@ -119,7 +119,7 @@ class SlowAccess(Access):
         return await super().has_tokens()
 
 
-@pytest.mark.parametrize("path", ["/api/v1/stream", "/api/v1/vehicles/v1/offboard"])
+@pytest.mark.parametrize("path", ["/api/v1/stream", "/api/v1/vehicles/v1/offboard", "/api/v1/targets/ship-1/reports"])
 async def test_a_socket_that_is_being_opened_as_the_service_stops_is_ended_with_1001_too(
     tmp_path: Path, path: str
 ) -> None:

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Final, Literal
 
 from pydantic import BaseModel, Field, RootModel
 
 from app.api.models import Identifier
 from app.api.offboard_models import AuditView, ClampView, Destination, RateHz, StrictRequest
+from app.api.socket_answers import FrameId, RefusedFrame
 from app.api.task_models import QueueAction
 from app.domain.setpoint.forms import Setpoint
 from app.domain.tasks.forms import InsertMode, Motion, Task, TaskPoint, WhenEmpty
 from app.services.offboard_view import FlownBy, OffboardView
 from app.services.task_view import TasksView
-
-FrameId = Annotated[int, Field(ge=0, le=2**53, description="comes back with the answer")]
 
 
 class ClientFrame(StrictRequest):
@@ -180,17 +179,6 @@ class DoneFrame(BaseModel):
     id: int | None = None
     what: str
     audit: list[AuditView] = []
-
-
-class RefusedFrame(BaseModel):
-    """What was asked is not done. Decide by `code`; for a setpoint it is the reason's own."""
-
-    type: Literal["refused"] = "refused"
-    id: int | None = None
-    code: str
-    detail: str
-    hint: str = ""
-    extra: dict[str, Any] = {}
 
 
 SERVER_FRAMES: Final[tuple[type[BaseModel], ...]] = (

@@ -11,7 +11,6 @@ from typing import Any, Final
 
 from aiohttp import WSMsgType, web
 from pydantic import BaseModel, ValidationError
-from pydantic_core import to_jsonable_python
 
 from app.api.authentication import require_role
 from app.api.by_hand.frames import (
@@ -26,7 +25,6 @@ from app.api.by_hand.frames import (
     MoveFrame,
     QueuedFrame,
     QueueFrame,
-    RefusedFrame,
     ReleaseFrame,
     RemoveFrame,
     RenewFrame,
@@ -39,12 +37,11 @@ from app.api.by_hand.frames import (
     TasksFrame,
 )
 from app.api.offboard_models import AuditView, ClampView
+from app.api.socket_answers import refused, unreadable
 from app.api.tasks import ACTIONS
 from app.domain.errors import (
     ConflictError,
     LeaseLostError,
-    SetpointRefusedError,
-    TaskRefusedError,
     WaydropError,
 )
 from app.services.access import Principal, Role
@@ -53,7 +50,6 @@ from app.services.tasks import TaskDesk
 
 STATE_PERIOD_S: Final = 0.1
 TASKS_PERIOD_S: Final = 1.0
-MAX_FINDINGS: Final = 3
 
 
 class ByHandSession:
@@ -133,14 +129,14 @@ class ByHandSession:
         try:
             frame = ClientDocument.model_validate_json(text).root
         except ValidationError as error:
-            await self._send(_unreadable(error))
+            await self._send(unreadable(text, error))
             return
         try:
             answer = self._do(frame)
         except WaydropError as error:
-            answer = _refused(frame.id, error)
+            answer = refused(frame.id, error)
         except ValidationError as error:  # what it asks for cannot be said in a message: no reason to end a flight
-            answer = _unreadable(error).model_copy(update={"id": frame.id})
+            answer = unreadable(text, error)
         if answer is not None:
             await self._send(answer)
 
@@ -198,7 +194,7 @@ class ByHandSession:
         try:
             answer = await work()
         except WaydropError as error:
-            answer = _refused(frame_id, error)
+            answer = refused(frame_id, error)
         await self._send(answer)
 
     async def _enter(self, lease_id: str, frame: EnterFrame) -> BaseModel:
@@ -246,15 +242,3 @@ class ByHandSession:
     async def _send(self, frame: BaseModel) -> None:
         if not self._socket.closed:
             await self._socket.send_str(frame.model_dump_json())
-
-
-def _refused(frame_id: int | None, error: WaydropError) -> RefusedFrame:
-    code = error.refusal if isinstance(error, SetpointRefusedError | TaskRefusedError) else error.code
-    extra: dict[str, Any] = to_jsonable_python(dict(error.extra), fallback=str)
-    return RefusedFrame(id=frame_id, code=code, detail=error.detail, hint=error.hint, extra=extra)
-
-
-def _unreadable(error: ValidationError) -> RefusedFrame:
-    found = error.errors(include_url=False, include_input=False, include_context=False)[:MAX_FINDINGS]
-    detail = "; ".join(f"{'/'.join(str(part) for part in one['loc'])}: {one['msg']}" for one in found)
-    return RefusedFrame(code="request.invalid", detail=detail.encode("utf-8", "backslashreplace").decode())

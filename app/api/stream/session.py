@@ -13,6 +13,7 @@ from app.api.settings import ApiSettings
 from app.api.stream.broadcast import Broadcast
 from app.api.stream.frames import CloseCode, HelloFrame, SnapshotFrame, event_frame, text_frame
 from app.api.stream.outbox import Outbox
+from app.api.write_room import wait_for_room
 from app.domain.errors import StorageError
 from app.domain.run import Run
 from app.services.clock import Clock
@@ -23,13 +24,8 @@ from app.services.runs import Runs
 MAX_INCOMING_FRAMES: Final = 100
 """Frames that a client may send although nobody reads them; then it is closed."""
 
-MAX_UNSENT_BYTES: Final = 64 * 1024
-"""What may wait in our process for a client's kernel buffer; the rest stays in the outbox."""
-
 FRAMES_AT_ONCE: Final = 64
 """Frames in one write: a system call costs more than copying them."""
-
-POLL_S: Final = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,22 +123,11 @@ class Session:
     async def _send(self, frames: Sequence[bytes]) -> None:
         """Write frames, many at once. Raises TimeoutError if the client takes nothing for too long."""
         for first in range(0, len(frames), FRAMES_AT_ONCE):
-            if self._transport.get_write_buffer_size() > MAX_UNSENT_BYTES:
-                await self._wait_for_room()
+            await wait_for_room(self._transport, self._settings.send_timeout_s)
             if self._socket.closed or self._transport.is_closing():
                 raise ConnectionResetError("the socket is closed: no frame may follow the close frame")
             # past aiohttp's own writer, which would make each frame's header for each client, and a system call
             self._transport.write(b"".join(frames[first : first + FRAMES_AT_ONCE]))
-
-    async def _wait_for_room(self) -> None:
-        # Not by aiohttp's drain: once a task that waits in it has been cancelled, nothing can be written any more,
-        # not even the close frame.
-        loop = asyncio.get_running_loop()
-        deadline_s = loop.time() + self._settings.send_timeout_s
-        while self._transport.get_write_buffer_size() > MAX_UNSENT_BYTES:
-            if loop.time() > deadline_s:
-                raise TimeoutError
-            await asyncio.sleep(POLL_S)
 
 
 def _open_and_recent(open_runs: Sequence[Run], recent: Sequence[Run]) -> list[Run]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
-import socket as sockets
 import sys
 from typing import Final
 
@@ -18,6 +16,7 @@ from app.api.settings import ApiSettings
 from app.api.socket_door import CloseCodes, SocketDoor
 from app.api.stream.frames import CLOSE_REASONS, CloseCode
 from app.api.stream.session import Session, Sources
+from app.api.write_room import bound_kernel_buffer
 from app.domain.errors import StorageError
 from app.services.access import Access
 
@@ -46,7 +45,7 @@ class StreamEndpoint:
             request,
             lambda socket: self._serve(request, socket),
             heartbeat_s=self._settings.heartbeat_s,
-            writer_limit=sys.maxsize,  # never wait inside aiohttp: see Session._wait_for_room
+            writer_limit=sys.maxsize,  # never wait inside aiohttp: see write_room
         )
 
     async def _serve(self, request: web.Request, socket: web.WebSocketResponse) -> CloseCode | None:
@@ -62,7 +61,7 @@ class StreamEndpoint:
         transport = request.transport
         if transport is None:
             return None
-        _bound_kernel_buffer(transport, self._settings.socket_buffer_bytes)
+        bound_kernel_buffer(transport, self._settings.socket_buffer_bytes)
         session = Session(socket, transport, self._sources, self._settings)
         return await self._door.attend(request, session.outbox, lambda: session.run(after))
 
@@ -75,10 +74,3 @@ def _after(request: web.Request) -> int | None:
     if len(given) > 1 or not given[0].isascii() or not given[0].isdigit() or len(given[0]) > 16:
         raise ValueError("after")
     return int(given[0])
-
-
-def _bound_kernel_buffer(transport: asyncio.Transport, size_bytes: int) -> None:
-    """Left alone, the kernel takes megabytes for a client that reads nothing, and it looks well for as long."""
-    raw = transport.get_extra_info("socket")
-    if raw is not None:
-        raw.setsockopt(sockets.SOL_SOCKET, sockets.SO_SNDBUF, size_bytes)

@@ -1,0 +1,52 @@
+"""What sockets that answer frame by frame have in common: the id of a frame, and the refusal of one."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Final, Literal
+
+from pydantic import BaseModel, Field, ValidationError
+from pydantic_core import to_jsonable_python
+
+from app.domain.errors import SetpointRefusedError, TaskRefusedError, WaydropError
+
+MAX_FINDINGS: Final = 3
+FrameId = Annotated[int, Field(ge=0, le=2**53, description="comes back with the answer")]
+
+
+class RefusedFrame(BaseModel):
+    """What was asked is not done. Decide by `code`; for a setpoint it is the reason's own."""
+
+    type: Literal["refused"] = "refused"
+    id: int | None = None
+    code: str
+    detail: str
+    hint: str = ""
+    extra: dict[str, Any] = {}
+
+
+class _Head(BaseModel):
+    """All that is read of a frame that is unfit otherwise."""
+
+    id: FrameId
+
+
+def refused(frame_id: int | None, error: WaydropError) -> RefusedFrame:
+    """The answer to what cannot be done."""
+    code = error.refusal if isinstance(error, SetpointRefusedError | TaskRefusedError) else error.code
+    extra: dict[str, Any] = to_jsonable_python(dict(error.extra), fallback=str)
+    return RefusedFrame(id=frame_id, code=code, detail=error.detail, hint=error.hint, extra=extra)
+
+
+def unreadable(text: str, error: ValidationError) -> RefusedFrame:
+    """The answer to what is no frame, with the id that it has all the same, if any."""
+    found = error.errors(include_url=False, include_input=False, include_context=False)[:MAX_FINDINGS]
+    detail = "; ".join(f"{'/'.join(str(part) for part in one['loc'])}: {one['msg']}" for one in found)
+    detail = detail.encode("utf-8", "backslashreplace").decode()
+    return RefusedFrame(id=_id_of(text), code="request.invalid", detail=detail)
+
+
+def _id_of(text: str) -> int | None:
+    try:
+        return _Head.model_validate_json(text, strict=True).id
+    except ValidationError:
+        return None

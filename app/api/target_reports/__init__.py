@@ -1,0 +1,1 @@
+"""The websocket over which a moving target is reported."""

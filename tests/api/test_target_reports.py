@@ -1,0 +1,171 @@
+"""Moving targets reported over a websocket: the same reports and the same refusals as over REST, frame by frame."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import aiohttp
+import pytest
+from aiohttp import WSMsgType
+from jsonschema import Draft202012Validator  # type: ignore[import-untyped]
+
+from app.api.target_reports.frames import ReportsCloseCode
+from app.services.access import Role
+from tests.api.raw_socket import DeafClient
+from tests.api.service import SETTINGS, Service, run_service
+from tests.api.test_slow_clients import closed
+from tests.api.test_socket_limits import HANDSHAKE, sockets_open
+from tests.api.test_targets import StillClock, clock, report, say, service
+
+__all__ = ["clock", "service"]
+
+PATH = "/api/v1/targets/ship-1/reports"
+
+
+@asynccontextmanager
+async def reporter(service: Service, **options: Any) -> AsyncIterator[aiohttp.ClientWebSocketResponse]:
+    async with service.http.ws_connect(service.url + PATH, **options) as socket:
+        yield socket
+
+
+async def answer(socket: aiohttp.ClientWebSocketResponse, frame: dict[str, Any]) -> dict[str, Any]:
+    await socket.send_json(frame)
+    return dict(await socket.receive_json(timeout=10))
+
+
+async def close_code(socket: aiohttp.ClientWebSocketResponse) -> int | None:
+    assert (await socket.receive(timeout=10)).type is WSMsgType.CLOSE
+    return socket.close_code
+
+
+async def test_each_report_is_taken_and_moves_what_is_known_of_the_target(service: Service, clock: StillClock) -> None:
+    async with reporter(service) as socket:
+        for number, east_m in enumerate((0, 10, 20)):
+            clock.passed_s = float(number)
+            said = report(east_m, age_s=0.5 - number)
+            taken = await answer(socket, {"type": "report", "id": number, "report": said})
+            assert (taken["type"], taken["id"]) == ("taken", number)
+            _, _, known = await service.call("GET", "/api/v1/targets/ship-1")
+            assert taken["target"] == known
+            assert (known["report"], known["age_s"]) == (said, 0.5)
+    await sockets_open(service, 0)
+    status, _, known = await service.call("GET", "/api/v1/targets/ship-1")
+    assert (status, known["report"]) == (200, said), "a target outlives the socket that reported it"
+
+
+@pytest.mark.parametrize("body", [report(age_s=60), report(age_s=-600)], ids=["older", "ahead"])
+async def test_what_rest_refuses_is_refused_in_the_same_words(service: Service, body: dict[str, float]) -> None:
+    await say(service, report(age_s=2))
+    _, problem = await say(service, body)
+    async with reporter(service) as socket:
+        refused = await answer(socket, {"type": "report", "id": 7, "report": body})
+        assert (refused["type"], refused["id"]) == ("refused", 7)
+        assert {key: refused[key] for key in ("code", "detail", "hint")} == {
+            key: problem[key] for key in ("code", "detail", "hint")
+        }
+        assert (await answer(socket, {"type": "report", "report": report()}))["type"] == "taken"
+
+
+RUBBISH = {
+    "nothing": ("", None),
+    "no json": ("ship ahoy", None),
+    "no object": ("[]", None),
+    "a lone surrogate": ('"\\ud83d"', None),
+    "another type": ('{"type": "take", "id": 3}', 3),
+    "no report": ('{"type": "report", "id": 3}', 3),
+    "too fast": ('{"type": "report", "id": 3, "report": {"north_m_s": 1000}}', 3),
+    "an id that is none": ('{"type": "report", "id": "3"}', None),
+}
+
+
+@pytest.mark.parametrize(("text", "said_id"), RUBBISH.values(), ids=RUBBISH.keys())
+async def test_what_is_no_report_is_refused_and_the_socket_stays(
+    service: Service, text: str, said_id: int | None
+) -> None:
+    async with reporter(service) as socket:
+        await socket.send_str(text)
+        refused = await socket.receive_json(timeout=10)
+        assert (refused["type"], refused["code"], refused["id"]) == ("refused", "request.invalid", said_id)
+        assert refused["detail"]
+        assert (await service.call("GET", "/api/v1/targets/ship-1"))[0] == 404
+        assert (await answer(socket, {"type": "report", "report": report()}))["type"] == "taken"
+
+
+async def test_the_answers_are_as_described(service: Service) -> None:
+    _, _, document = await service.call("GET", "/api/v1/asyncapi.json")
+    messages = document["channels"]["reports"]["messages"]
+    async with reporter(service) as socket:
+        for said in ({"type": "report", "id": 1, "report": report()}, {"type": "report"}):
+            frame = await answer(socket, said)
+            key = messages[frame["type"]]["$ref"].rpartition("/")[2]
+            schema = {**document["components"]["messages"][key]["payload"], "components": document["components"]}
+            assert [error.message for error in Draft202012Validator(schema).iter_errors(frame)] == []
+
+
+async def test_binary_frames_and_frames_too_large_end_the_socket(service: Service) -> None:
+    async with reporter(service) as socket:
+        await socket.send_bytes(b"\x00")
+        assert await close_code(socket) == 1000
+    async with reporter(service) as socket:
+        await socket.send_str("x" * 5000)
+        assert await close_code(socket) == 1009
+
+
+async def test_who_may_not_report_is_told_by_the_close_code(service: Service) -> None:
+    async with reporter(service, headers=await service.token(Role.VIEWER)) as socket:
+        assert await close_code(socket) == ReportsCloseCode.ROLE
+    async with reporter(service) as socket:
+        assert await close_code(socket) == ReportsCloseCode.UNAUTHORIZED
+    async with reporter(service, headers=await service.token(Role.DISPATCHER)) as socket:
+        assert (await answer(socket, {"type": "report", "report": report()}))["type"] == "taken"
+
+
+async def test_a_handshake_that_cannot_be_is_a_client_error(service: Service) -> None:
+    status, _, problem = await service.call("GET", "/api/v1/targets/a%20ship/reports", headers=HANDSHAKE)
+    assert (status, problem["code"]) == (422, "input.invalid")
+    status, _, problem = await service.call("GET", PATH)
+    assert (status, problem["code"]) == (426, "stream.upgrade_required")
+    foreign = HANDSHAKE | {"Origin": "https://evil.example"}
+    status, _, problem = await service.call("GET", PATH, headers=foreign)
+    assert (status, problem["code"]) == (403, "origin.not_allowed")
+
+
+async def test_a_revoked_token_ends_the_socket(tmp_path: Path) -> None:
+    async with run_service(tmp_path, settings=replace(SETTINGS, access_again_s=0.05)) as running:
+        token, secret = await running.access.create_token("lost", Role.DISPATCHER)
+        async with reporter(running, headers={"Authorization": f"Bearer {secret}"}) as socket:
+            assert (await answer(socket, {"type": "report"}))["type"] == "refused"
+            await running.access.revoke(token.id)
+            assert await close_code(socket) == ReportsCloseCode.UNAUTHORIZED
+
+
+async def test_more_sockets_than_allowed_are_refused(tmp_path: Path) -> None:
+    async with run_service(tmp_path, settings=replace(SETTINGS, max_sockets=1)) as running, reporter(running):
+        status, headers, problem = await running.call("GET", PATH, headers=HANDSHAKE)
+        assert (status, problem["code"]) == (503, "stream.full")
+        assert int(headers["Retry-After"]) > 0
+
+
+async def test_a_client_that_does_not_read_its_answers_is_cut(tmp_path: Path) -> None:
+    settings = replace(SETTINGS, socket_buffer_bytes=4096, send_timeout_s=0.3, close_grace_s=0.3)
+    async with run_service(tmp_path, settings=settings) as running:
+        deaf = DeafClient(running.port)
+        await deaf.open(PATH)
+        talking = asyncio.create_task(deaf.say_for_ever(b"no report"))
+        async with asyncio.timeout(30):
+            while await closed(running, ReportsCloseCode.TOO_SLOW) == 0:
+                await asyncio.sleep(0.02)
+            await talking  # the connection has ended
+        deaf.close()
+
+
+async def test_a_stop_of_the_service_ends_the_socket(service: Service) -> None:
+    async with reporter(service) as socket:
+        assert (await answer(socket, {"type": "report"}))["type"] == "refused"
+        await service.app.shutdown()
+        assert await close_code(socket) == ReportsCloseCode.GOING_AWAY
