@@ -15,7 +15,8 @@ class FlightView:
     """`asked` is what a user asked for in flight: "pause", "resume", "return", "land" or "" for nothing; "contingency"
     says that the plan itself asked to return after a failed drop. `was_armed` is False while a HEARTBEAT that says
     armed may still be on its way (they come at 1 Hz). `asks_consent_to` is the drop that waits for an operator,
-    `rally_point` the number (from 1) of the one to which "return" goes.
+    `rally_point` the number (from 1) of the one to which "return" goes, `was_returning` whether the run was on its way
+    back when it was last looked at.
     """
 
     state: VehicleState
@@ -27,6 +28,7 @@ class FlightView:
     was_armed: bool = True
     asks_consent_to: str = ""
     rally_point: int | None = None
+    was_returning: bool = False
 
 
 def phase_of(view: FlightView) -> tuple[RunState, str]:
@@ -40,6 +42,8 @@ def phase_of(view: FlightView) -> tuple[RunState, str]:
         return RunState.LANDED, "stopped at its last item"
     if view.vehicle_type is VehicleType.AIRSHIP and view.mission_done and state.mode is FlightMode.HOLD:
         return RunState.LANDED, "holds at its last item; it says landed only when its crew disarms it"
+    if state.mode is FlightMode.MISSION and view.was_returning and state.landed is LandedState.ON_GROUND:
+        return RunState.RETURNING, "on the ground"  # PX4 may be in Mission again for a moment before it disarms
     if state.mode in (FlightMode.MISSION, FlightMode.TAKEOFF):
         asks = f"waits for an operator's consent to {view.asks_consent_to}" if view.asks_consent_to else ""
         return (RunState.AT_DROP, asks) if view.at_drop else (RunState.FLYING, "")

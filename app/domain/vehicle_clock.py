@@ -80,5 +80,12 @@ class VehicleClock:
         (first_now, first_boot), (last_now, last_boot) = self.samples[0], self.samples[-1]
         return min(FASTEST, max(0.01, (last_boot - first_boot) / (last_now - first_now)))
 
+    @property
+    def sure_rate(self) -> float:
+        """`rate` if it is surely faster than ours, else 1: a real vehicle's clock only looks faster or slower, by the
+        delays of its link.
+        """
+        return self.rate if (self.least_rate or 1.0) > 1.0 else 1.0
+
 
 UNHEARD: Final = VehicleClock()

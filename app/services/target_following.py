@@ -117,7 +117,7 @@ class TargetFollower:
             return
         fix = self._targets.fixes([follower.target.feed]).get(follower.target.feed)
         speed_m_s = speed_towards_m_s(plan, await self._facts(run, followed), follower.waypoint.id)
-        speed_m_s *= state.clock.rate  # the target moves in our time, and a simulated vehicle may fly in a faster one
+        speed_m_s *= state.clock.sure_rate  # the target moves in our time, a simulated vehicle perhaps in a faster one
         wanted = aim(follower.target, follower.planned, fix, place, speed_m_s)
         if isinstance(wanted, NoAim):
             await self._tell_not_followed(run, followed, follower, fix, wanted.code, wanted.reason)

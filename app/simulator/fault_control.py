@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Awaitable, Callable
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
@@ -140,7 +139,7 @@ def _state(vehicle: Vehicle) -> Answer:
 
 
 def _number(value: object, low: float, high: float) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    if isinstance(value, bool) or not isinstance(value, int | float) or value != value:
         raise RefusedError(f"{value!r} is not a number")
     if not low <= value <= high:
         raise RefusedError(f"{value!r} is not between {low} and {high}")

@@ -183,7 +183,7 @@ async def test_the_target_is_met_in_our_time_however_fast_the_vehicles_clock_run
 ) -> None:
     plan["items"][2]["speed_m_s"] = 6
     run = await flying(service, plan, "clinic")
-    service.links[0].change(clock=VehicleClock(((0.0, 0.0), (2.0, 2.0 * rate))))
+    service.links[0].change(clock=VehicleClock(((0.0, 0.0), (2.0, 2.0 * rate), (4.0, 4.0 * rate))))
     await say(service, report(10))
     await follower.look()
     [moved] = await told(service, run, "run.target_moved")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
@@ -53,7 +54,8 @@ def simulated_service(data_dir: Path, fleet: SimulatedFleet, **environment: str)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """One event loop for all tests of this folder: a browser belongs to the loop that started it."""
     for item in items:
-        if item.path.is_relative_to(HERE) and isinstance(item, pytest.Function):
+        is_async = isinstance(item, pytest.Function) and inspect.iscoroutinefunction(item.function)
+        if item.path.is_relative_to(HERE) and is_async:
             item.add_marker(pytest.mark.asyncio(loop_scope="session"), append=False)
 
 

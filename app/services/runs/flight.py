@@ -14,6 +14,7 @@ from app.domain.events import EventKind
 from app.domain.ports import LinkFact, VehicleLink
 from app.domain.rally import RallyDestination
 from app.domain.run import IN_FLIGHT, NOT_STARTED, Run, RunState
+from app.domain.vehicle import FlightMode
 from app.services.hold_here import hold_here
 from app.services.runs.changing import MissionChanger
 from app.services.runs.consents import Consents
@@ -90,7 +91,7 @@ class RunFlight:
         if self._recorder.run.state in BEFORE_FLIGHT:
             self._abort_asked.set()
             return
-        await self.act("return", self._link.return_to_launch)
+        await self.return_to_launch()
 
     def end_unstarted(self) -> None:
         """Cancel a run that was not told to start: this moves nothing. Raises WrongStateError from its start on."""
@@ -148,6 +149,9 @@ class RunFlight:
 
     async def return_to_launch(self, rally: RallyDestination | None = None) -> None:
         """Return, to the rally point that was chosen if any. Raises WrongStateError, LinkError."""
+        run = self._recorder.run  # PX4 chooses as Return mode begins: told again, it flies on to where it flew
+        if rally is None and run.asked == "return" and self._link.state().mode is FlightMode.RETURN:
+            rally = run.rally
         await self.act("return", self._link.return_to_launch, rally)
 
     async def choose_rally(self) -> RallyDestination:

@@ -244,6 +244,7 @@ class FlightWatch:
             was_airborne=self._was_airborne,
             asked=self._recorder.run.asked,
             was_armed=self._was_armed,
+            was_returning=self._recorder.run.state is RunState.RETURNING,
             rally_point=None if self._recorder.run.rally is None else self._recorder.run.rally.index + 1,
             asks_consent_to=next((r.record.plan_item_id for r in self.leg.supervised if r.is_asking), ""),
         )

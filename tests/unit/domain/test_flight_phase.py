@@ -46,6 +46,14 @@ def test_the_phase_follows_mode_and_arming(view: FlightView, state: RunState, wo
     assert words in reason
 
 
+def test_a_return_that_has_landed_is_no_mission_that_goes_on() -> None:
+    """PX4 shows Mission mode for a moment between touchdown and disarming."""
+    touched_down = seen(dataclasses.replace(FLYING, was_returning=True), landed=LandedState.ON_GROUND)
+    assert phase_of(touched_down) == (RunState.RETURNING, "on the ground")
+    assert phase_of(dataclasses.replace(FLYING, was_returning=True))[0] is RunState.FLYING, "in the air it goes on"
+    assert phase_of(seen(landed=LandedState.ON_GROUND))[0] is RunState.FLYING, "a mission that lands on its way"
+
+
 def test_a_rover_ends_stopped_at_its_last_item_still_armed() -> None:
     rover = dataclasses.replace(FLYING, vehicle_type=VehicleType.ROVER, mission_done=True)
     moving = seen(rover, mode=FlightMode.HOLD, velocity_north_m_s=2.0, velocity_east_m_s=0.0)

@@ -94,3 +94,22 @@ def test_it_is_one_until_known_and_after_a_reboot() -> None:
     clock = VehicleClock().seen(0, 10).seen(3, 40)
     assert clock.rate == pytest.approx(10)
     assert clock.seen(4, 0.2).rate == 1.0
+
+
+@pytest.mark.parametrize(
+    ("arrivals_s", "rate"),
+    [
+        ((0.0, 1.0, 2.0, 3.0, 4.0), 1.0),
+        ((1.8, 1.8, 2.0, 3.0, 4.0), 1.0),
+        ((0.0, 1.0, 2.0, 3.0, 5.5), 1.0),
+        ((0.0, 0.25, 0.5, 0.75, 1.0), 4.0),
+    ],
+)
+def test_a_link_that_holds_messages_back_makes_no_vehicle_fly_faster_or_slower(
+    arrivals_s: tuple[float, ...], rate: float
+) -> None:
+    """One message for each second of the vehicle's. The last ones come from a simulated vehicle."""
+    clock = VehicleClock()
+    for boot_s, now_s in enumerate(arrivals_s):
+        clock = clock.seen(now_s, float(boot_s))
+    assert clock.sure_rate == pytest.approx(rate)

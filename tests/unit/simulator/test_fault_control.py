@@ -102,6 +102,8 @@ async def test_the_state_can_be_asked_for(fleet: Fleet) -> None:
         ([1], "JSON object"),
         ({}, "unknown fault None"),
         ({"fault": "loss", "value": 2}, "not between"),
+        ({"fault": "loss", "value": 10**400}, "not between"),
+        ({"speed": 10**400}, "not between"),
         ({"fault": "loss", "value": "much"}, "not a number"),
         ({"fault": "loss", "value": True}, "not a number"),
         ({"fault": "loss", "value": float("nan")}, "not a number"),

@@ -32,6 +32,8 @@ export class VehicleLayer {
   readonly #icons = new Map<string, HTMLCanvasElement>();
   readonly #widths = new Map<string, number>();
   #marks: readonly VehicleMark[] = [];
+  /** As they were drawn: on a slow screen newer marks may wait, in another order. */
+  #drawn: readonly VehicleMark[] = [];
   #places: readonly Place[] = [];
   #size = { width: 0, height: 0, ratio: 0 };
   #fits = false;
@@ -65,7 +67,7 @@ export class VehicleLayer {
   /** The vehicle at a place of the map. */
   at(place: Place): string | null {
     const index = nearestPlace(this.#places, place, REACH_PX * this.look.scale);
-    return index === null ? null : (this.#marks[index]?.id ?? null);
+    return index === null ? null : (this.#drawn[index]?.id ?? null);
   }
 
   /** At once: with the map's own frame, so that vehicles stay on their places while it moves. */
@@ -75,6 +77,7 @@ export class VehicleLayer {
     this.#fitCanvas();
     const { width, height, ratio } = this.#size;
     const middle = this.camera.getCenter().lng;
+    this.#drawn = this.#marks;
     this.#places = this.#marks.map(({ at: [lon, lat] }) => this.camera.project([nearestTurn(lon, middle), lat]));
     this.#context.setTransform(ratio, 0, 0, ratio, 0, 0);
     this.#context.clearRect(0, 0, width, height);

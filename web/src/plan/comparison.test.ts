@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import type { ItemComparison } from "../api/types";
-import { differenceTone, differenceWords, visitName } from "./comparison";
+import { differenceTone, differenceWords, hasSentence, visitName } from "./comparison";
 
 function item(fields: Partial<ItemComparison>): ItemComparison {
   return { item_id: "door", type: "waypoint", visit: 1, predicted_s: 20, flown_s: 22, difference_percent: 10, unsure_s: 0, reason: "", ...fields };
@@ -19,6 +19,12 @@ test("a difference has its sign, and what was called unsure", () => {
 test("what was not flown says why", () => {
   expect(differenceWords(item({ flown_s: null, difference_percent: null, reason: "not flown yet" }))).toBe("not flown yet");
   expect(differenceTone(item({ flown_s: null }))).toBe("neutral");
+});
+
+test("a sentence needs more room than a column", () => {
+  expect(hasSentence(item({ flown_s: null, reason: "not flown yet" }))).toBe(false);
+  expect(hasSentence(item({ flown_s: null, reason: "no release was sent: the vehicle was not stopped" }))).toBe(true);
+  expect(hasSentence(item({ reason: "a link that was lost in between" }))).toBe(false);
 });
 
 test("fifteen percent are promised, and a second for what is shorter", () => {

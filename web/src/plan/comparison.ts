@@ -4,6 +4,7 @@ import type { ItemComparison } from "../api/types";
 import type { Tone } from "../format/words";
 
 const PROMISED_PERCENT = 15;
+const SHORT = "not flown yet".length;
 const RESOLVED_S = 1; // a link shows the current item once a second
 
 export function visitName(item: ItemComparison): string {
@@ -17,6 +18,11 @@ export function differenceWords(item: ItemComparison): string {
   const rounded = Math.round(item.difference_percent);
   const unsure = item.unsure_s > 0 ? ` ± ${Math.round(item.unsure_s)} s` : "";
   return `${rounded > 0 ? "+" : ""}${rounded} %${unsure}`;
+}
+
+/** Whether an item was not flown for a reason that takes more than a word or two. */
+export function hasSentence(item: ItemComparison): boolean {
+  return item.flown_s === null && item.reason.length > SHORT;
 }
 
 export function differenceTone(item: ItemComparison): Tone {

@@ -3,7 +3,7 @@
 import { computed, effect, signal } from "@preact/signals";
 import { api } from "../api/client";
 import type { Job, JobCandidate } from "../api/types";
-import { mayChangeChoice } from "../jobs/lists";
+import { isOver, mayChangeChoice } from "../jobs/lists";
 import { serviceNow } from "./clock";
 import { report } from "./notices";
 import { panel, selectRun } from "./selection";
@@ -40,8 +40,11 @@ export function watchJobs(): void {
 
 async function readJobs(): Promise<void> {
   try {
+    const before = Object.values(jobs.peek()).filter((job) => !isOver(job));
     const [open, newest, queues] = await Promise.all([openJobs(), api.jobs({ limit: "20" }), api.jobQueues()]);
-    dispatch({ type: "jobs_read", jobs: [...open, ...newest.jobs], queues: queues.vehicles.map(({ queue }) => queue) });
+    const read = [...open, ...newest.jobs];
+    const gone = before.filter(({ id }) => !read.some((job) => job.id === id)); // it ended while nothing was heard
+    dispatch({ type: "jobs_read", jobs: read, queues: queues.vehicles.map(({ queue }) => queue), gone });
     jobsRead.value = true;
   } catch (error) {
     report("Read the jobs", error);

@@ -62,20 +62,20 @@ export type Action =
   | { readonly type: "after_refused" }
   | { readonly type: "vehicles_read"; readonly vehicles: readonly Vehicle[] }
   | { readonly type: "run_read"; readonly run: Run }
-  | { readonly type: "jobs_read"; readonly jobs: readonly Job[]; readonly queues: readonly JobQueue[] };
+  | { readonly type: "jobs_read"; readonly jobs: readonly Job[]; readonly queues: readonly JobQueue[]; readonly gone?: readonly Job[] };
 
 export function reduce(world: World, action: Action): World {
   switch (action.type) {
     case "opened":
       return { ...world, resync: false };
     case "after_refused":
-      return { ...world, gateway: null, seq: null, holeAfter: null, feed: [] };
+      return { ...world, gateway: null, seq: null, holeAfter: null, feed: [], jobs: {}, jobQueues: {} };
     case "vehicles_read":
       return { ...world, vehicles: indexById(action.vehicles), listStale: false };
     case "run_read":
       return onRunRead(world, action.run);
     case "jobs_read":
-      return action.queues.reduce(withJobQueue, action.jobs.reduce(withJob, world));
+      return action.queues.reduce(withJobQueue, action.jobs.reduce(withJob, withoutJobs(world, action.gone ?? [])));
     case "frame":
       return reduceFrame(world, action.frame, action.at);
   }
@@ -154,6 +154,12 @@ export function withRun(world: World, run: Run): World {
 export function withJob(world: World, job: Job): World {
   const known = world.jobs[job.id];
   return known && known.updated_at > job.updated_at ? world : { ...world, jobs: { ...world.jobs, [job.id]: job } };
+}
+
+/** Each unless it was told anew meanwhile. */
+function withoutJobs(world: World, gone: readonly Job[]): World {
+  const jobs = Object.fromEntries(Object.entries(world.jobs).filter(([, job]) => !gone.includes(job)));
+  return gone.length === 0 ? world : { ...world, jobs };
 }
 
 /** As for a job. */

@@ -3,7 +3,7 @@ import { api } from "../api/client";
 import type { Comparison, DropComparison, ItemComparison, Run } from "../api/types";
 import { distance, seconds, speed, UNKNOWN } from "../format/units";
 import { asSentence } from "../format/words";
-import { differenceTone, differenceWords, visitName } from "../plan/comparison";
+import { differenceTone, differenceWords, hasSentence, visitName } from "../plan/comparison";
 
 /** Predicted against flown: read again whenever an item more was flown, and once more at the end. */
 export function RunComparison({ run }: { run: Run }) {
@@ -51,7 +51,25 @@ export function RunComparison({ run }: { run: Run }) {
   );
 }
 
+/** A sentence has a line of its own below the figures: in a column it would leave no room for the names. */
 function Row({ item }: { item: ItemComparison }) {
+  if (hasSentence(item)) {
+    return (
+      <>
+        <tr class="explained">
+          <th scope="row">{visitName(item)}</th>
+          <td>{seconds(item.predicted_s)}</td>
+          <td>{UNKNOWN}</td>
+          <td />
+        </tr>
+        <tr>
+          <td class="why" colSpan={4}>
+            {asSentence(item.reason)}
+          </td>
+        </tr>
+      </>
+    );
+  }
   return (
     <tr>
       <th scope="row">{visitName(item)}</th>

@@ -116,6 +116,19 @@ async def test_another_command_forgets_the_rally_point_and_one_that_is_refused_d
         assert (await at.runs.pause(at.run_id, "ann")).rally is None
 
 
+async def test_a_return_or_abort_amid_it_does_not_turn_the_vehicle_and_the_run_goes_on_naming_the_rally_point() -> None:
+    """PX4 chooses where to as Return mode begins: ordered again, it is that mode already."""
+    async with desk() as at:
+        await near_the_rally_point(at)
+        chosen = (await at.runs.go_to_rally(at.run_id, "ann")).rally
+        await at.until(lambda: at.run.state is RunState.RETURNING, "the vehicle must be seen to return")
+        for order in (at.runs.return_to_launch, at.runs.abort):
+            assert (await order(at.run_id, "ann")).rally == chosen is not None
+            assert at.run.reason == "to rally point 1, as asked"
+        await at.runs.pause(at.run_id, "ann")
+        assert (await at.runs.return_to_launch(at.run_id, "ann")).rally is None  # it chooses anew
+
+
 async def test_it_breaks_a_change_of_the_mission_off_but_a_refused_order_does_not() -> None:
     async with desk() as at:
         await near_the_rally_point(at, RTL_TYPE=2)
