@@ -78,6 +78,8 @@ describe("sentences", () => {
     expect(say("vehicle.changed", { mode: "return", in_failsafe: true })).toEqual({ text: "v1 is in failsafe, mode return.", tone: "danger" });
     expect(say("run.upload_progress", { mission_type: "fence", sent: 2, total: 4 }).text).toBe("Uploading the fence to v1: 2 of 4.");
     expect(say("run.changed", { ...sampleRun({ state: "failed", reason: "no answer" }) })).toEqual({ text: "Run r1 of v1: failed. No answer.", tone: "danger" });
+    expect(say("run.changed", { ...sampleRun({ state: "returning", reason: "on the ground" }) }).tone).toBe("info");
+    expect(say("run.changed", { ...sampleRun({ state: "returning", reason: "a failsafe acts" }) }).tone).toBe("warn");
   });
 
   it("keep what was sent apart from what was answered", () => {

@@ -94,11 +94,14 @@ function sayChanged(event: StreamEvent, vehicle: string): Sentence {
   return { text: `${vehicle}: ${parts.join(", ") || "changed"}.`, tone: "neutral" };
 }
 
+/** A return for one of these is how a flight should end. */
+const PLANNED_ENDS: ReadonlySet<string> = new Set(["the mission is done", "on the ground"]);
+
 function sayRun(event: StreamEvent): Sentence {
   const run = event.data as unknown as Run;
   if (typeof run.state !== "string") return { text: `Run ${short(event.run_id)} changed.`, tone: "neutral" };
   const reason = run.reason ? ` ${ended(asSentence(run.reason))}` : "";
-  return { text: `Run ${short(run.id)} of ${run.vehicle_id}: ${runStateName(run.state).toLowerCase()}.${reason}`, tone: runStateTone(run.state) };
+  return { text: `Run ${short(run.id)} of ${run.vehicle_id}: ${runStateName(run.state).toLowerCase()}.${reason}`, tone: run.state === "returning" && PLANNED_ENDS.has(run.reason) ? "info" : runStateTone(run.state) };
 }
 
 function sayUpload(event: StreamEvent, vehicle: string): Sentence {

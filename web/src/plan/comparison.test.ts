@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
-import type { ItemComparison } from "../api/types";
-import { differenceTone, differenceWords, hasSentence, visitName } from "./comparison";
+import type { DropComparison, ItemComparison } from "../api/types";
+import { differenceTone, differenceWords, hasSentence, isTold, visitName } from "./comparison";
 
 function item(fields: Partial<ItemComparison>): ItemComparison {
   return { item_id: "door", type: "waypoint", visit: 1, predicted_s: 20, flown_s: 22, difference_percent: 10, unsure_s: 0, reason: "", ...fields };
@@ -24,6 +24,10 @@ test("what was not flown says why", () => {
 test("a sentence needs more room than a column", () => {
   expect(hasSentence(item({ flown_s: null, reason: "not flown yet" }))).toBe(false);
   expect(hasSentence(item({ flown_s: null, reason: "no release was sent: the vehicle was not stopped" }))).toBe(true);
+  const why = "no release was sent: the vehicle was not stopped";
+  const drop = { item_id: "door", apart_m: null, reason: why } as DropComparison;
+  expect(isTold(drop, [item({ flown_s: null, reason: why })])).toBe(true);
+  expect(isTold(drop, [item({})])).toBe(false);
   expect(hasSentence(item({ reason: "a link that was lost in between" }))).toBe(false);
 });
 

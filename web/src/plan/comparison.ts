@@ -1,6 +1,6 @@
 /** Predicted against flown in words. Pure. */
 
-import type { ItemComparison } from "../api/types";
+import type { DropComparison, ItemComparison } from "../api/types";
 import type { Tone } from "../format/words";
 
 const PROMISED_PERCENT = 15;
@@ -23,6 +23,11 @@ export function differenceWords(item: ItemComparison): string {
 /** Whether an item was not flown for a reason that takes more than a word or two. */
 export function hasSentence(item: ItemComparison): boolean {
   return item.flown_s === null && item.reason.length > SHORT;
+}
+
+/** Whether the table says already why there is nothing to compare of a drop. */
+export function isTold(drop: DropComparison, items: readonly ItemComparison[]): boolean {
+  return drop.apart_m === null && items.some((item) => item.item_id === drop.item_id && hasSentence(item) && item.reason === drop.reason);
 }
 
 export function differenceTone(item: ItemComparison): Tone {

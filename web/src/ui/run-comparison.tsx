@@ -3,7 +3,7 @@ import { api } from "../api/client";
 import type { Comparison, DropComparison, ItemComparison, Run } from "../api/types";
 import { distance, seconds, speed, UNKNOWN } from "../format/units";
 import { asSentence } from "../format/words";
-import { differenceTone, differenceWords, hasSentence, visitName } from "../plan/comparison";
+import { differenceTone, differenceWords, hasSentence, isTold, visitName } from "../plan/comparison";
 
 /** Predicted against flown: read again whenever an item more was flown, and once more at the end. */
 export function RunComparison({ run }: { run: Run }) {
@@ -44,7 +44,7 @@ export function RunComparison({ run }: { run: Run }) {
           </tr>
         </tfoot>
       </table>
-      {comparison.drops.map((drop) => (
+      {comparison.drops.filter((drop) => !isTold(drop, comparison.items)).map((drop) => (
         <Release key={drop.item_id} drop={drop} />
       ))}
     </section>
