@@ -22,8 +22,8 @@ NEARER_M: Final = 2.0
 AT_HOME_M: Final = 10.0
 NEARLY_M: Final = 20.0
 """Where the vehicle is as it chooses is not known better."""
-CHOOSES_WITHIN_S: Final = 2.0
-"""The position may be so old by then, and the vehicle moves on."""
+CHOOSES_WITHIN_S: Final = FRESH_POSITION_S + 3.0
+"""The position may be so old by then: as it is looked at, and three tries of the command, a second each."""
 _RALLY_ALONE: Final = 5
 _CHOICES: Final = {
     0: "the nearest of home and the rally points",
