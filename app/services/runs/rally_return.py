@@ -39,7 +39,9 @@ class RallyReturn:
             returns already. LinkError: it does not tell its RTL_TYPE.
         """
         self._refuse_unfit(self._link.state())
-        found = await self._link.read_parameters(("RTL_TYPE", "RTL_LAND_DELAY"))
+        is_vtol = self._watch.leg.plan.vehicle_type is VehicleType.VTOL
+        names = ("RTL_TYPE", "RTL_LAND_DELAY", *(("RTL_APPR_FORCE",) if is_vtol else ()))
+        found = await self._link.read_parameters(names)
         if "RTL_TYPE" not in found:
             raise LinkTimeoutError("the vehicle does not tell its RTL_TYPE", hint="order it again, or return")
         return RallyChoice(self._destination(found), found)
@@ -73,6 +75,7 @@ class RallyReturn:
             landings=[_place(item) for item in landings],
             rtl_type=int(found["RTL_TYPE"]),
             land_delay_s=None if delay_s is None else float(delay_s),
+            approach_force=int(found.get("RTL_APPR_FORCE", 0)),
         ).destination()
 
     def _refuse_unfit(self, state: VehicleState) -> None:

@@ -102,6 +102,17 @@ def test_home_is_no_choice_for_type_1_but_of_a_vtol_that_hovers() -> None:
     assert on_its_wing.destination().index == 0
 
 
+@pytest.mark.parametrize("vtol_state", ["fixed_wing", "multicopter"])
+def test_a_vtol_that_wants_landing_approaches_passes_over_rally_points_so_it_is_refused(vtol_state: str) -> None:
+    copter = replace(sight(5, 300.0, 320.0, vtol_state=vtol_state), approach_force=1)
+    assert copter.destination().index == 0
+    vtol = replace(copter, vehicle_type=VehicleType.VTOL)
+    with pytest.raises(RallyRefusedError, match="RTL_APPR_FORCE 1") as refused:
+        vtol.destination()
+    assert refused.value.extra["because"] == "approach_forced"
+    assert replace(vtol, approach_force=0).destination().index == 0
+
+
 @pytest.mark.parametrize("missing", [{"position_age_s": 9.0}, {"latitude_deg": None}, {"home": None}])
 def test_nothing_is_said_of_a_vehicle_whose_place_or_home_is_not_known(missing: dict[str, object]) -> None:
     with pytest.raises(ConflictError):

@@ -69,6 +69,18 @@ async def test_a_vehicle_that_would_go_elsewhere_flies_on_and_the_reason_is_told
         assert (refused(error.value), at.vehicle.sent, at.run.asked, at.run.rally) == (because, sent, "", None)
 
 
+async def test_a_vtol_is_asked_whether_it_wants_landing_approaches() -> None:
+    async with desk("vtol-hover-drop.json") as at:
+        at.vehicle.parameters |= {"RTL_TYPE": 5, "RTL_LAND_DELAY": 0.0, "RTL_APPR_FORCE": 1}
+        await fly(at, "outbound")
+        with pytest.raises(RallyRefusedError) as error:
+            await at.runs.go_to_rally(at.run_id, "ann")
+        assert (refused(error.value), "return" in at.vehicle.sent) == ("approach_forced", False)
+        del at.vehicle.parameters["RTL_APPR_FORCE"]  # firmware without it
+        at.vehicle.put(home=GlobalPosition(47.397742, 8.545594, 488.0))
+        assert (await at.runs.go_to_rally(at.run_id, "ann")).rally is not None
+
+
 async def test_what_another_ground_station_did_to_the_rally_points_is_noticed() -> None:
     async with desk() as at:
         await near_the_rally_point(at)
