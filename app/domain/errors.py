@@ -86,7 +86,8 @@ class RunContinuedError(ConflictError):
 class RallyRefusedError(ConflictError):
     """A return now goes to no rally point, or that is not sure.
 
-    `extra["because"]`: no_rally_points, other_rally_points, rtl_type, other_is_nearer or too_close.
+    `extra["because"]`: no_rally_points, other_rally_points, rtl_type, approach_forced, other_is_nearer, too_close
+    or flew_on.
     """
 
     code = "run.rally_refused"

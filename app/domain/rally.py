@@ -2,7 +2,8 @@
 
 From rtl.cpp (setRtlTypeAndDestination, findRtlDestination): 0 the nearest of home and the rally points, 1 of the rally
 points and the mission's landing, 3 of all of them, 5 of the rally points alone. 2 and 4 follow the mission. What is not
-home must be nearer by 2 m, and but for type 5 a rally point within 10 m of home is none.
+home must be nearer by 2 m, and but for type 5 a rally point within 10 m of home is none. With RTL_APPR_FORCE a VTOL on
+its wing passes over places without landing approaches: whether there are some is not known here.
 """
 
 from __future__ import annotations
@@ -22,8 +23,8 @@ NEARER_M: Final = 2.0
 AT_HOME_M: Final = 10.0
 NEARLY_M: Final = 20.0
 """Where the vehicle is as it chooses is not known better."""
-CHOOSES_WITHIN_S: Final = 2.0
-"""The position may be so old by then, and the vehicle moves on."""
+CHOOSES_WITHIN_S: Final = FRESH_POSITION_S + 3.0
+"""The position may be so old by then: as it is looked at, and three tries of the command, a second each."""
 _RALLY_ALONE: Final = 5
 _CHOICES: Final = {
     0: "the nearest of home and the rally points",
@@ -57,7 +58,10 @@ class RallyDestination(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class ReturnSight:
-    """What the choice rests on: the rally points and landings on board, RTL_TYPE and RTL_LAND_DELAY as they are now."""
+    """What the choice rests on: the rally points and landings on board, and the vehicle's parameters as they are now.
+
+    `approach_force` is RTL_APPR_FORCE: 0 too where the firmware has none.
+    """
 
     vehicle_type: VehicleType
     state: VehicleState
@@ -65,6 +69,7 @@ class ReturnSight:
     landings: Sequence[Place]
     rtl_type: int
     land_delay_s: float | None
+    approach_force: int = 0
 
     def destination(self) -> RallyDestination:
         """Where a return ordered now goes. Raises RallyRefusedError, ConflictError: position or home is not known."""
@@ -72,6 +77,9 @@ class ReturnSight:
             raise _refused("no_rally_points", "there are no rally points on the vehicle", "return, or change the plan")
         if self.rtl_type not in _CHOICES:
             raise _refused("rtl_type", f"with RTL_TYPE {self.rtl_type} it returns along its mission, to no rally point")
+        if self.vehicle_type is VehicleType.VTOL and self.approach_force != 0:
+            why = f"with RTL_APPR_FORCE {self.approach_force} a VTOL on its wing passes over rally points"
+            raise _refused("approach_forced", f"{why} without landing approaches", "return, or set RTL_APPR_FORCE to 0")
         here, reach_m = self._here(), self._reach_m()
         points = [(index, distance_m(*here, *place)) for index, place in enumerate(self.rally) if self._counts(place)]
         if not points:

@@ -19,7 +19,7 @@ from app.services.hold_here import hold_here
 from app.services.runs.changing import MissionChanger
 from app.services.runs.consents import Consents
 from app.services.runs.prepare import Preparation
-from app.services.runs.rally_return import RallyReturn
+from app.services.runs.rally_return import RallyChoice, RallyReturn
 from app.services.runs.recorder import RunRecorder
 from app.services.runs.sending import OrderSender
 from app.services.runs.settings import RunSettings
@@ -142,19 +142,20 @@ class RunFlight:
         if self._recorder.run.state is not RunState.PAUSED:
             raise self._wrong("resume")
         if self.changer.is_open:
-            raise ChangeUnderWayError(
-                "its mission is being changed", hint="wait until it is known which one it carries"
-            )
+            raise ChangeUnderWayError("its mission is being changed", hint="wait until it is known which it carries")
         await self.act("resume", self._link.start_mission)
 
-    async def return_to_launch(self, rally: RallyDestination | None = None) -> None:
-        """Return, to the rally point that was chosen if any. Raises WrongStateError, LinkError."""
+    async def return_to_launch(self) -> None:
+        """Return. Raises WrongStateError, LinkError."""
         run = self._recorder.run  # PX4 chooses as Return mode begins: told again, it flies on to where it flew
-        if rally is None and run.asked == "return" and self._link.state().mode is FlightMode.RETURN:
-            rally = run.rally
-        await self.act("return", self._link.return_to_launch, rally)
+        goes_on = run.asked == "return" and self._link.state().mode is FlightMode.RETURN
+        await self.act("return", self._link.return_to_launch, run.rally if goes_on else None)
 
-    async def choose_rally(self) -> RallyDestination:
+    async def return_to_rally(self, chosen: RallyChoice) -> None:
+        """Return to the rally point that was chosen. Raises WrongStateError, and as RallyReturn.order."""
+        await self.act("return", lambda: self._rally_return.order(chosen), chosen.destination)
+
+    async def choose_rally(self) -> RallyChoice:
         """See RallyReturn.choose. Raises WrongStateError too."""
         if self._recorder.run.state not in IN_FLIGHT:
             raise self._wrong("go to a rally point")

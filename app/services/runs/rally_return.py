@@ -1,7 +1,9 @@
-"""To which rally point a vehicle in flight would return now, by its own parameters."""
+"""A return to a rally point: to which one it goes now, by the vehicle's own parameters, and the order itself."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Final
 
 from app.domain.errors import ConflictError, LinkTimeoutError, RallyRefusedError
@@ -14,24 +16,52 @@ from app.services.runs.watch import FlightWatch
 _LANDINGS: Final = frozenset({MavCmd.NAV_LAND, MavCmd.NAV_VTOL_LAND})
 
 
+@dataclass(frozen=True, slots=True)
+class RallyChoice:
+    """Where a return goes, and the vehicle's parameters that say so."""
+
+    destination: RallyDestination
+    parameters: Mapping[str, float | int]
+
+
 class RallyReturn:
-    """Looks, and commands nothing. RTL_TYPE is asked of the vehicle each time: another ground station may set it."""
+    """Looks, and looks again as it orders. RTL_TYPE is asked each time: another ground station may set it."""
 
     def __init__(self, link: VehicleLink, watch: FlightWatch) -> None:
         self._link = link
         self._watch = watch
 
-    async def choose(self) -> RallyDestination:
-        """Where a return ordered now goes.
+    async def choose(self) -> RallyChoice:
+        """Where a return ordered now goes; commands nothing.
 
         Raises:
             RallyRefusedError: to no rally point, or that is not sure. ConflictError: not in the air, not heard, or it
             returns already. LinkError: it does not tell its RTL_TYPE.
         """
         self._refuse_unfit(self._link.state())
-        found = await self._link.read_parameters(("RTL_TYPE", "RTL_LAND_DELAY"))
+        is_vtol = self._watch.leg.plan.vehicle_type is VehicleType.VTOL
+        names = ("RTL_TYPE", "RTL_LAND_DELAY", *(("RTL_APPR_FORCE",) if is_vtol else ()))
+        found = await self._link.read_parameters(names)
         if "RTL_TYPE" not in found:
             raise LinkTimeoutError("the vehicle does not tell its RTL_TYPE", hint="order it again, or return")
+        return RallyChoice(self._destination(found), found)
+
+    async def order(self, chosen: RallyChoice) -> None:
+        """Return mode, if it still goes to that rally point: the order may have waited while the vehicle flew on.
+
+        Raises:
+            RallyRefusedError, ConflictError: as `choose`, or it goes to another one now; nothing was sent. LinkError.
+        """
+        told, now = chosen.destination, self._destination(chosen.parameters)
+        if now.index != told.index or not {*now.or_index} <= {*told.or_index}:
+            raise RallyRefusedError(
+                f"the vehicle flew on while the order waited: it would return to {now.reason}",
+                hint="order it again",
+                because="flew_on",
+            )
+        await self._link.return_to_launch()
+
+    def _destination(self, found: Mapping[str, float | int]) -> RallyDestination:
         state, leg, change = self._link.state(), self._watch.leg, self._watch.change
         self._refuse_unfit(state)
         self._refuse_others_points(state, leg.mission)
@@ -45,6 +75,7 @@ class RallyReturn:
             landings=[_place(item) for item in landings],
             rtl_type=int(found["RTL_TYPE"]),
             land_delay_s=None if delay_s is None else float(delay_s),
+            approach_force=int(found.get("RTL_APPR_FORCE", 0)),
         ).destination()
 
     def _refuse_unfit(self, state: VehicleState) -> None:

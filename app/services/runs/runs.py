@@ -156,10 +156,10 @@ class Runs:
         return flight.run
 
     async def go_to_rally(self, run_id: str, by: str) -> Run:
-        """Return to a rally point: `run.rally` says which. Raises as return_to_launch, and as RallyReturn.choose."""
+        """Return to a rally point: `run.rally` says which. Raises as return_to_launch, and as RallyReturn."""
         chosen = await (await self._flight(run_id)).choose_rally()
         flight = await self._flight(run_id, "return")
-        await flight.return_to_launch(chosen)
+        await flight.return_to_rally(chosen)
         return flight.run
 
     async def land(self, run_id: str, by: str) -> Run:

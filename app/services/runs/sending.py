@@ -67,14 +67,16 @@ class OrderSender:
         """Do what the plan says of a failed drop. If that fails too, the mission on board goes on."""
         self._break_off()
         returns = order.action == "return"
-        self._recorder.change(asked="contingency" if returns else "pause")
+        before, asked = self._recorder.run.asked, "contingency" if returns else "pause"
+        self._recorder.change(asked=asked)
         self._recorder.note(EventKind.RUN_COMMAND, command=order.action, because=f"{order.plan_item_id} failed")
         try:
             await (self._link.return_to_launch() if returns else self._link.hold())
             result = "accepted"
         except WaydropError as error:
             result = error.detail
-            self._recorder.change(asked="")
+            if self._recorder.run.asked == asked:  # a person may have asked for something else meanwhile
+                self._recorder.change(asked=before)
         self._recorder.note(EventKind.RUN_ACK, command=order.action, result=result)
 
     async def _release(self, order: ReleaseOrder) -> None:

@@ -56,6 +56,13 @@ def test_a_fast_vehicle_is_less_sure_of_what_is_nearest() -> None:
     assert told(5, 300.0, 250.0, 425.0).or_index == ()
 
 
+def test_what_it_flies_until_the_last_try_of_the_order_may_decide_so_home_must_be_farther_still() -> None:
+    """Five seconds at 15 m/s: 75 m nearer to home, and as much farther from the rally point."""
+    with pytest.raises(RallyRefusedError) as refused:
+        sight(0, 300.0, 460.0, velocity_north_m_s=-15.0, velocity_east_m_s=0.0).destination()
+    assert refused.value.extra["because"] == "too_close"
+
+
 def test_a_vehicle_that_does_not_land_there_is_told_of() -> None:
     found = replace(sight(5, 300.0, 250.0), land_delay_s=-1.0).destination()
     assert (found.lands, found.reason.endswith("it stays in the air there (RTL_LAND_DELAY)")) == (False, True)
@@ -93,6 +100,17 @@ def test_home_is_no_choice_for_type_1_but_of_a_vtol_that_hovers() -> None:
         vtol.destination()
     on_its_wing = replace(vtol, state=replace(vtol.state, vtol_state="fixed_wing"))
     assert on_its_wing.destination().index == 0
+
+
+@pytest.mark.parametrize("vtol_state", ["fixed_wing", "multicopter"])
+def test_a_vtol_that_wants_landing_approaches_passes_over_rally_points_so_it_is_refused(vtol_state: str) -> None:
+    copter = replace(sight(5, 300.0, 320.0, vtol_state=vtol_state), approach_force=1)
+    assert copter.destination().index == 0
+    vtol = replace(copter, vehicle_type=VehicleType.VTOL)
+    with pytest.raises(RallyRefusedError, match="RTL_APPR_FORCE 1") as refused:
+        vtol.destination()
+    assert refused.value.extra["because"] == "approach_forced"
+    assert replace(vtol, approach_force=0).destination().index == 0
 
 
 @pytest.mark.parametrize("missing", [{"position_age_s": 9.0}, {"latitude_deg": None}, {"home": None}])

@@ -76,6 +76,28 @@ async def test_a_failed_drop_that_the_plan_answers_breaks_a_change_off() -> None
         assert at.vehicle.sent[-1] == "return"
 
 
+@pytest.mark.parametrize(("meanwhile", "asked"), [("land", "land"), (None, "")])
+async def test_what_a_person_asks_while_the_plans_answer_fails_stays_asked(meanwhile: str | None, asked: str) -> None:
+    async with desk() as at:
+        await fly(at)
+        sent, fails = asyncio.Event(), asyncio.Event()
+
+        async def refused() -> None:
+            sent.set()
+            await fails.wait()
+            raise VehicleRefusedError("denied")
+
+        at.vehicle.return_to_launch = refused  # type: ignore[method-assign]
+        at.runs._flights[at.run_id]._sender.carry_out([FailureOrder("return", "drop")])
+        await asyncio.wait_for(sent.wait(), 10.0)
+        assert newest(at).asked == "contingency"
+        if meanwhile is not None:
+            await getattr(at.runs, meanwhile)(at.run_id, "ann")
+        fails.set()
+        await at.until(lambda: any(one.data.get("result") == "denied" for one in at.events.events), "it must be told")
+        assert newest(at).asked == asked
+
+
 async def test_a_vehicle_that_was_told_to_return_is_not_given_its_old_mission_again() -> None:
     async with desk() as at:
         await fly(at)

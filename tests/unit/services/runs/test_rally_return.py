@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from typing import cast
 
 import pytest
 
@@ -66,6 +67,18 @@ async def test_a_vehicle_that_would_go_elsewhere_flies_on_and_the_reason_is_told
         with pytest.raises(RallyRefusedError) as error:
             await at.runs.go_to_rally(at.run_id, "ann")
         assert (refused(error.value), at.vehicle.sent, at.run.asked, at.run.rally) == (because, sent, "", None)
+
+
+async def test_a_vtol_is_asked_whether_it_wants_landing_approaches() -> None:
+    async with desk("vtol-hover-drop.json") as at:
+        at.vehicle.parameters |= {"RTL_TYPE": 5, "RTL_LAND_DELAY": 0.0, "RTL_APPR_FORCE": 1}
+        await fly(at, "outbound")
+        with pytest.raises(RallyRefusedError) as error:
+            await at.runs.go_to_rally(at.run_id, "ann")
+        assert (refused(error.value), "return" in at.vehicle.sent) == ("approach_forced", False)
+        del at.vehicle.parameters["RTL_APPR_FORCE"]  # firmware without it
+        at.vehicle.put(home=GlobalPosition(47.397742, 8.545594, 488.0))
+        assert (await at.runs.go_to_rally(at.run_id, "ann")).rally is not None
 
 
 async def test_what_another_ground_station_did_to_the_rally_points_is_noticed() -> None:
@@ -142,3 +155,28 @@ async def test_it_breaks_a_change_of_the_mission_off_but_a_refused_order_does_no
         await at.runs.go_to_rally(at.run_id, "ann")
         with pytest.raises(ChangeUnderWayError):
             await asyncio.wait_for(change, 10.0)
+
+
+@pytest.mark.parametrize(("rtl_type", "flown_to", "because"), [(0, 0, "other_is_nearer"), (5, 2, "flew_on")])
+async def test_a_vehicle_that_flew_on_while_the_order_waited_is_looked_at_again_and_not_commanded(
+    rtl_type: int, flown_to: int, because: str
+) -> None:
+    def second_point(document: dict[str, object]) -> None:
+        place = {"latitude_deg": 47.3993, "longitude_deg": 8.5480, "relative_altitude_m": 20.0}
+        document["rally_points"] = [*cast("list[object]", document["rally_points"]), place]
+
+    async with desk(changes=second_point) as at:
+        await near_the_rally_point(at, RTL_TYPE=rtl_type)
+        recorder = at.runs._flights[at.run_id]._recorder
+        at.events.pause()
+        order = asyncio.create_task(at.runs.go_to_rally(at.run_id, "ann"))
+        await at.until(lambda: recorder.run.rally is not None, "it is chosen, and waits for the disk")
+        home, points = at.vehicle.truth.home, at.plan.rally_points
+        assert home is not None
+        here = [home, points[0], points[1]][flown_to]
+        at.vehicle.put(latitude_deg=here.latitude_deg, longitude_deg=here.longitude_deg)
+        at.events.open.set()
+        with pytest.raises(RallyRefusedError) as error:
+            await asyncio.wait_for(order, 10.0)
+        assert refused(error.value) == because
+        assert ("return" in at.vehicle.sent, recorder.run.asked, recorder.run.rally) == (False, "", None)
