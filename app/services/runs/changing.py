@@ -260,6 +260,7 @@ class MissionChanger:
 
     def _withdraw(self, pending: PendingChange, why: str) -> None:
         self._watch.change = None
+        self._recorder.take_back(pending.change.plan_id)
         self._recorder.change(changing=None)
         self._note(f"not sent: {why}", pending)
 
