@@ -16,7 +16,8 @@ def refuse_unsafe_speed(speed: float, runs: Sequence[Run], vehicles: Sequence[Ve
 
     Raises:
         SimulatorRefusedError: a release waits to be decided; or the speed is above MAX_LIVE_RATE and a supervised drop
-            is still to come in a run that was started, or somebody has a vehicle's offboard lease.
+            is still to come in a run that was started, a mission is being changed, or somebody
+            has a vehicle's offboard lease.
     """
     supervised = [run for run in runs if run.state not in NOT_STARTED and _has_supervised_drop_ahead(run)]
     for run in supervised:
@@ -27,6 +28,12 @@ def refuse_unsafe_speed(speed: float, runs: Sequence[Run], vehicles: Sequence[Ve
             )
     if speed <= MAX_LIVE_RATE:
         return
+    for run in runs:
+        if run.changing is not None:
+            raise SimulatorRefusedError(
+                f"the mission of run {run.id} is being changed, and may bring a supervised drop",
+                hint=f"wait until the change is over, or take {MAX_LIVE_RATE:g} or less",
+            )
     for run in supervised:
         raise SimulatorRefusedError(
             f"run {run.id} of vehicle {run.vehicle_id} has a supervised drop before it, "

@@ -97,7 +97,7 @@ class MissionChanger:
             if isinstance(plan, NewPlan):
                 self._recorder.bring(plan)
             if pending.is_same and pending.follows:
-                await self._adopt(pending)
+                await self._adopt(pending, orders)
                 return
             try:
                 await self._send(pending, orders)
@@ -177,15 +177,11 @@ class MissionChanger:
         follows, is_same = continue_at is None, run.mission_id == mission_id == self._link.state().mission_id
         return PendingChange(change, plan, mission, timeline.first(RECORDED_VISITS), self._settings, follows, is_same)
 
-    async def _adopt(self, pending: PendingChange) -> None:
-        """The mission that is flown is the changed plan's too, item for item: nothing is sent. Raises StorageError."""
-        self._watch.take_change(pending)
-        await self._recorder.flush()
+    async def _announce(self, pending: PendingChange, orders: int) -> None:
+        """Stored before it is sent or followed: after a restart it must be known what may be on board.
 
-    async def _send(self, pending: PendingChange, orders: int) -> None:
-        """Stored before it is sent: after a restart it must be known what may be on board.
-
-        Not sent if more than `orders` were given by then.
+        Withdrawn if it cannot be stored, or if more than `orders` were given by then. Raises StorageError,
+        ChangeUnderWayError.
         """
         self._watch.change = pending
         self._recorder.change(changing=pending.change)
@@ -193,20 +189,40 @@ class MissionChanger:
         try:
             await self._recorder.flush()
             self._refuse_broken_off(orders)
-            self._sending = asyncio.ensure_future(self._transfer(pending.mission))
-            await asyncio.wait({self._sending})
-            await self._settle(pending, self._sending)
         except StorageError:
             self._withdraw(pending, "it could not be recorded")
             raise
         except ChangeUnderWayError:
-            if self._sending is None:
-                self._withdraw(pending, "something else was commanded")
+            self._withdraw(pending, "something else was commanded")
+            raise
+        except asyncio.CancelledError:
+            self._withdraw(pending, "it was given up")
+            raise
+
+    async def _adopt(self, pending: PendingChange, orders: int) -> None:
+        """The mission that is flown is the changed plan's too, item for item: nothing is sent. Raises as `change`."""
+        await self._announce(pending, orders)
+        try:
+            self._terms().refuse_unfit()  # a drop may have begun while it was stored
+            self._watch.take_change(pending)
+            self._note("accepted", pending)
+        except WaydropError:
+            self._withdraw(pending, "the vehicle flew on meanwhile")
             raise
         finally:
+            with suppress(StorageError):
+                await self._recorder.flush()
+
+    async def _send(self, pending: PendingChange, orders: int) -> None:
+        """Not sent if it cannot be stored, or if more than `orders` were given by then."""
+        await self._announce(pending, orders)
+        self._sending = asyncio.ensure_future(self._transfer(pending.mission))
+        try:
+            await asyncio.wait({self._sending})
+            await self._settle(pending, self._sending)
+        finally:
             pending.ended_s = self._clock.monotonic()
-            if self._sending is not None:
-                self._sending.cancel()
+            self._sending.cancel()
             self._sending = None
 
     async def _transfer(self, mission: Mission) -> None:
@@ -244,6 +260,7 @@ class MissionChanger:
 
     def _withdraw(self, pending: PendingChange, why: str) -> None:
         self._watch.change = None
+        self._recorder.take_back(pending.change.plan_id)
         self._recorder.change(changing=None)
         self._note(f"not sent: {why}", pending)
 

@@ -49,6 +49,10 @@ class RunRecorder:
         """A plan that this run is to fly: it is stored in one step with what waits."""
         self._plans.append(plan)
 
+    def take_back(self, plan_id: str) -> None:
+        """The run is not to fly this plan after all: if it still waits, it is not stored."""
+        self._plans = [plan for plan in self._plans if plan.stored.id != plan_id]
+
     def move(self, state: RunState, reason: str = "") -> None:
         """The run's next state; staying in it only changes the reason. Raises WrongStateError."""
         if state is self.run.state:
@@ -101,7 +105,8 @@ class RunRecorder:
                 created = [plan.created for plan in plans]
                 new_plans = [plan.stored for plan in plans]
                 await self._journal.record(*created, *told, *events, *anew, runs=(*others, run), plans=new_plans)
-                del self._waiting[: len(events)], self._plans[: len(plans)]
+                del self._waiting[: len(events)]
+                self._plans = [plan for plan in self._plans if plan not in plans]  # some may be taken back meanwhile
                 self._left_out -= left_out
                 self.stored = run
             return self.stored

@@ -6,7 +6,7 @@ import pytest
 
 from app.domain.drop import DropPhase, DropRecord
 from app.domain.errors import SimulatorRefusedError
-from app.domain.run import Run, RunState
+from app.domain.run import PlanChange, Run, RunState
 from app.services.fast_time import refuse_unsafe_speed
 
 
@@ -29,6 +29,17 @@ def run(state: RunState, *, supervised: bool = True, phase: DropPhase = DropPhas
 )
 def test_refused(one: Run, speed: float) -> None:
     with pytest.raises(SimulatorRefusedError, match="run r-1"):
+        refuse_unsafe_speed(speed, [one], [])
+
+
+@pytest.mark.parametrize("speed", [4.0, 4.1, 50.0])
+def test_while_a_mission_is_changed_that_may_bring_a_supervised_drop(speed: float) -> None:
+    changing = PlanChange.model_construct(plan_id="p-2")
+    one = run(RunState.FLYING, supervised=False).model_copy(update={"changing": changing})
+    if speed <= 4.0:
+        refuse_unsafe_speed(speed, [one], [])
+        return
+    with pytest.raises(SimulatorRefusedError, match="being changed"):
         refuse_unsafe_speed(speed, [one], [])
 
 

@@ -216,10 +216,10 @@ class ScriptedVehicle:
         if request.command in (MavCmd.DO_REPOSITION, MavCmd.DO_ORBIT):
             self.orders.append(request)
             await self.order_gate.wait()
-            result = self.order_answers.pop(0) if self.order_answers else MavResult.ACCEPTED
-            if isinstance(result, WaydropError):
-                raise result
-            yield CommandAck(request.command, int(result))
+            answered = self.order_answers.pop(0) if self.order_answers else MavResult.ACCEPTED
+            if isinstance(answered, WaydropError):
+                raise answered
+            yield CommandAck(request.command, int(answered))
             return
         self.sent.append(f"{request.command.name} {request.params[1]:g}")
         yield CommandAck(request.command, int(MavResult.ACCEPTED))

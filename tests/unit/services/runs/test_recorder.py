@@ -11,8 +11,11 @@ import pytest
 from app.domain.drop import DropOutcome, DropRecord
 from app.domain.errors import StorageError
 from app.domain.events import Event, EventKind
+from app.domain.ports import StoredPlan
 from app.domain.run import Run, RunState
+from app.domain.vehicle import VehicleType
 from app.services.journal import Journal
+from app.services.plans import NewPlan, PlanCheck
 from app.services.runs.recorder import MOST_WAITING, RunRecorder
 from tests.unit.services.fakes import ManualClock, MemoryEventStore
 
@@ -77,3 +80,21 @@ async def test_events_whose_storing_is_cancelled_are_stored_once() -> None:
     await recorder.flush()
     await journal.close()
     assert [event.kind for event in events.events] == [EventKind.RUN_COMMAND]
+
+
+async def test_a_plan_that_is_taken_back_is_not_stored_later() -> None:
+    events, clock = MemoryEventStore(), ManualClock()
+    journal = Journal(events, clock)
+    await journal.start()
+    recorder = RunRecorder(RUN, journal, clock)
+    for plan_id in ("p-2", "p-3"):
+        stored = StoredPlan(plan_id, "h", "a plan", VehicleType.MULTICOPTER, 0.0, "ann", {})
+        created = journal.new_event(EventKind.PLAN_CREATED, plan_id=plan_id)
+        recorder.bring(NewPlan(stored, created, PlanCheck(findings=(), timeline=None)))
+    events.failures.append(StorageError("disk full"))
+    with pytest.raises(StorageError):
+        await recorder.flush()
+    recorder.take_back("p-2")
+    await recorder.flush()
+    await journal.close()
+    assert list(events.plans) == ["p-3"]

@@ -6,7 +6,7 @@ import asyncio
 
 import pytest
 
-from app.domain.errors import LinkTimeoutError
+from app.domain.errors import ChangeUnderWayError, LinkTimeoutError, StorageError
 from app.services.runs.pending_change import SETTLED_S
 from tests.unit.services.runs.desk import Desk, desk, restarted
 from tests.unit.services.runs.test_change import Document, fly, item, store
@@ -80,3 +80,36 @@ async def test_after_a_restart_it_is_flown_on_as_before() -> None:
         await restarted(at)
         await at.until(lambda: at.run.changing is None, "it is known what is flown")
         assert (at.run.changes, at.run.flown_item_ids) == (1, ("takeoff", "corner"))
+
+
+async def test_it_is_not_taken_before_it_is_stored_and_not_at_all_if_it_cannot_be() -> None:
+    async with desk() as at:
+        await changed_once(at)
+        at.events.refuse = lambda event: StorageError("disk full")
+        with pytest.raises(StorageError):
+            await at.runs.change_mission(at.run_id, store(at, a_looser_drop), None, "bob")
+        newest = at.runs._flights[at.run_id]._recorder.run
+        assert (newest.plan_id, newest.changes, newest.changing) == ("plan-1", 1, None)
+        at.events.refuse = lambda event: None
+        at.vehicle.put(mission_seq=1)
+        await at.until(lambda: at.run.item_id == "clinic", "it flies on, and is stored again")
+        assert (at.run.plan_id, at.run.changes, at.run.changing) == ("plan-1", 1, None)
+        assert at.kinds().count("run.mission_changed") == 1
+        run = await at.runs.change_mission(at.run_id, "plan-2", "corner", "bob")
+        assert (run.plan_id, run.changes) == ("plan-2", 2), "and may be changed as before"
+
+
+async def test_it_is_not_taken_when_something_else_is_commanded_while_it_is_stored() -> None:
+    async with desk() as at:
+        await changed_once(at)
+        recorder = at.runs._flights[at.run_id]._recorder
+        at.events.pause()
+        change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, a_looser_drop), None, "bob"))
+        await at.until(lambda: recorder.run.changing is not None, "the change must begin")
+        returns = asyncio.create_task(at.runs.return_to_launch(at.run_id, "ann"))
+        await at.until(lambda: recorder.run.asked == "return", "it is asked")
+        at.events.open.set()
+        with pytest.raises(ChangeUnderWayError):
+            await asyncio.wait_for(change, 10.0)
+        await returns
+        assert (at.run.plan_id, at.run.changes, at.run.changing) == ("plan-1", 1, None)
