@@ -73,12 +73,12 @@ def test_a_mode_of_the_sticks_is_refused_in_the_air_by_its_name(mode: Mode, name
 def test_offboard_alone_is_refused_where_time_runs_too_fast_for_it(armed: bool) -> None:
     air = Airborne()
     air.status.armed = armed
-    air.offboard.speed = 12.5
+    air.clock.change_speed(12.5)
     air.stream_position()
     assert air.commander.set_mode(Mode.OFFBOARD) is Result.TEMPORARILY_REJECTED
     assert (air.said, air.status.mode) == (["Offboard refused: simulated at 12.5x, limit 4x"], Mode.LOITER)
     assert air.commander.set_mode(Mode.MISSION) is Result.ACCEPTED
-    air.offboard.speed = 4.0
+    air.clock.change_speed(4.0)
     assert (air.commander.set_mode(Mode.OFFBOARD), air.status.mode) == (Result.ACCEPTED, Mode.OFFBOARD)
 
 
