@@ -14,7 +14,7 @@ from pathlib import Path
 
 from playwright.async_api import Browser, async_playwright, expect
 
-from tests.browser.conftest import CHROMIUM, FLEET, SPEED, chromium_args, simulated_service
+from tests.browser.conftest import CHROMIUM, FLEET, GAP_S, SPEED, chromium_args, simulated_service
 from tests.browser.dashboard import CLINIC_RUN, FLIGHT_MS, ROOT, Dashboard, Scheme
 from tests.simulated import SimulatedFleet
 
@@ -135,7 +135,7 @@ async def main(folder: Path, docs: Path | None) -> None:
     with (
         tempfile.TemporaryDirectory() as data,
         SimulatedFleet(FLEET, speed=SPEED) as fleet,
-        simulated_service(Path(data), fleet) as service,
+        simulated_service(Path(data), fleet, WAYDROP_OFFBOARD_GAP_S=str(GAP_S)) as service,
     ):
         async with async_playwright() as playwright:
             browser = await playwright.chromium.launch(executable_path=CHROMIUM, args=chromium_args())
