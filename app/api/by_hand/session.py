@@ -129,14 +129,14 @@ class ByHandSession:
         try:
             frame = ClientDocument.model_validate_json(text).root
         except ValidationError as error:
-            await self._send(unreadable(text, error))
+            await self._send(unreadable(text, ClientDocument, error))
             return
         try:
             answer = self._do(frame)
         except WaydropError as error:
             answer = refused(frame.id, error)
         except ValidationError as error:  # what it asks for cannot be said in a message: no reason to end a flight
-            answer = unreadable(text, error)
+            answer = unreadable(text, ClientDocument, error)
         if answer is not None:
             await self._send(answer)
 
