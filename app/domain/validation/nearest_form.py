@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import Final
 
 from app.domain.validation.fault import Fault
 from app.domain.validation.places import Path
+from app.domain.validation.words import near_name
 
+MAX_COMPARED: Final = 10
+"""Unknown fields whose names are looked at; a document may have thousands."""
 Branches = dict[str, list[Fault]]
 
 
 def of_nearest_forms(faults: Sequence[Fault]) -> list[Fault]:
-    """The faults without those of branches that were not meant: that have more faults, or are of another kind."""
+    """The faults without those of branches that were not meant: of another kind, with more faults, or farther names."""
     nearest = list(faults)
     for depth in range(max((len(fault.place.forms) for fault in faults), default=0)):
         nearest = list(_of_depth(nearest, depth))
@@ -37,7 +41,9 @@ def _of_depth(faults: Sequence[Fault], depth: int) -> Iterator[Fault]:
 
 
 def _meant(branches: Branches, depth: int) -> list[Fault]:
-    ranked = sorted(branches.values(), key=lambda found: (_is_other_kind(found, depth), len(found)))
+    ranked = sorted(
+        branches.values(), key=lambda found: (_is_other_kind(found, depth), len(found), -_nearly_named(found))
+    )
     meant = ranked[0]
     if _is_other_kind(meant, depth):
         wanted = dict.fromkeys(kind for found in ranked for fault in found for kind in fault.wanted)
@@ -50,3 +56,9 @@ def _meant(branches: Branches, depth: int) -> list[Fault]:
 def _is_other_kind(branch: Sequence[Fault], depth: int) -> bool:
     """Whether the value as a whole is not of the branch's kind: a number for an object."""
     return any(fault.wanted and fault.place.path == fault.place.forms[depth].path for fault in branch)
+
+
+def _nearly_named(branch: Sequence[Fault]) -> int:
+    """How many unknown fields are probably misspelt ones of this branch."""
+    unknown = [fault.place for fault in branch if fault.kind == "extra_forbidden"][:MAX_COMPARED]
+    return sum(near_name(str(place.path[-1]), place.fields) is not None for place in unknown)

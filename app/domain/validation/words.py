@@ -74,6 +74,11 @@ def hint_of(fault: Fault, around: Any) -> str:
     return ""
 
 
+def near_name(given: str, known: Collection[str]) -> str | None:
+    """The known name that was probably meant."""
+    return next(iter(get_close_matches(given, known, n=1)), None) if len(given) <= MAX_SHOWN_CHARS else None
+
+
 def name_of(path: Path) -> str:
     """How a sentence calls a place: by its last key, with the indexes behind it."""
     keys = [part for part in path if isinstance(part, str)]
@@ -88,8 +93,8 @@ def _is_entry(path: Path) -> bool:
 
 
 def _near(given: str, known: Collection[str]) -> str:
-    near = get_close_matches(given, known, n=1) if len(given) <= MAX_SHOWN_CHARS else []
-    return f"did you mean {near[0]!r}?" if near else ""
+    near = near_name(given, known)
+    return f"did you mean {near!r}?" if near else ""
 
 
 def _known(left: Collection[str]) -> str:

@@ -144,6 +144,21 @@ CENTER = "/task/center"
         ),
         ({"east_m": 1, "north_m": None}, [("/north_m", "'north_m' must be a number, not null", "")]),
         (
+            {"latitude": 47, "longitude_deg": 8},
+            [
+                ("/latitude_deg", "the field 'latitude_deg' is missing", ""),
+                ("/latitude", "unknown field 'latitude'", "did you mean 'latitude_deg'?"),
+            ],
+        ),
+        (
+            {"latitude": 47},
+            [
+                ("/latitude_deg", "the field 'latitude_deg' is missing", "or give east_m and north_m instead"),
+                ("/longitude_deg", "the field 'longitude_deg' is missing", "or give east_m and north_m instead"),
+                ("/latitude", "unknown field 'latitude'", "did you mean 'latitude_deg'?"),
+            ],
+        ),
+        (
             {"east_m": 1, "nord_m": 2},
             [("/north_m", MISSING[1], ""), ("/nord_m", "unknown field 'nord_m'", "did you mean 'north_m'?")],
         ),
