@@ -45,6 +45,12 @@ def unreadable(text: str, model: type[BaseModel], error: ValidationError) -> Ref
     return RefusedFrame(id=_id_of(text), code="request.invalid", detail=detail, hint=found[0].hint)
 
 
+def unspeakable(frame_id: int | None) -> RefusedFrame:
+    """The answer to a frame that is fit by itself, and out of which no message to the vehicle can be made."""
+    detail = "a number that follows from this is beyond what can be told to the vehicle"
+    return RefusedFrame(id=frame_id, code="request.invalid", detail=detail, hint="ask for less")
+
+
 def _id_of(text: str) -> int | None:
     try:
         return _Head.model_validate_json(text, strict=True).id

@@ -6,15 +6,17 @@ only the schema tells which part is which.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from pydantic import BaseModel
 
 Path = tuple[str | int, ...]
 Schema = Mapping[str, Any]
+_WORD: Final = re.compile(r"\w+")
 
 
 class Form(NamedTuple):
@@ -47,7 +49,7 @@ class Places:
         self._definitions: Mapping[str, Schema] = schema.get("$defs", {})
 
     def find(self, location: Path) -> Place:
-        """The place that pydantic means. A location that is of another model is taken to be all keys."""
+        """The place that pydantic means with a location in a document of this kind."""
         path: Path = ()
         forms: list[Form] = []
         around: Schema = {}
@@ -91,7 +93,8 @@ def _branch(node: Schema, branches: list[Schema], label: str) -> Schema:
     tagged = node.get("discriminator", {}).get("mapping", {})
     if label in tagged:
         return {"$ref": tagged[label]}
-    return next((branch for branch in branches if "$ref" in branch and _name_of(branch) in label), {})
+    words = _WORD.findall(label)  # a model with validators is called function-after[its_validator(), Model]
+    return next((branch for branch in branches if "$ref" in branch and _name_of(branch) in words), {})
 
 
 def _below(node: Schema, part: str | int) -> Schema:
@@ -99,7 +102,7 @@ def _below(node: Schema, part: str | int) -> Schema:
         given = node.get("prefixItems", [])
         found = given[part] if part < len(given) else node.get("items")
     else:
-        found = node.get("properties", {}).get(part)
+        found = node.get("properties", {}).get(part) or node.get("additionalProperties")
     return found if isinstance(found, Mapping) else {}
 
 

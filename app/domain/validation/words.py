@@ -81,11 +81,10 @@ def near_name(given: str, known: Collection[str]) -> str | None:
 
 def name_of(path: Path) -> str:
     """How a sentence calls a place: by its last key, with the indexes behind it."""
-    keys = [part for part in path if isinstance(part, str)]
     if not path:
         return "the document"
-    at = max((index for index, part in enumerate(path) if isinstance(part, str)), default=-1)
-    return _quoted((keys[-1] if keys else "") + "".join(f"[{part}]" for part in path[at + 1 :]))
+    last = max((index for index, part in enumerate(path) if isinstance(part, str)), default=0)
+    return _quoted(str(path[last]) + "".join(f"[{part}]" for part in path[last + 1 :]))
 
 
 def _is_entry(path: Path) -> bool:
