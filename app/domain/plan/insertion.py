@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
-from typing import Any, Final
+from typing import Any
 
 from app.domain.errors import NotFoundError
 from app.domain.finding import Finding
@@ -12,7 +11,6 @@ from app.domain.plan.document import Plan
 from app.domain.plan.items import ChangeSpeed, Delay, Gripper, PlanItem, Winch
 from app.domain.plan.parse import PlanInvalid, parse_plan
 
-_ITEM: Final = re.compile(r"/items/(\d+)")
 _AT_A_STOP = (ChangeSpeed, Delay, Gripper, Winch)
 """What belongs to the position item before it."""
 
@@ -27,26 +25,20 @@ def with_items(plan: Plan, items: Sequence[Any], *, at: str, after: bool) -> tup
         raise NotFoundError(f"the plan has no item {at!r}", hint="GET the run's plan: its items have ids")
     place = _behind_stop(plan.items, index) if after else _before_stop(plan.items, index)
     document = plan.model_dump(mode="json")
+    parse_plan({**document, "items": list(items)})  # by themselves, so that findings point to them as they were given
     document["items"][place:place] = list(items)
     try:
         changed = parse_plan(document)
     except PlanInvalid as error:
-        raise PlanInvalid([_in_what_was_given(finding, items, place) for finding in error.findings]) from None
+        raise PlanInvalid([_at_new_item(finding, items) for finding in error.findings]) from None
     return changed, tuple(item.id for item in changed.items[place : place + len(items)])
 
 
-def _in_what_was_given(finding: Finding, items: Sequence[Any], place: int) -> Finding:
-    """The finding with its place among the new items; where two have one id it is found at the later one."""
-    match = _ITEM.match(finding.pointer)
-    index = int(match[1]) - place if match else -1
-    if match and 0 <= index < len(items):
-        return finding.model_copy(update={"pointer": f"/items/{index}{finding.pointer[match.end() :]}"})
-    same = (f"/items/{number}/id" for number, item in enumerate(items) if _id_of(item) == finding.item_id is not None)
-    return finding.model_copy(update={"pointer": next(same, "/items")})
-
-
-def _id_of(item: Any) -> Any:
-    return item.get("id") if isinstance(item, dict) else None
+def _at_new_item(finding: Finding, items: Sequence[Any]) -> Finding:
+    """What is wrong with the whole alone is an id that is used twice, or how many items there are."""
+    ids = [item.get("id") if isinstance(item, dict) else None for item in items]
+    known = finding.item_id is not None and finding.item_id in ids
+    return finding.model_copy(update={"pointer": f"/items/{ids.index(finding.item_id)}" if known else "/items"})
 
 
 def _before_stop(items: Sequence[PlanItem], index: int) -> int:
