@@ -109,24 +109,6 @@ class SocketDoor(Generic[CodeT]):
             self._metrics.sockets.dec()
         return socket
 
-    async def _admit(
-        self, request: web.Request, role: Role, serve: Callable[[Principal], Awaitable[CodeT | None]]
-    ) -> CodeT | None:
-        try:
-            principal = await authenticate_socket(request, self._access)
-            note_principal(request, principal)
-            require_role(principal, role)
-        except ApiError as error:
-            return self._codes.role if error.code == "role.insufficient" else self._codes.unauthorized
-        except StorageError:
-            return self._codes.try_again
-        try:
-            return await serve(principal)
-        except StorageError:
-            return self._codes.try_again
-        except ConnectionError:
-            return None
-
     async def attend(
         self, request: web.Request, session: Endable[CodeT], run: Callable[[], Awaitable[CodeT | None]]
     ) -> CodeT | None:
@@ -147,6 +129,24 @@ class SocketDoor(Generic[CodeT]):
         self._closing = True
         for session in self._sessions:
             session.end(self._codes.going_away)
+
+    async def _admit(
+        self, request: web.Request, role: Role, serve: Callable[[Principal], Awaitable[CodeT | None]]
+    ) -> CodeT | None:
+        try:
+            principal = await authenticate_socket(request, self._access)
+            note_principal(request, principal)
+            require_role(principal, role)
+        except ApiError as error:
+            return self._codes.role if error.code == "role.insufficient" else self._codes.unauthorized
+        except StorageError:
+            return self._codes.try_again
+        try:
+            return await serve(principal)
+        except StorageError:
+            return self._codes.try_again
+        except ConnectionError:
+            return None
 
     async def _look_again(self, request: web.Request, session: Endable[CodeT]) -> None:
         """A token that is revoked while its socket is open ends the socket."""
