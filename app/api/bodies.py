@@ -10,11 +10,11 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from app.api.problems import ApiError
 from app.api.routing import Body, QueryT
-from app.domain.finding import Finding, Severity, json_pointer
+from app.domain.finding import UnfitDocumentError
 from app.domain.plan import Plan, parse_plan
+from app.domain.validation import document_of, findings_of
 
 ModelT = TypeVar("ModelT", bound=BaseModel)
-MAX_FINDINGS: Final = 100
 
 
 class Empty(BaseModel):
@@ -23,16 +23,28 @@ class Empty(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
 
-def json_body(model: type[ModelT], *, tagged: bool = False) -> Body[ModelT]:
-    """A body that is one JSON object of this model; `tagged` if the model is a union told apart by a field."""
+class BodyInvalidError(UnfitDocumentError):
+    """The body is JSON, and not what the request takes."""
+
+    code = "request.invalid"
+
+
+class BodyMalformedError(UnfitDocumentError):
+    """The body is no JSON."""
+
+    code = "request.malformed"
+
+
+def json_body(model: type[ModelT]) -> Body[ModelT]:
+    """A body that is one JSON object of this model."""
 
     def parse(raw: bytes) -> ModelT:
         try:
             return model.model_validate_json(raw)
         except ValidationError as error:
-            raise _unfit(error, skip=int(tagged)) from None
+            raise _unfit(error, model, raw) from None
 
-    return Body(model=model, parse=parse, codes=("request.malformed", "request.invalid"))
+    return Body(model=model, parse=parse, codes=(BodyMalformedError.code, BodyInvalidError.code))
 
 
 PLAN_BODY: Final = Body(model=Plan, parse=parse_plan, codes=("request.malformed", "plan.invalid"))
@@ -87,11 +99,11 @@ def read_query(request: web.Request, model: type[QueryT]) -> QueryT:
     try:
         return model.model_validate(dict(query))
     except ValidationError as error:
-        findings = _findings(error, "query")
+        findings = findings_of(error, model, dict(query), code_of="query.{}".format, noun="query parameter")
         known = ", ".join(_names(model)) or "none"
         raise ApiError(
             "request.query_invalid",
-            "; ".join(f"{finding.pointer.lstrip('/')}: {finding.message}" for finding in findings),
+            "; ".join(finding.message for finding in findings),
             hint=f"query parameters here: {known}",
             findings=[finding.model_dump(mode="json") for finding in findings],
         ) from None
@@ -101,24 +113,7 @@ def _names(model: type[BaseModel]) -> list[str]:
     return [field.alias or name for name, field in model.model_fields.items()]
 
 
-def _unfit(error: ValidationError, *, skip: int) -> ApiError:
-    findings = _findings(error, "body", skip=skip)
-    code = "request.malformed" if error.errors()[0]["type"] == "json_invalid" else "request.invalid"
-    return ApiError(
-        code,
-        f"{findings[0].message} (at {findings[0].pointer or 'the document'})",
-        findings=[finding.model_dump(mode="json") for finding in findings],
-    )
-
-
-def _findings(error: ValidationError, where: str, *, skip: int = 0) -> list[Finding]:
-    """`skip` parts of each place are pydantic's own: it writes the tag of a union before the field."""
-    return [
-        Finding(
-            code=f"{where}.{details['type']}",
-            severity=Severity.ERROR,
-            pointer=json_pointer(*(str(part).encode("utf-8", "replace").decode() for part in details["loc"][skip:])),
-            message=details["msg"],
-        )
-        for details in error.errors(include_url=False, include_input=False, include_context=False)[:MAX_FINDINGS]
-    ]
+def _unfit(error: ValidationError, model: type[BaseModel], raw: bytes) -> UnfitDocumentError:
+    findings = findings_of(error, model, document_of(raw), code_of="body.{}".format)
+    is_json = findings[0].code != "body.json_invalid"
+    return BodyInvalidError(findings) if is_json else BodyMalformedError(findings)

@@ -108,6 +108,8 @@ async def test_a_stop_never_comes_between_a_drop_and_its_place(service: Service,
     assert (status, problem["code"]) == (422, "request.invalid")
     status, _, problem = await service.call("POST", path, json={"items": [{"type": "fly"}], "after": "clinic"})
     assert (status, problem["code"]) == (422, "plan.invalid")
+    assert problem["detail"].startswith("there is no type 'fly'; known: ")
+    assert problem["findings"][0]["pointer"] == "/items/0", "as the items were sent, not as they stand in the plan"
 
 
 async def test_a_stop_behind_the_vehicle_is_refused(service: Service, plan: dict[str, Any]) -> None:
