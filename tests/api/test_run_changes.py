@@ -10,7 +10,7 @@ import pytest
 
 from app.domain.vehicle import FlightMode, LandedState
 from app.services.access import Role
-from tests.api.service import Service, until
+from tests.api.service import LOOK_AGAIN_S, Service, until
 from tests.api.test_consents import asked
 from tests.api.test_runs import create, reaches
 
@@ -26,6 +26,7 @@ async def flying(service: Service, plan: dict[str, Any], item_id: str = "corner"
     service.links[0].change(mission_seq=seq, landed=LandedState.IN_AIR, mode=FlightMode.MISSION)
     async with asyncio.timeout(10):
         while run["item_id"] != item_id:
+            await asyncio.sleep(LOOK_AGAIN_S)
             _, _, run = await service.call("GET", f"/api/v1/runs/{run['id']}")
     return run
 
