@@ -4,12 +4,20 @@ from __future__ import annotations
 
 from typing import Any, Final, Self
 
-from pydantic import model_validator
+from pydantic import ConfigDict, model_validator
 from pydantic_core import PydanticCustomError
 
 from app.domain.errors import TaskRefusedError
 from app.domain.plan.fields import SpeedMS
 from app.domain.tasks.forms import UNLIMITED_S, AltitudeTerms, Circle, CircleRadiusM, DurationS, Task
+
+
+def _no_defaults(schema: dict[str, Any]) -> None:
+    """What is not given stays: the schema must promise no other value for it."""
+    schema["minProperties"] = 1
+    for field in schema["properties"].values():
+        field.pop("default", None)
+
 
 _ALTITUDES: Final = frozenset({"relative_altitude_m", "absolute_altitude_m"})
 
@@ -20,6 +28,8 @@ class TaskTerms(AltitudeTerms):
     Null is an altitude: as high as the vehicle is when the task begins; and a speed: its own. `radius_m` is of a
     circle; null: as it is.
     """
+
+    model_config = ConfigDict(json_schema_extra=_no_defaults)
 
     speed_m_s: SpeedMS | None = None
     duration_s: DurationS = UNLIMITED_S

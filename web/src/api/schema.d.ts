@@ -5420,32 +5420,19 @@ export interface components {
          *     circle; null: as it is.
          */
         TaskTerms: {
-            /**
-             * Relative Altitude M
-             * @default null
-             */
-            relative_altitude_m: number | null;
-            /**
-             * Absolute Altitude M
-             * @default null
-             */
-            absolute_altitude_m: number | null;
-            /**
-             * Speed M S
-             * @default null
-             */
-            speed_m_s: number | null;
+            /** Relative Altitude M */
+            relative_altitude_m?: number | null;
+            /** Absolute Altitude M */
+            absolute_altitude_m?: number | null;
+            /** Speed M S */
+            speed_m_s?: number | null;
             /**
              * Duration S
              * @description the task ends after so long; 0 or less: no limit
-             * @default -1
              */
-            duration_s: number;
-            /**
-             * Radius M
-             * @default null
-             */
-            radius_m: number | null;
+            duration_s?: number;
+            /** Radius M */
+            radius_m?: number | null;
         };
         /**
          * TasksView

@@ -3,6 +3,7 @@
 import type { ConsentRecord, DropRecord, EventKind, Run } from "../api/types";
 import type { StreamEvent } from "../api/types";
 import { sayJob, sayJobQueue } from "./job-sentences";
+import { taskSummary, taskTitle, toldTask } from "../tasks/words";
 import { distance, percent, seconds } from "./units";
 import { asSentence, certaintyName, consentWords, plain, runStateName, runStateTone, type Tone } from "./words";
 
@@ -79,6 +80,8 @@ function sayTasks(event: StreamEvent, vehicle: string): Sentence {
   const change = str(event.data["change"]);
   const id = event.data["task_id"];
   const tone = change === "blocked" || change === "dropped" ? "warn" : "info";
+  const task = change === "changed" ? toldTask(event.data["task"]) : null;
+  if (task !== null) return { text: `${vehicle}: task ${str(id)} was changed to: ${taskTitle(task)}, ${taskSummary(task)}.`, tone };
   const what = typeof id === "string" ? `task ${id} ${TASK_WORDS[change] ?? "changed"}` : `the task queue ${change === "cleared" ? "was cleared" : "changed"}`;
   return { text: `${vehicle}: ${what}${after(": ", event.data["reason"])}.`, tone };
 }

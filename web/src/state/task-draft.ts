@@ -1,11 +1,11 @@
 /** The task that is being put together for the vehicle whose lease this page has, and what is asked of its queue. */
 
 import { batch, computed, effect, signal } from "@preact/signals";
-import type { QueueAction } from "../api/types";
+import type { QueueAction, TaskTerms } from "../api/types";
 import type { QueueAsk } from "../hands-on/frames";
 import type { Refusal } from "../hands-on/refusal";
 import type { Point } from "../map/geometry";
-import { NEW_FORM, newForm, readTyped, taskOf, withPlace, type NumericField, type TaskForm, type TaskKind, type Typed } from "../tasks/draft";
+import { NEW_FORM, newForm, taskOf, withPlace, type NumericField, type TaskForm, type TaskKind } from "../tasks/draft";
 import { draggedTask } from "../tasks/dragged";
 import { moveOnto } from "../tasks/order";
 import { goToArmed } from "./controls";
@@ -42,8 +42,7 @@ export function changeForm(change: Partial<TaskForm>): void {
   taskForm.value = { ...taskForm.value, ...change };
 }
 
-export function typeNumber(field: NumericField, typed: Typed, least?: number): void {
-  const [value, wrong] = readTyped(typed, least);
+export function typeNumber(field: NumericField, value: number | null, wrong: string): void {
   batch(() => {
     changeForm({ [field]: value });
     markField(field, wrong);
@@ -90,6 +89,9 @@ export async function nextTask(id: string): Promise<void> {
   await ask("Next task", { type: "remove", task_id: id });
   if (taskRefusal.value?.code === "not_found") taskRefusal.value = null; // it is over, as was asked
 }
+
+/** Mend how a task is flown that waits for its turn. */
+export const changeTask = (id: string, place: number, change: TaskTerms): Promise<boolean> => ask(`Change task ${place + 1}`, { type: "change", task_id: id, change });
 
 export const removeTask = (id: string, place: number): Promise<boolean> => ask(`Remove task ${place + 1}`, { type: "remove", task_id: id });
 

@@ -4,7 +4,7 @@ import { metresBetween, offset, type Point } from "../map/geometry";
 import { isComplete, NEW_FORM, taskOf, withPlace } from "./draft";
 import { draggedTask, draggedText } from "./dragged";
 import { moveOnto } from "./order";
-import { afterLastWords, placeWords, progressWords, taskSummary, taskTitle } from "./words";
+import { afterLastWords, placeWords, progressWords, taskSummary, taskTitle, toldTask } from "./words";
 
 const A: Point = [8.55, 47.4];
 const B = offset(A, 50, 90);
@@ -79,6 +79,12 @@ describe("in words", () => {
     expect(spaced(taskSummary(circle))).toBe("25 m above home, for 1 min 30 s");
     expect(taskTitle(taskOf("goto", [A], { ...NEW_FORM, gripper: "release" }) as Task)).toBe("Go to, and release");
     expect(taskSummary(taskOf("path", [A], NEW_FORM) as Task)).toBe("at its altitude");
+  });
+
+  it("an event says of it all but what is null", () => {
+    const { relative_altitude_m: _, absolute_altitude_m: __, speed_m_s: ___, ...told } = circle;
+    expect(toldTask({ ...told, relative_altitude_m: 25 })).toMatchObject(circle);
+    expect([toldTask(null), toldTask({ type: "dance" })]).toEqual([null, null]);
   });
 
   it("the current one says how long, how far and how well, as far as it is known", () => {

@@ -3,6 +3,7 @@
 import type { QueuedTask, Task, TaskReport, TaskState, WhenEmpty } from "../api/types";
 import { altitude, distance, heading, seconds, speed } from "../format/units";
 import type { Tone } from "../format/words";
+import { isRecord } from "../plan/pointer";
 import { PLACES, type TaskKind } from "./draft";
 
 type Motion = NonNullable<Extract<Task, { type: "goto" }>["motion"]>;
@@ -24,6 +25,12 @@ export function taskTitle(task: Task): string {
     case "path":
       return task.points.length === 1 ? "Path to 1 place" : `Path over ${task.points.length} places`;
   }
+}
+
+/** A task in an event, which leaves out what is null. Null for what is none. */
+export function toldTask(data: unknown): Task | null {
+  const absent = { relative_altitude_m: null, absolute_altitude_m: null, speed_m_s: null, motion: null, gripper: null };
+  return isRecord(data) && typeof data["type"] === "string" && data["type"] in KINDS ? ({ ...absent, ...data } as unknown as Task) : null;
 }
 
 /** How it is flown: what was not given is not said. */
