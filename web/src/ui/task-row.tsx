@@ -1,8 +1,12 @@
 import { useLayoutEffect, useRef, useState } from "preact/hooks";
 import type { QueuedTask } from "../api/types";
+import { fullSentence } from "../format/words";
+import { secondsSince } from "../state/clock";
+import { followedTasks, type Followed } from "../state/followed-tasks";
+import { reports, seenIn } from "../state/target-reports";
 import { dropTask, removeTask } from "../state/task-draft";
 import { DRAGGED, draggedText } from "../tasks/dragged";
-import { progressWords, taskSummary, taskTitle } from "../tasks/words";
+import { followedWords, progressWords, taskSummary, taskTitle } from "../tasks/words";
 import { Icon, type IconName } from "./icons";
 import { TaskMend } from "./task-mend";
 import { useFocusBack } from "./use-focus-back";
@@ -52,13 +56,24 @@ export function TaskRow({ entry, place, vehicle, remaining_s, may, onMove }: Pro
 
 function Description({ entry, remaining_s }: { entry: QueuedTask; remaining_s: number | null }) {
   const progress = remaining_s === null ? "" : progressWords(entry, remaining_s);
+  const followed = followedTasks.value.get(entry.id);
   return (
     <span class="task-text">
-      <b>{taskTitle(entry.task)}</b>
-      <small>{taskSummary(entry.task)}</small>
+      <b>{taskTitle(entry.task, followed?.feed)}</b>
+      <small>{taskSummary(entry.task, followed?.feed)}</small>
+      {followed !== undefined && <FollowedLine {...followed} />}
       {progress !== "" && <small class="task-progress">{progress}</small>}
     </span>
   );
+}
+
+/** How new what the service was told of its target is, or why it was not told. */
+function FollowedLine({ feed, refusal }: Followed) {
+  const read = reports.value;
+  if (refusal !== null) return <small class="task-stands">{feed} is not followed now: {fullSentence(refusal.detail)}</small>;
+  if (read === null) return null;
+  const seen = seenIn(read, feed, secondsSince(read.at));
+  return <small class={seen.stale || seen.target === null ? "task-stands" : ""}>{followedWords(feed, seen)}</small>;
 }
 
 interface ToolProps {
