@@ -2055,6 +2055,8 @@ export interface components {
         /**
          * Comparison
          * @description A run against its prediction. `reason` says why there is none at all. The totals are over the compared items.
+         *
+         *     `paused_s` is how long the run was paused in these, which `flown_s` does not count.
          */
         Comparison: {
             /** Run Id */
@@ -2067,6 +2069,11 @@ export interface components {
             predicted_s: number | null;
             /** Flown S */
             flown_s: number | null;
+            /**
+             * Paused S
+             * @default 0
+             */
+            paused_s: number;
             /** Reason */
             reason: string;
         };
@@ -2987,8 +2994,9 @@ export interface components {
          * ItemComparison
          * @description One visit of one plan item, in seconds of the vehicle's clock.
          *
-         *     `difference_percent` is of the predicted time; null for an item that takes no time. `unsure_s`: see the timeline.
-         *     A null has its `reason`.
+         *     `flown_s` is without `paused_s`, for which the run was paused or its vehicle flown by hand: no prediction knows of
+         *     that. `difference_percent` is of the predicted time; null for an item that takes no time. `unsure_s`: see the
+         *     timeline. A null has its `reason`.
          */
         ItemComparison: {
             /** Item Id */
@@ -3001,6 +3009,11 @@ export interface components {
             predicted_s: number | null;
             /** Flown S */
             flown_s: number | null;
+            /**
+             * Paused S
+             * @default 0
+             */
+            paused_s: number;
             /** Difference Percent */
             difference_percent: number | null;
             /** Unsure S */
