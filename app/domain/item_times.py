@@ -26,7 +26,7 @@ REPORTED_EARLY: Final = frozenset(
 
 @dataclass(frozen=True, slots=True)
 class EndedItem:
-    """One visit of a plan item, in seconds of the vehicle's clock; None: not seen. In `paused_s` of it the run paused."""
+    """One visit of a plan item, in seconds of the vehicle's clock; None: not seen. `paused_s`: of them in a pause."""
 
     item_id: str
     began_s: float | None
