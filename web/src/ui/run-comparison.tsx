@@ -36,7 +36,7 @@ export function RunComparison({ run }: { run: Run }) {
           ))}
         </tbody>
         <tfoot>
-          <tr>
+          <tr class={pausedWords(comparison.paused_s) === "" ? "" : "explained"}>
             <th scope="row" title="All items that were flown">All</th>
             <td>{seconds(comparison.predicted_s)}</td>
             <td>{seconds(comparison.flown_s)}</td>
