@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import signal
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
@@ -54,6 +55,7 @@ async def serve(settings: Settings, *, on_ready: Callable[[str], None] = lambda 
         SettingsError, StorageError, LinkError, ListenError: it could not start; what was begun is undone.
     """
     async with running(settings) as url, hang_watch(settings.hang_exit_s), _stop_signal() as stop:
+        gc.freeze()  # all that was built lives until the end: to look at it again and again would hold the loop up
         log.info("waydrop serves", url=url, version=__version__, connections=list(settings.connections))
         on_ready(url)
         await stop.wait()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from typing import Any
 
 import pytest
@@ -22,6 +23,15 @@ class OneHeavyOfAKind(LoadFileScheduling):
     def _split_scope(self, nodeid: str) -> str:
         folder = _folder(nodeid)
         return folder if folder in HEAVY else nodeid.partition("::")[0]
+
+
+gc.disable()  # until all is collected: thousands of tests, and what they import, stay until the end
+
+
+def pytest_collection_finish() -> None:
+    """From here on garbage is looked for, and only in what the tests themselves make."""
+    gc.freeze()
+    gc.enable()
 
 
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> OneHeavyOfAKind:

@@ -36,10 +36,20 @@ def free_udp_ports(count: int) -> int:
 
 
 class SimulatedFleet:
-    """`python -m app.simulator` with a fleet such as "quad,plane:sysid=7". It survives the service, as real ones do."""
+    """`python -m app.simulator` with a fleet such as "quad,plane:sysid=7". It survives the service, as real ones do.
+
+    `rates` are the vehicles' own, "low" or "onboard": what Waydrop reads it asks for, and the rest only costs time.
+    """
 
     def __init__(
-        self, fleet: str, *, speed: float = 1.0, seed: int = 1, shared_port: bool = False, **more: str
+        self,
+        fleet: str,
+        *,
+        speed: float = 1.0,
+        seed: int = 1,
+        shared_port: bool = False,
+        rates: str = "low",
+        **more: str,
     ) -> None:
         self._count = len(fleet.split(","))
         self.port = free_udp_ports(self._count)
@@ -53,6 +63,7 @@ class SimulatedFleet:
             "local-port": "0",
             "speed": str(speed),
             "seed": str(seed),
+            "rates": rates,
             "control-port": str(self.control_port),
             **{name.replace("_", "-"): value for name, value in more.items()},
         }

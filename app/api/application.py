@@ -6,9 +6,11 @@ from collections.abc import AsyncIterator, Callable, Mapping
 from functools import cache
 
 from aiohttp import web
+from pydantic import BaseModel
 
 from app.api.asyncapi import asyncapi_document
 from app.api.boundary import answer_problems
+from app.api.by_hand.frames import ClientDocument
 from app.api.by_hand.sockets import ByHandEndpoint
 from app.api.documents import DOCUMENTS, Documents, make_documents
 from app.api.endpoint import HttpHandler, make_endpoint
@@ -31,8 +33,10 @@ from app.api.settings import ApiSettings
 from app.api.stream.broadcast import Broadcast
 from app.api.stream.session import Sources
 from app.api.stream.sockets import StreamEndpoint
+from app.api.target_reports.frames import ReportFrame
 from app.api.target_reports.sockets import ReportsEndpoint
 from app.api.tiles import Tiles
+from app.domain.validation import places_of
 
 
 def build_app(services: ApiServices, settings: ApiSettings) -> web.Application:
@@ -53,6 +57,7 @@ def build_app(services: ApiServices, settings: ApiSettings) -> web.Application:
     app[RENDERINGS] = Renderings()
     app[CHECKS] = {"stream": broadcast.why_not_ready, **services.readiness}
     app[DOCUMENTS] = _documents(settings.version)
+    _learn_places()
     by_hand = ByHandEndpoint(services.offboard, services.tasks, services.access, metrics, settings)
     app.on_shutdown.append(lambda _: by_hand.close())
     _add_routes(app, services, settings, {BY_HAND_PATH: by_hand.fly})
@@ -71,6 +76,14 @@ def build_app(services: ApiServices, settings: ApiSettings) -> web.Application:
 def _documents(version: str) -> Documents:
     """Made once in a process, and before anything is served: half a second that no stream of setpoints may wait for."""
     return make_documents(openapi_document(ROUTES, version=version), asyncapi_document(version=version))
+
+
+@cache
+def _learn_places() -> None:
+    """Where things stand in documents of each kind, for what is said of unfit ones: made ahead for the same reason."""
+    asked: set[type[BaseModel]] = {model for route in ROUTES for model in (route.body.model, route.query)}
+    for model in (*asked, ClientDocument, ReportFrame):
+        places_of(model)
 
 
 def _add_routes(

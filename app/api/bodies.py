@@ -10,11 +10,13 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from app.api.problems import ApiError
 from app.api.routing import Body, QueryT
-from app.domain.finding import Finding, Severity, json_pointer
+from app.domain.finding import Finding, Severity, UnfitDocumentError
 from app.domain.plan import Plan, parse_plan
+from app.domain.validation import document_of, findings_of
 
+SMALL_BYTES: Final = 64 * 1024
+MAX_FIELDS: Final = 100
 ModelT = TypeVar("ModelT", bound=BaseModel)
-MAX_FINDINGS: Final = 100
 
 
 class Empty(BaseModel):
@@ -23,16 +25,33 @@ class Empty(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
 
-def json_body(model: type[ModelT], *, tagged: bool = False) -> Body[ModelT]:
-    """A body that is one JSON object of this model; `tagged` if the model is a union told apart by a field."""
+class BodyInvalidError(UnfitDocumentError):
+    """The body is JSON, and not what the request takes."""
+
+    code = "request.invalid"
+
+
+class BodyMalformedError(UnfitDocumentError):
+    """The body is no JSON."""
+
+    code = "request.malformed"
+
+
+def json_body(model: type[ModelT], *, with_plan: bool = False) -> Body[ModelT]:
+    """A body that is one JSON object of this model: a small one, except with a plan in it.
+
+    Everything waits while pydantic names each of many faults, so a body with room for many is refused before.
+    """
 
     def parse(raw: bytes) -> ModelT:
+        if len(raw) > SMALL_BYTES:
+            _refuse_far_off(raw, with_plan=with_plan)
         try:
             return model.model_validate_json(raw)
         except ValidationError as error:
-            raise _unfit(error, skip=int(tagged)) from None
+            raise _unfit(error, model, raw) from None
 
-    return Body(model=model, parse=parse, codes=("request.malformed", "request.invalid"))
+    return Body(model=model, parse=parse, codes=(BodyMalformedError.code, BodyInvalidError.code))
 
 
 PLAN_BODY: Final = Body(model=Plan, parse=parse_plan, codes=("request.malformed", "plan.invalid"))
@@ -47,10 +66,11 @@ NO_BODY: Final = Body(model=Empty, parse=_nothing, codes=_EMPTY.codes, required=
 
 
 async def read_body(request: web.Request, body: Body[Any], *, timeout_s: float) -> bytes:
-    """The body's bytes; HTTPRequestEntityTooLarge beyond the service's bound, or the body's own.
+    """The body's bytes.
 
     Raises:
-        ApiError: it is of another content type, is missing, breaks off, or does not come in time.
+        ApiError: it is of another content type, is missing, breaks off, does not come in time, or is larger than the
+            service's bound, or the body's own.
     """
     if not request.can_read_body:
         if body.required:
@@ -72,6 +92,8 @@ async def read_body(request: web.Request, body: Body[Any], *, timeout_s: float) 
             if body.max_bytes is not None:
                 request = request.clone(client_max_size=body.max_bytes)
             return await request.read()
+    except web.HTTPRequestEntityTooLarge:
+        raise _too_large(request.client_max_size) from None
     except web.RequestPayloadError as error:
         raise ApiError("request.malformed", f"the body cannot be read: {error}") from None
     except TimeoutError:
@@ -87,11 +109,11 @@ def read_query(request: web.Request, model: type[QueryT]) -> QueryT:
     try:
         return model.model_validate(dict(query))
     except ValidationError as error:
-        findings = _findings(error, "query")
+        findings = findings_of(error, model, dict(query), code_of="query.{}".format, noun="query parameter")
         known = ", ".join(_names(model)) or "none"
         raise ApiError(
             "request.query_invalid",
-            "; ".join(f"{finding.pointer.lstrip('/')}: {finding.message}" for finding in findings),
+            "; ".join(finding.message for finding in findings),
             hint=f"query parameters here: {known}",
             findings=[finding.model_dump(mode="json") for finding in findings],
         ) from None
@@ -101,24 +123,21 @@ def _names(model: type[BaseModel]) -> list[str]:
     return [field.alias or name for name, field in model.model_fields.items()]
 
 
-def _unfit(error: ValidationError, *, skip: int) -> ApiError:
-    findings = _findings(error, "body", skip=skip)
-    code = "request.malformed" if error.errors()[0]["type"] == "json_invalid" else "request.invalid"
-    return ApiError(
-        code,
-        f"{findings[0].message} (at {findings[0].pointer or 'the document'})",
-        findings=[finding.model_dump(mode="json") for finding in findings],
-    )
+def _too_large(most_bytes: int) -> ApiError:
+    return ApiError("request.too_large", f"the body has more than {most_bytes} bytes, the most that is taken here")
 
 
-def _findings(error: ValidationError, where: str, *, skip: int = 0) -> list[Finding]:
-    """`skip` parts of each place are pydantic's own: it writes the tag of a union before the field."""
-    return [
-        Finding(
-            code=f"{where}.{details['type']}",
-            severity=Severity.ERROR,
-            pointer=json_pointer(*(str(part).encode("utf-8", "replace").decode() for part in details["loc"][skip:])),
-            message=details["msg"],
-        )
-        for details in error.errors(include_url=False, include_input=False, include_context=False)[:MAX_FINDINGS]
-    ]
+def _refuse_far_off(raw: bytes, *, with_plan: bool) -> None:
+    """Raises ApiError, BodyInvalidError."""
+    if not with_plan:
+        raise _too_large(SMALL_BYTES)
+    document = document_of(raw)
+    if isinstance(document, dict) and len(document) > MAX_FIELDS:
+        message = f"{len(document)} fields, and none of what can be sent here has more than {MAX_FIELDS}"
+        raise BodyInvalidError([Finding(code="body.too_long", severity=Severity.ERROR, pointer="", message=message)])
+
+
+def _unfit(error: ValidationError, model: type[BaseModel], raw: bytes) -> UnfitDocumentError:
+    findings = findings_of(error, model, document_of(raw), code_of="body.{}".format)
+    is_json = findings[0].code != "body.json_invalid"
+    return BodyInvalidError(findings) if is_json else BodyMalformedError(findings)

@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import Annotated, Final
 
 from aiohttp import web
-from pydantic import AfterValidator, BaseModel, Field
+from pydantic import BaseModel, Field
 
 from app.api.answers import json_answer
 from app.api.bodies import NO_BODY, Empty, json_body
 from app.api.models import Identifier, ListQuery
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import JOBS
+from app.api.state_list import only_states_of
 from app.domain.jobs.job import Job, JobState
 from app.domain.jobs.port import JobFilter
 from app.services.access import Role
@@ -20,15 +21,8 @@ from app.services.jobs.views import AssignmentView
 
 _ONE: Final = f"{API}/jobs/{{job_id}}"
 
-
-def _named(value: str) -> str:
-    for part in value.split(","):
-        JobState(part)  # its ValueError says which ones there are
-    return value
-
-
 _States = Annotated[
-    str, AfterValidator(_named), Field(description="any of these states, comma separated: queued,prepared")
+    str, only_states_of(JobState), Field(description="any of these states, comma separated: queued,prepared")
 ]
 
 
@@ -112,7 +106,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         tag="jobs",
         role=Role.DISPATCHER,
         query=NoQuery,
-        body=json_body(JobOrder),
+        body=json_body(JobOrder, with_plan=True),
         answers=(_ACCEPTED,),
         errors=(*_PLAN_ERRORS, "plan.rejected", "jobs.full", "input.invalid"),
         idempotent=True,
@@ -125,7 +119,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         tag="jobs",
         role=Role.DISPATCHER,
         query=NoQuery,
-        body=json_body(JobOrder),
+        body=json_body(JobOrder, with_plan=True),
         answers=(Answer(200, "The choice; with no vehicle that can it is answered with 200 too", AssignmentView),),
         errors=_PLAN_ERRORS,
     ),

@@ -8,9 +8,10 @@ from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime
 from typing import Annotated, Final
 
-from pydantic import AfterValidator, AwareDatetime, BaseModel, Field
+from pydantic import AwareDatetime, BaseModel, Field
 
 from app.api.models import Identifier, ListQuery
+from app.api.state_list import only_states_of
 from app.domain.run import Run, RunState
 from app.domain.run_filter import RunFilter
 
@@ -18,15 +19,8 @@ CSV: Final = "text/csv"
 _FORMULA: Final = ("=", "+", "-", "@", "\t", "\r", "\n")
 """With these a spreadsheet takes a cell for a formula, and runs what somebody typed as a name."""
 
-
-def _named(value: str) -> str:
-    for part in value.split(","):
-        RunState(part)  # its ValueError says which ones there are
-    return value
-
-
 _States = Annotated[
-    str, AfterValidator(_named), Field(description="any of these states, comma separated: flying,at_drop")
+    str, only_states_of(RunState), Field(description="any of these states, comma separated: flying,at_drop")
 ]
 _Time = Annotated[AwareDatetime, Field(description="ISO 8601 with its zone, or Unix seconds")]
 

@@ -49,7 +49,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         tag="simulator",
         role=Role.PILOT,
         query=NoQuery,
-        body=json_body(FaultOrder, tagged=True),
+        body=json_body(FaultOrder),
         answers=(Answer(200, "The fault is set", FaultSet),),
         errors=("not_found", "simulator.not_running", "simulator.refused", "simulator.no_answer", "storage.failed"),
     ),

@@ -8,6 +8,7 @@ from pydantic import BaseModel, Field, ValidationError
 from pydantic_core import to_jsonable_python
 
 from app.domain.errors import SetpointRefusedError, TaskRefusedError, WaydropError
+from app.domain.validation import document_of, findings_of
 
 MAX_FINDINGS: Final = 3
 FrameId = Annotated[int, Field(ge=0, le=2**53, description="comes back with the answer")]
@@ -37,12 +38,17 @@ def refused(frame_id: int | None, error: WaydropError) -> RefusedFrame:
     return RefusedFrame(id=frame_id, code=code, detail=error.detail, hint=error.hint, extra=extra)
 
 
-def unreadable(text: str, error: ValidationError) -> RefusedFrame:
-    """The answer to what is no frame, with the id that it has all the same, if any."""
-    found = error.errors(include_url=False, include_input=False, include_context=False)[:MAX_FINDINGS]
-    detail = "; ".join(f"{'/'.join(str(part) for part in one['loc'])}: {one['msg']}" for one in found)
-    detail = detail.encode("utf-8", "backslashreplace").decode()
-    return RefusedFrame(id=_id_of(text), code="request.invalid", detail=detail)
+def unreadable(text: str, model: type[BaseModel], error: ValidationError) -> RefusedFrame:
+    """The answer to what is no frame of this model, with the id that it has all the same, if any."""
+    found = findings_of(error, model, document_of(text), code_of="frame.{}".format)[:MAX_FINDINGS]
+    detail = "; ".join(f"{one.message} (at {one.pointer})" if one.pointer else one.message for one in found)
+    return RefusedFrame(id=_id_of(text), code="request.invalid", detail=detail, hint=found[0].hint)
+
+
+def unspeakable(frame_id: int | None) -> RefusedFrame:
+    """The answer to a frame that is fit by itself, and out of which no message to the vehicle can be made."""
+    detail = "a number that follows from this is beyond what can be told to the vehicle"
+    return RefusedFrame(id=frame_id, code="request.invalid", detail=detail, hint="ask for less")
 
 
 def _id_of(text: str) -> int | None:

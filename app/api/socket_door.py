@@ -1,4 +1,4 @@
-"""What every websocket of ours has in common: it is counted, its access is looked at again, and it is ended in time."""
+"""What every websocket of ours has in common: who may open it, that this is looked at again, its count and its end."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ from typing import Final, Generic, Protocol, TypeVar
 import structlog
 from aiohttp import WSCloseCode, web
 
-from app.api.authentication import SUBPROTOCOL, authenticate_socket
+from app.api.authentication import SUBPROTOCOL, authenticate_socket, require_role
 from app.api.boundary import Boundary
 from app.api.metrics import Metrics
 from app.api.problems import ApiError
+from app.api.request_log import note_principal
 from app.api.settings import ApiSettings
 from app.domain.errors import StorageError
-from app.services.access import Access
+from app.services.access import Access, Principal, Role
 
 MAX_INCOMING_BYTES: Final = 4096
 log = structlog.get_logger(__name__)
@@ -32,10 +33,16 @@ class Endable(Protocol[CodeT_contra]):
 
 @dataclass(frozen=True, slots=True)
 class CloseCodes(Generic[CodeT]):
-    """A path's own close codes for what happens on every path, and the words that go with all of its codes."""
+    """A path's own close codes for what happens on every path, and the words that go with all of its codes.
+
+    A browser sees no HTTP status of a handshake, so who may not open a socket is told by its close code. `role`: the
+    token is valid, and may not do this; `try_again`: the storage does not answer.
+    """
 
     going_away: CodeT
     unauthorized: CodeT
+    role: CodeT
+    try_again: CodeT
     defect: CodeT
     reasons: Mapping[CodeT, str]
 
@@ -66,12 +73,15 @@ class SocketDoor(Generic[CodeT]):
     async def open(
         self,
         request: web.Request,
-        serve: Callable[[web.WebSocketResponse], Awaitable[CodeT | None]],
+        serve: Callable[[web.WebSocketResponse, Principal], Awaitable[CodeT | None]],
         *,
+        role: Role,
         heartbeat_s: float,
         writer_limit: int = 64 * 1024,
     ) -> web.WebSocketResponse:
-        """Open a socket, `serve` it, and close it with the code that this gives; None: the client has gone.
+        """Open a socket, `serve` it to whoever has the role, and close it with the code that this gives.
+
+        None: the client has gone. `serve` may raise StorageError, and ConnectionError when the client goes meanwhile.
 
         Raises:
             ApiError (503): too many are open.
@@ -92,7 +102,7 @@ class SocketDoor(Generic[CodeT]):
             await socket.prepare(request)
             code: CodeT | None = None
             with Boundary(request) as boundary:
-                code = await serve(socket)
+                code = await self._admit(request, role, lambda principal: serve(socket, principal))
             await self._shut(request, socket, code if boundary.problem is None else self._codes.defect)
         finally:
             self._open -= 1
@@ -119,6 +129,24 @@ class SocketDoor(Generic[CodeT]):
         self._closing = True
         for session in self._sessions:
             session.end(self._codes.going_away)
+
+    async def _admit(
+        self, request: web.Request, role: Role, serve: Callable[[Principal], Awaitable[CodeT | None]]
+    ) -> CodeT | None:
+        try:
+            principal = await authenticate_socket(request, self._access)
+            note_principal(request, principal)
+            require_role(principal, role)
+        except ApiError as error:
+            return self._codes.role if error.code == "role.insufficient" else self._codes.unauthorized
+        except StorageError:
+            return self._codes.try_again
+        try:
+            return await serve(principal)
+        except StorageError:
+            return self._codes.try_again
+        except ConnectionError:
+            return None
 
     async def _look_again(self, request: web.Request, session: Endable[CodeT]) -> None:
         """A token that is revoked while its socket is open ends the socket."""

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from app.cli.loaded import loaded_for_good
 from app.config import load_settings
 from app.logs import configure_logs
 
@@ -31,6 +32,7 @@ def serve(
         connections=tuple(connection) if connection else None, host=host, port=port, data_dir=data_dir
     )
     configure_logs(settings)
-    from app.application import serve as serve_application  # here: other commands do not wait for mavsdk
+    with loaded_for_good():
+        from app.application import serve as serve_application  # here: other commands do not wait for mavsdk
 
     asyncio.run(serve_application(settings))

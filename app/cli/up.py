@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
+from app.cli.loaded import loaded_for_good
 from app.cli.serve import DataDirOption, HostOption, PortOption
 from app.cli.service_client import DEFAULT_SERVER
 from app.cli.simulated_fleet import FLEET, PERFORMANCE, SimulatedFleet
@@ -80,7 +81,8 @@ class _Session:
 
     async def serve(self) -> None:
         """Serve until a signal."""
-        from app.application import serve as serve_application  # here: other commands do not wait for mavsdk
+        with loaded_for_good():
+            from app.application import serve as serve_application  # here: other commands do not wait for mavsdk
 
         await serve_application(self._settings, on_ready=self._greet)
 

@@ -37,7 +37,7 @@ class UnfitDocumentError(InvalidInputError):
         self.findings = tuple(findings)
         first = self.findings[0]
         super().__init__(
-            f"{first.message} (at {first.pointer or 'the document'})",
+            f"{first.message} (at {first.pointer})" if first.pointer else first.message,
             hint=first.hint,
             findings=[finding.model_dump(mode="json") for finding in self.findings],
         )

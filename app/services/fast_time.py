@@ -15,9 +15,9 @@ def refuse_unsafe_speed(speed: float, runs: Sequence[Run], vehicles: Sequence[Ve
     """`runs` are the open ones of these simulated vehicles.
 
     Raises:
-        SimulatorRefusedError: a release waits to be decided; or the speed is above MAX_LIVE_RATE and a supervised drop
-            is still to come in a run that was started, a mission is being changed, or somebody
-            has a vehicle's offboard lease.
+        SimulatorRefusedError: a release waits to be decided; or the speed is above MAX_LIVE_RATE and a mission is being
+            changed, a supervised drop is still to come in a run that was started, or somebody has a vehicle's offboard
+            lease.
     """
     supervised = [run for run in runs if run.state not in NOT_STARTED and _has_supervised_drop_ahead(run)]
     for run in supervised:

@@ -9,6 +9,7 @@ from app.api import ApiServices
 from app.domain.errors import StorageError
 from app.domain.events import Event, NewEvent
 from app.domain.ports import StoredAnswer
+from app.services.access import Access
 from app.services.fleet import Fleet
 from app.services.journal import Journal
 from app.services.views import VehicleView
@@ -47,6 +48,13 @@ class DefectiveFleet(Fleet):
         raise ZeroDivisionError(f"what nobody outside may read: {secret}")
 
 
+class LockedAccess(Access):
+    """Tokens that cannot be looked at."""
+
+    async def has_tokens(self) -> bool:
+        raise StorageError("the disk cannot be read")
+
+
 def without_answers(services: ApiServices) -> ApiServices:
     """Answers cannot be kept."""
     return replace(services, answers=BrokenDisk())
@@ -55,6 +63,13 @@ def without_answers(services: ApiServices) -> ApiServices:
 def without_journal(services: ApiServices) -> ApiServices:
     """A journal that was never started: it takes nothing."""
     return replace(services, journal=Journal(BrokenDisk(), services.clock))
+
+
+def without_tokens(services: ApiServices) -> ApiServices:
+    """Who somebody is cannot be looked up."""
+    locked = LockedAccess.__new__(LockedAccess)
+    vars(locked).update(vars(services.access))
+    return replace(services, access=locked)
 
 
 def with_defect(services: ApiServices) -> ApiServices:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from app.domain.vehicle import FlightMode, LandedState, MissionState
-from tests.api.service import Service
+from tests.api.service import LOOK_AGAIN_S, Service
 
 LAST_SEQ = 2
 ROUTE: dict[str, Any] = {
@@ -58,7 +58,7 @@ async def until_job(
                 job = await job_of(service, job_id)
                 if job["state"] in states and and_so(job):
                     return job
-                await asyncio.sleep(0.02)
+                await asyncio.sleep(LOOK_AGAIN_S)
     except TimeoutError:
         raise AssertionError(f"the job must become {states}; it is {job}") from None
 

@@ -47,6 +47,9 @@ PATIENT = OffboardSettings(stream_s=0.2, gap_s=60.0, dead_man=DeadMan(max_age_s=
 PROMPT = WebhookSettings(backoff=Backoff(first_s=0.01, longest_s=0.05))
 """Webhooks that try again soon."""
 
+LOOK_AGAIN_S = 0.05
+"""Who waits for a run over REST asks so often: requests and the checks of their answers are not for nothing."""
+
 LIVELY = JobSettings(look_every_s=0.05, look_again_s=0.05)
 """A queue that is looked at often."""
 

@@ -12,6 +12,7 @@ import aiohttp
 import pytest
 
 from app.api.by_hand.frames import ByHandCloseCode
+from app.domain.setpoint.forms import VelocityNed
 from app.domain.vehicle import FlightMode
 from app.services.access import Role
 from tests.api.fake_links import FakeLink
@@ -157,12 +158,7 @@ async def test_what_is_no_frame_is_refused_and_the_socket_stays(service: Service
         assert (await ann.say("take"))["type"] == "granted"
 
 
-async def test_who_may_not_fly_is_told_by_the_close_code(service: Service) -> None:
-    token = await service.token(Role.DISPATCHER)
-    async with pilot(service, headers=token) as ben:
-        assert await ben.close_code() == ByHandCloseCode.ROLE
-    async with pilot(service) as nobody:
-        assert await nobody.close_code() == ByHandCloseCode.UNAUTHORIZED
+async def test_what_cannot_be_flown_is_told_by_the_close_code_and_an_override_needs_an_admin(service: Service) -> None:
     token = await service.token(Role.PILOT)
     async with pilot(service, "/api/v1/vehicles/v99/offboard", headers=token) as ann:
         assert await ann.close_code() == ByHandCloseCode.NO_VEHICLE
@@ -186,3 +182,18 @@ async def test_when_the_service_stops_the_sockets_are_closed_and_the_vehicle_hol
         await service.app.shutdown()
         assert await ann.close_code() == ByHandCloseCode.GOING_AWAY
     await until(lambda: link.state().mode is FlightMode.HOLD, timeout_s=10)
+
+
+async def test_what_no_message_can_say_is_refused_and_the_socket_stays(
+    service: Service, link: FakeLink, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def beyond(_: str, setpoint: VelocityNed) -> None:
+        VelocityNed(type="velocity_ned", north_m_s=setpoint.north_m_s * 1e9, east_m_s=0.0)
+
+    async with pilot(service) as ann:
+        await ann.say("take")
+        with monkeypatch.context() as patch:
+            patch.setattr(service.services.offboard.vehicle("v1").control, "put", beyond)
+            refused = await ann.say("setpoint", setpoint=NORTH)
+        assert (refused["type"], refused["code"], refused["hint"]) == ("refused", "request.invalid", "ask for less")
+        assert (await ann.say("setpoint", setpoint=NORTH))["type"] == "taken"

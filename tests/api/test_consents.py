@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from app.services.access import Role
-from tests.api.service import Service
+from tests.api.service import LOOK_AGAIN_S, Service
 from tests.api.test_runs import create, reaches
 
 
@@ -40,7 +40,7 @@ async def until_run(service: Service, run_id: str, holds: Any) -> Any:
             _, _, run = await service.call("GET", f"/api/v1/runs/{run_id}")
             if holds(run):
                 return run
-            await asyncio.sleep(0.01)
+            await asyncio.sleep(LOOK_AGAIN_S)
 
 
 async def say(service: Service, run_id: str, body: Any, **options: Any) -> tuple[int, Any]:

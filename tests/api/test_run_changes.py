@@ -10,7 +10,7 @@ import pytest
 
 from app.domain.vehicle import FlightMode, LandedState
 from app.services.access import Role
-from tests.api.service import Service, until
+from tests.api.service import LOOK_AGAIN_S, Service, until
 from tests.api.test_consents import asked
 from tests.api.test_runs import create, reaches
 
@@ -26,6 +26,7 @@ async def flying(service: Service, plan: dict[str, Any], item_id: str = "corner"
     service.links[0].change(mission_seq=seq, landed=LandedState.IN_AIR, mode=FlightMode.MISSION)
     async with asyncio.timeout(10):
         while run["item_id"] != item_id:
+            await asyncio.sleep(LOOK_AGAIN_S)
             _, _, run = await service.call("GET", f"/api/v1/runs/{run['id']}")
     return run
 
@@ -107,6 +108,8 @@ async def test_a_stop_never_comes_between_a_drop_and_its_place(service: Service,
     assert (status, problem["code"]) == (422, "request.invalid")
     status, _, problem = await service.call("POST", path, json={"items": [{"type": "fly"}], "after": "clinic"})
     assert (status, problem["code"]) == (422, "plan.invalid")
+    assert problem["detail"].startswith("there is no type 'fly'; known: ")
+    assert problem["findings"][0]["pointer"] == "/items/0", "as the items were sent, not as they stand in the plan"
 
 
 async def test_a_stop_behind_the_vehicle_is_refused(service: Service, plan: dict[str, Any]) -> None:

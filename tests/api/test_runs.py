@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from app.domain.vehicle import LandedState
-from tests.api.service import Service
+from tests.api.service import LOOK_AGAIN_S, Service
 
 
 @pytest.fixture
@@ -35,7 +35,7 @@ async def reaches(service: Service, run_id: str, *states: str) -> dict[str, Any]
             _, _, run = await service.call("GET", f"/api/v1/runs/{run_id}")
             if run["state"] in states:
                 return dict(run)
-            await asyncio.sleep(0.01)
+            await asyncio.sleep(LOOK_AGAIN_S)
 
 
 async def test_a_run_without_start_waits_uploaded_and_then_flies_when_told(service: Service, plan_id: str) -> None:

@@ -47,7 +47,7 @@ PURE_MUST_NOT = frozenset(
 
 def imported(source: Source) -> Iterator[tuple[ast.stmt, str]]:
     """Every module that a file imports, anywhere in it, with the statement. Relative ones are made absolute."""
-    for node in ast.walk(source.tree):
+    for node in source.nodes:
         if isinstance(node, ast.Import):
             for alias in node.names:
                 yield node, alias.name
@@ -113,7 +113,7 @@ def servers_outside_api(sources: Iterable[Source]) -> list[str]:
         for node, module in imported(source):
             if module == "aiohttp.web" or module.startswith("aiohttp.web."):
                 found.append(f"{source.at(node)}: aiohttp.web belongs to api alone")
-        for node in ast.walk(source.tree):
+        for node in source.nodes:
             if isinstance(node, ast.Attribute) and ast.unparse(node) == "aiohttp.web":
                 found.append(f"{source.at(node)}: aiohttp.web belongs to api alone")
     return sorted(set(found))

@@ -34,7 +34,7 @@ def long_functions(sources: Iterable[Source]) -> list[str]:
     """Functions of 50 lines or more, docstring included."""
     found = []
     for source in sources:
-        for node in ast.walk(source.tree):
+        for node in source.nodes:
             if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
                 lines = (node.end_lineno or node.lineno) - node.lineno + 1
                 if lines > MAX_FUNCTION_LINES:
@@ -49,7 +49,7 @@ def vague_names(sources: Iterable[Source]) -> list[str]:
         stem = PurePath(source.path).stem
         if VAGUE_FILE.match(stem):
             found.append(f"{source.path}:1: a file named {stem} has no job; name the job")
-        for node in ast.walk(source.tree):
+        for node in source.nodes:
             if isinstance(node, ast.ClassDef) and VAGUE_CLASS.search(node.name):
                 found.append(f"{source.at(node)}: class {node.name}; name what it does")
     return found
@@ -60,7 +60,7 @@ def prints(sources: Iterable[Source]) -> list[str]:
     return [
         f"{source.at(node)}: print"
         for source in sources
-        for node in ast.walk(source.tree)
+        for node in source.nodes
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "print"
     ]
 
@@ -69,7 +69,7 @@ def blind_excepts(sources: Iterable[Source]) -> list[str]:
     """Handlers that catch everything. BaseException is allowed only where the handler ends by raising it again."""
     found = []
     for source in sources:
-        for node in ast.walk(source.tree):
+        for node in source.nodes:
             if not isinstance(node, ast.ExceptHandler):
                 continue
             names = [] if node.type is None else [ast.unparse(part) for part in _parts(node.type)]
@@ -87,7 +87,7 @@ def unbounded_queues(sources: Iterable[Source]) -> list[str]:
     """Queues without a bound: a slow reader would fill the memory."""
     found = []
     for source in sources:
-        for node in ast.walk(source.tree):
+        for node in source.nodes:
             if not isinstance(node, ast.Call):
                 continue
             name = ast.unparse(node.func).split(".")[-1].split("[")[0]
@@ -103,7 +103,7 @@ def fixed_paths(sources: Iterable[Source]) -> list[str]:
     return [
         f"{source.at(node)}: the fixed path {node.value!r}; make it a setting"
         for source in sources
-        for node in ast.walk(source.tree)
+        for node in source.nodes
         if isinstance(node, ast.Constant) and isinstance(node.value, str) and FIXED_PATH.match(node.value)
     ]
 

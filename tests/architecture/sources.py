@@ -24,6 +24,11 @@ class Source:
         """The syntax tree."""
         return ast.parse(self.text, filename=self.path)
 
+    @functools.cached_property
+    def nodes(self) -> tuple[ast.AST, ...]:
+        """All of the tree: each law looks at every node."""
+        return tuple(ast.walk(self.tree))
+
     @property
     def layer(self) -> str:
         """The folder below app/ (or the file's own name right in app/); empty outside app/."""

@@ -33,8 +33,6 @@ CHROMIUM_ARGS = (
 expect.set_options(timeout=20_000)  # it ends a hang; on a busy machine a check of a plan may take seconds
 
 FLEET = "quad,quad,plane,vtol"
-FLYING_FLEET = "quad,quad,quad,quad,quad"
-"""One for each test that flies: none meets what another left."""
 GAP_S = 2.5
 """More than the default: on a busy machine a healthy process may stand still for longer than that."""
 SPEED = 4.0
@@ -59,16 +57,16 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.asyncio(loop_scope="session"), append=False)
 
 
-@pytest_asyncio.fixture(scope="session", loop_scope="session")
+@pytest_asyncio.fixture(scope="package", loop_scope="session")
 async def browser() -> AsyncIterator[Browser]:
-    """One for all tests; each page has a context of its own, so that nothing is left for the next."""
+    """One for this folder; each page has a context of its own, so that nothing is left for the next."""
     async with async_playwright() as playwright:
         browser = await playwright.chromium.launch(executable_path=CHROMIUM, args=chromium_args())
         yield browser
         await browser.close()
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def idle_service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServiceProcess]:
     """A service whose vehicles stay on the ground, for the tests that only look."""
     folder = tmp_path_factory.mktemp("idle")
@@ -79,23 +77,8 @@ def idle_service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServicePr
         yield service
 
 
-@pytest.fixture(scope="session")
-def flying_service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ServiceProcess]:
-    """A service whose vehicles fly, each for one test, several times as fast as real ones."""
-    folder = tmp_path_factory.mktemp("flying")
-    with SimulatedFleet(FLYING_FLEET, speed=SPEED) as fleet, simulated_service(folder, fleet) as service:
-        yield service
-
-
 @pytest_asyncio.fixture(loop_scope="session")
 async def idle_page(browser: Browser, idle_service: ServiceProcess) -> AsyncIterator[Dashboard]:
     """The page on the idle service, live and with its fleet. The test fails on a console error or a foreign request."""
     async with Dashboard.opened(browser, idle_service.url) as dashboard:
-        yield dashboard
-
-
-@pytest_asyncio.fixture(loop_scope="session")
-async def flying_page(browser: Browser, flying_service: ServiceProcess) -> AsyncIterator[Dashboard]:
-    """The page on the flying service, live and with its fleet. The test fails as with `idle_page`."""
-    async with Dashboard.opened(browser, flying_service.url, vehicles=5) as dashboard:
         yield dashboard

@@ -63,6 +63,16 @@ async def wide(browser: Browser, url: str, folder: Path) -> None:
         await board.page.screenshot(path=folder / "attachment.png")
 
 
+async def order_jobs(browser: Browser, url: str) -> None:
+    """One that a vehicle flies at once, and one that none of the fleet can."""
+    page = await browser.new_page()
+    for plan in ("multicopter-embedded.json", "rover-drop.json"):
+        body = json.loads((ROOT / "plans" / plan).read_text())
+        answer = await page.request.post(f"{url}/api/v1/jobs", data={"plan": body})
+        assert answer.ok, await answer.text()
+    await page.close()
+
+
 async def editor(browser: Browser, url: str, folder: Path) -> None:
     """A fixed wing's plan whose drop is farther from its point than the plan allows."""
     plan = (ROOT / "plans" / "fixed-wing-pass.json").read_text()
@@ -141,6 +151,7 @@ async def main(folder: Path, docs: Path | None) -> None:
             browser = await playwright.chromium.launch(executable_path=CHROMIUM, args=chromium_args())
             await editor(browser, service.url, folder)
             await wide(browser, service.url, folder)
+            await order_jobs(browser, service.url)
             if docs is not None:
                 shutil.copy(folder / "at-drop.png", docs / "page.png")
                 shutil.copy(folder / "editor.png", docs / "editor.png")

@@ -12,7 +12,7 @@ from playwright.async_api import Browser, expect
 
 from tests.browser.accessibility import AXE
 from tests.browser.cockpit import PRESS_MS, SMALL, Cockpit
-from tests.browser.conftest import FLEET, GAP_S, SPEED, simulated_service
+from tests.browser.conftest import GAP_S, SPEED, simulated_service
 from tests.browser.dashboard import HOLD_MS, Dashboard
 from tests.browser.task_queue import CIRCLE, PATH, TaskBoard
 from tests.e2e.by_hand import paused_in_the_air, truth
@@ -39,7 +39,7 @@ def fleet_and_service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tupl
     """One flight for all tests here: the climb takes longer than they do."""
     folder = tmp_path_factory.mktemp("by-hand")
     with (
-        SimulatedFleet(FLEET, speed=SPEED, params=RETURN) as fleet,
+        SimulatedFleet("quad", speed=SPEED, params=RETURN) as fleet,
         simulated_service(folder, fleet, WAYDROP_OFFBOARD_GAP_S=str(GAP_S)) as service,
     ):
         yield fleet, service
@@ -53,8 +53,8 @@ async def fleet_and_cockpit(
     fleet, service = fleet_and_service
     async with aiohttp.ClientSession() as http:
         dispatcher = Dispatcher(http, service.url)
-        await until_paused(dispatcher, (await dispatcher.until_vehicles(4))["v1"]["run_id"])
-        async with Dashboard.opened(browser, service.url, **SMALL) as dashboard:
+        await until_paused(dispatcher, (await dispatcher.until_vehicles(1))["v1"]["run_id"])
+        async with Dashboard.opened(browser, service.url, vehicles=1, **SMALL) as dashboard:
             cockpit = Cockpit(dashboard)
             await cockpit.open()
             yield fleet, cockpit, dispatcher

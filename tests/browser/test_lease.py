@@ -8,6 +8,7 @@ import re
 from playwright.async_api import Browser, expect
 from playwright.async_api import TimeoutError as PageTimeout
 
+from tests.browser.accessibility import TELEPHONE, violations
 from tests.browser.cockpit import ATTEMPTS, PRESS_MS, SMALL, Cockpit
 from tests.browser.dashboard import HOLD_MS, Dashboard
 from tests.service import ServiceProcess
@@ -44,6 +45,8 @@ async def lease_of_one_page(cockpit: Cockpit, other: Cockpit) -> None:
     refusal = other.panel.get_by_role("alert")
     await expect(refusal).to_contain_text("Wait until it ends, ask for a hand-over")
     await expect(refusal.locator("code")).to_have_text("offboard.lease_held")
+    for name, shown in (("with the lease", page), ("refused the lease", second.page)):
+        assert await violations(shown, name, (TELEPHONE,)) == []
     await lease_changes_hands(cockpit, other)
 
     await page.reload()  # the lease ends with the page, and is not taken again by it

@@ -1,25 +1,16 @@
-"""A plan drawn on the page: points, a parcel, a finding, its mending, then stored, listed and flown."""
+"""A plan edited on the page: by mouse and keyboard, as JSON, and from files of its own and of other software."""
 
 from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
-from playwright.async_api import Locator, expect
+from playwright.async_api import expect
 
 from tests.browser.dashboard import CLINIC_RUN, ROOT, Dashboard
-from tests.service import until
+from tests.browser.editor import Editor
 
 INTERCHANGE = ROOT / "tests" / "data" / "interchange"
-
-SETTLED = """() => {
-  const now = [...document.querySelectorAll('.grid-labels span')].map((label) => label.style.cssText).join();
-  const before = window.labelsBefore;
-  window.labelsBefore = now;
-  return now !== '' && now === before;
-}"""
-"""True when the map's grid is where it was at the last look."""
 
 DROP_FILE = """([name, text]) => {
   const transfer = new DataTransfer();
@@ -28,90 +19,6 @@ DROP_FILE = """([name, text]) => {
   document.querySelector('main').dispatchEvent(event('dragover'));
   document.querySelector('main').dispatchEvent(event('drop'));
 }"""
-
-
-class Editor:
-    """The plan editor as its users use it."""
-
-    def __init__(self, dashboard: Dashboard) -> None:
-        self.dashboard = dashboard
-        self.page = dashboard.page
-        self.items = dashboard.page.locator(".plan-item")
-
-    async def start_new(self) -> None:
-        """A new plan, with the waypoint tool in hand, on a map that has come to rest."""
-        await self.page.get_by_role("tab", name="Plan").click()
-        await self.dashboard.button("New plan").click()
-        await expect(self.items).to_have_count(2)
-        await self.page.wait_for_function(SETTLED, polling=700)
-
-    async def on_map(self, east_px: float, north_px: float) -> tuple[float, float]:
-        """A place on the screen, from the middle of the map."""
-        box = await self.page.locator(".map-canvas").bounding_box()
-        assert box is not None
-        return box["x"] + box["width"] / 2 + east_px, box["y"] + box["height"] / 2 - north_px
-
-    async def draw(self, east_px: float, north_px: float) -> None:
-        """Click there."""
-        await self.page.mouse.click(*await self.on_map(east_px, north_px))
-
-    async def drag(self, start: tuple[float, float], end: tuple[float, float]) -> None:
-        """Take hold of what is there, as soon as the map has drawn it, and let it go somewhere else."""
-        canvas = self.page.locator(".map-canvas canvas")
-
-        async def hover() -> str:
-            await self.page.mouse.move(start[0] + 30, start[1] + 30)
-            await self.page.mouse.move(*start)
-            return str(await canvas.evaluate("canvas => canvas.style.cursor"))
-
-        await until(hover, lambda cursor: cursor != "", "the point must be drawn", 20)
-        await self.page.mouse.down()
-        await self.page.mouse.move(*end, steps=4)
-        await self.page.mouse.up()
-
-    def item(self, name: str) -> Locator:
-        """The item with this id."""
-        return self.page.locator(".plan-item").filter(has=self.page.get_by_text(name, exact=True))
-
-    async def document(self) -> dict[str, Any]:
-        """The plan as the JSON tab has it."""
-        await self.page.get_by_role("tab", name="JSON").click()
-        text = await self.page.get_by_label("Plan as JSON").input_value()
-        await self.page.get_by_role("tab", name="Items").click()
-        plan: dict[str, Any] = json.loads(text)
-        return plan
-
-
-async def test_a_plan_is_drawn_mended_stored_and_flown(flying_page: Dashboard) -> None:
-    editor = Editor(flying_page)
-    await editor.start_new()
-    await editor.draw(-90, 120)
-    await editor.draw(110, 130)
-    await expect(editor.items).to_have_count(4)
-    await flying_page.button("Drop a parcel here").click()
-    await expect(editor.items).to_have_count(5)
-    await expect(flying_page.page.get_by_text("Can be flown")).to_be_visible(timeout=20_000)
-
-    for _ in range(2):
-        await flying_page.button("Move drop up").click()
-    finding = editor.item("drop").locator(".finding", has_text="gripper.must_follow_waypoint")
-    await expect(finding.locator(".hint")).to_be_visible(timeout=20_000)
-    await expect(flying_page.button("Upload to v1")).to_be_disabled()
-    for _ in range(2):
-        await flying_page.button("Undo").click()
-    await expect(finding).to_have_count(0)
-
-    await flying_page.page.get_by_role("tab", name="Details").click()
-    await flying_page.page.get_by_label("Name").fill("Drawn by hand")
-    await expect(flying_page.page.get_by_role("heading", name="Drawn by hand")).to_be_visible()
-    await flying_page.button("Store").click()
-    await expect(flying_page.button("Stored")).to_be_visible()
-    await expect(flying_page.page.get_by_label("Open a stored plan")).to_contain_text("Drawn by hand")
-
-    await flying_page.button("Upload to v1").click()
-    await flying_page.until_state("uploaded")
-    await flying_page.hold("Start v1")
-    await flying_page.until_state("flying", "at_drop")
 
 
 async def test_points_are_dragged_and_fences_drawn_and_the_json_is_in_step_both_ways(idle_page: Dashboard) -> None:

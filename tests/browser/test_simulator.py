@@ -21,8 +21,8 @@ def fault(dashboard: Dashboard, name: str) -> Locator:
 
 
 async def test_faults_are_set_seen_on_the_fleet_cleared_and_refused(browser: Browser, tmp_path: Path) -> None:
-    with SimulatedFleet("quad,quad,plane,vtol") as fleet, simulated_service(tmp_path, fleet) as service:
-        async with Dashboard.opened(browser, service.url) as dashboard:
+    with SimulatedFleet("quad,quad") as fleet, simulated_service(tmp_path, fleet) as service:
+        async with Dashboard.opened(browser, service.url, vehicles=2) as dashboard:
             dashboard.tolerated = ("status of 4",)  # Chromium writes each refused request into its console
             await dashboard.page.get_by_role("tab", name="Simulator").click()
             await dashboard.page.locator(".sim-vehicle", has_text="v2").get_by_role("button").first.click()

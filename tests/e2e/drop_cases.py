@@ -239,7 +239,7 @@ CASES = (
         *(("completed",), (KEPT, REFUSED), range(1, 2), True),
         asks={"alternate": FAR_OFF},
         at_alternate=KEPT,
-        after="an operator says no",
+        after="a pilot returns",
     ),
     Case(
         *("no operator answers", nothing, nothing, ("completed",), (KEPT,), range(1), False),

@@ -12,6 +12,9 @@ from tests.e2e.drop_cases import ALTERNATE, CASES, SPEED, Branch, Case
 from tests.service import Dispatcher, ServiceProcess
 from tests.simulated import SimulatedFleet
 
+PARAMS = "COM_LOW_BAT_ACT=3,RTL_RETURN_ALT=12.0"
+"""A low battery sends it home, and each goes home no higher than it flies: the way back is no part of the promise."""
+
 
 async def fly(case: Case, branch: Branch) -> str:
     """What went otherwise than it must; empty if nothing."""
@@ -49,7 +52,7 @@ async def test_every_way_a_drop_can_fail_ends_in_its_outcome_with_evidence(
 ) -> None:
     first = [case for case in CASES if not case.after]
     with (
-        SimulatedFleet(",".join(["quad"] * len(first)), speed=SPEED, params="COM_LOW_BAT_ACT=3") as fleet,
+        SimulatedFleet(",".join(["quad"] * len(first)), speed=SPEED, params=PARAMS) as fleet,
         ServiceProcess(tmp_path, fleet.connections) as service,
     ):
         desk = Dispatcher(http, service.url)

@@ -102,7 +102,26 @@ def test_it_says_what_it_started_and_three_commands_that_work(data_dir: Path, ve
     assert SimulatorProcess(data_dir).find() is None
 
 
-def test_a_kill_leaves_the_vehicles_and_the_next_up_takes_them_over(data_dir: Path, vehicles: str) -> None:
+def assert_refused_on_the_same_journal(data_dir: Path, vehicles: str) -> None:
+    """A further `waydrop up` says why it does not start, and leaves the one that runs its vehicles."""
+    settings = {"PORT": str(free_tcp_port()), "DATA_DIR": str(data_dir), "CONNECTIONS": vehicles}
+    refused = subprocess.run(
+        [WAYDROP, "up"],
+        cwd=ROOT,
+        env={**os.environ, **{f"WAYDROP_{name}": value for name, value in settings.items()}},
+        capture_output=True,
+        text=True,
+        timeout=START_S,
+        check=False,
+    )
+    assert refused.returncode == 1
+    assert "another Waydrop uses this journal" in refused.stderr
+    assert SimulatorProcess(data_dir).find() is not None
+
+
+def test_a_kill_leaves_the_vehicles_the_next_up_takes_them_over_and_one_on_the_same_journal_is_refused(
+    data_dir: Path, vehicles: str
+) -> None:
     port = free_tcp_port()
     first = Up(data_dir, port, vehicles)
     second = None
@@ -117,34 +136,11 @@ def test_a_kill_leaves_the_vehicles_and_the_next_up_takes_them_over(data_dir: Pa
         assert SimulatorProcess(data_dir).find() == left
         with urlopen(f"http://127.0.0.1:{port}/api/v1/simulator", timeout=10) as answer:
             assert [vehicle["type"] for vehicle in json.load(answer)["vehicles"]] == ["quad", "quad", "plane", "vtol"]
+        assert_refused_on_the_same_journal(data_dir, vehicles)
+        assert second.process.poll() is None
         assert second.ctrl_c() < CLEAN_END_S
         assert second.process.returncode == 0, second.said()
     finally:
         for up in filter(None, (first, second)):
             up.kill()
     assert SimulatorProcess(data_dir).find() is None
-
-
-def test_a_second_up_on_the_same_journal_is_refused_and_leaves_the_first_its_vehicles(
-    data_dir: Path, vehicles: str
-) -> None:
-    first = Up(data_dir, free_tcp_port(), vehicles)
-    try:
-        first.until_ready()
-        settings = {"PORT": str(free_tcp_port()), "DATA_DIR": str(data_dir), "CONNECTIONS": vehicles}
-        second = subprocess.run(
-            [WAYDROP, "up"],
-            cwd=ROOT,
-            env={**os.environ, **{f"WAYDROP_{name}": value for name, value in settings.items()}},
-            capture_output=True,
-            text=True,
-            timeout=START_S,
-            check=False,
-        )
-        assert second.returncode == 1
-        assert "another Waydrop uses this journal" in second.stderr
-        assert SimulatorProcess(data_dir).find() is not None
-        assert first.process.poll() is None
-        first.ctrl_c()
-    finally:
-        first.kill()

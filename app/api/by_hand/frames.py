@@ -222,6 +222,7 @@ class ByHandCloseCode(IntEnum):
 
     GOING_AWAY = 1001
     DEFECT = 1011
+    TRY_AGAIN = 1013
     UNAUTHORIZED = 4401
     ROLE = 4403
     NO_VEHICLE = 4404
@@ -231,6 +232,7 @@ class ByHandCloseCode(IntEnum):
 CLOSE_REASONS: Final[dict[ByHandCloseCode, str]] = {
     ByHandCloseCode.GOING_AWAY: "the service stops",
     ByHandCloseCode.DEFECT: "a defect of the service",
+    ByHandCloseCode.TRY_AGAIN: "the token cannot be looked at now",
     ByHandCloseCode.UNAUTHORIZED: "a valid token is needed",
     ByHandCloseCode.ROLE: "the role pilot is needed",
     ByHandCloseCode.NO_VEHICLE: "there is no such vehicle",

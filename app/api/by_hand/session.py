@@ -38,7 +38,7 @@ from app.api.by_hand.frames import (
     TasksFrame,
 )
 from app.api.offboard_models import AuditView, ClampView
-from app.api.socket_answers import refused, unreadable
+from app.api.socket_answers import refused, unreadable, unspeakable
 from app.api.tasks import ACTIONS
 from app.domain.errors import (
     ConflictError,
@@ -130,14 +130,14 @@ class ByHandSession:
         try:
             frame = ClientDocument.model_validate_json(text).root
         except ValidationError as error:
-            await self._send(unreadable(text, error))
+            await self._send(unreadable(text, ClientDocument, error))
             return
         try:
             answer = self._do(frame)
         except WaydropError as error:
             answer = refused(frame.id, error)
-        except ValidationError as error:  # what it asks for cannot be said in a message: no reason to end a flight
-            answer = unreadable(text, error)
+        except ValidationError:  # what it asks for cannot be said in a message: no reason to end a flight
+            answer = unspeakable(frame.id)
         if answer is not None:
             await self._send(answer)
 

@@ -6,17 +6,14 @@ from typing import Final
 
 from aiohttp import web
 
-from app.api.authentication import authenticate_socket, require_role
 from app.api.by_hand.frames import CLOSE_REASONS, ByHandCloseCode
 from app.api.by_hand.session import ByHandSession
 from app.api.handshake import require_handshake
 from app.api.metrics import Metrics
-from app.api.problems import ApiError
-from app.api.request_log import note_principal
 from app.api.settings import ApiSettings
 from app.api.socket_door import CloseCodes, SocketDoor
 from app.domain.errors import NotFoundError
-from app.services.access import Access, Role
+from app.services.access import Access, Principal, Role
 from app.services.offboard import Offboard
 from app.services.tasks import Tasks
 
@@ -25,6 +22,8 @@ HEARTBEAT_S: Final = 5.0
 _CODES: Final = CloseCodes(
     going_away=ByHandCloseCode.GOING_AWAY,
     unauthorized=ByHandCloseCode.UNAUTHORIZED,
+    role=ByHandCloseCode.ROLE,
+    try_again=ByHandCloseCode.TRY_AGAIN,
     defect=ByHandCloseCode.DEFECT,
     reasons=CLOSE_REASONS,
 )
@@ -38,28 +37,26 @@ class ByHandEndpoint:
     ) -> None:
         self._offboard = offboard
         self._tasks = tasks
-        self._access = access
         self._door = SocketDoor("offboard socket", _CODES, access, metrics, settings, max_sockets=MAX_SOCKETS)
         self.close = self._door.close
 
     async def fly(self, request: web.Request) -> web.StreamResponse:
         """The handler."""
         require_handshake(request, hint="open it as a websocket; single setpoints go by POST .../offboard/setpoint")
-        return await self._door.open(request, lambda socket: self._serve(request, socket), heartbeat_s=HEARTBEAT_S)
+        return await self._door.open(
+            request,
+            lambda socket, principal: self._serve(request, socket, principal),
+            role=Role.PILOT,
+            heartbeat_s=HEARTBEAT_S,
+        )
 
-    async def _serve(self, request: web.Request, socket: web.WebSocketResponse) -> ByHandCloseCode | None:
+    async def _serve(
+        self, request: web.Request, socket: web.WebSocketResponse, principal: Principal
+    ) -> ByHandCloseCode | None:
         try:
-            principal = await authenticate_socket(request, self._access)
-            note_principal(request, principal)
-            require_role(principal, Role.PILOT)
             vehicle = self._offboard.vehicle(request.match_info["vehicle_id"])
             desk = self._tasks.vehicle(request.match_info["vehicle_id"])
-        except ApiError as error:
-            return ByHandCloseCode.ROLE if error.code == "role.insufficient" else ByHandCloseCode.UNAUTHORIZED
         except NotFoundError:
             return ByHandCloseCode.NO_VEHICLE
         session = ByHandSession(socket, vehicle, desk, principal)
-        try:
-            return await self._door.attend(request, session, session.run)
-        except ConnectionError:
-            return None  # the client has gone while something was told to it
+        return await self._door.attend(request, session, session.run)

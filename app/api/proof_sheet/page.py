@@ -58,7 +58,7 @@ def proof_sheet(proof: Proof, plan: dict[str, Any], pictures: Mapping[str, bytes
         '<html lang="en"><head><meta charset="utf-8">',
         f'<meta http-equiv="Content-Security-Policy" content="{_POLICY_OF_A_COPY}">',
         f"<title>Proof of delivery: {escape(name)}</title>",
-        f'<meta name="viewport" content="width=device-width"><style>{_STYLE}</style></head><body>',
+        f'<meta name="viewport" content="width=device-width"><style>{_STYLE}</style></head><body><main>',
         f"<h1>Proof of delivery</h1><p>{typed(name)}, run {escape(proof.run_id)}</p>",
         "" if proof.is_final else '<p class="draft">The run goes on: this is what is known so far.</p>',
         _head(proof),
@@ -66,7 +66,7 @@ def proof_sheet(proof: Proof, plan: dict[str, Any], pictures: Mapping[str, bytes
         *(_drop(drop, attached(proof.attachments, drop.plan_item_id, pictures)) for drop in proof.drops),
         "" if proof.drops else "<p>The plan has no drop.</p>",
         _entries(proof),
-        "</body></html>",
+        "</main></body></html>",
     ]
     return "\n".join(part for part in parts if part)
 

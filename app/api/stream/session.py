@@ -56,7 +56,7 @@ class Session:
         self.outbox = Outbox(settings.socket_queue)
 
     async def run(self, after: int | None) -> CloseCode | None:
-        """Serve until one side ends it. The code to close with, None if the client has gone."""
+        """Serve until one side ends it. The code to close with, None if the client has gone. May raise StorageError."""
         if after is not None and after > self._sources.journal.last_seq:
             return CloseCode.AFTER_AHEAD
         writer = asyncio.create_task(self._write(after), name="socket writer")
@@ -88,8 +88,6 @@ class Session:
                 await self._send(await self.outbox.take())
         except TimeoutError:
             return CloseCode.TOO_SLOW
-        except StorageError:
-            return CloseCode.TRY_AGAIN
         except ConnectionError:
             return None
 

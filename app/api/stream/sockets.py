@@ -7,22 +7,20 @@ from typing import Final
 
 from aiohttp import web
 
-from app.api.authentication import authenticate_socket
 from app.api.handshake import require_handshake
 from app.api.metrics import Metrics
-from app.api.problems import ApiError
-from app.api.request_log import note_principal
 from app.api.settings import ApiSettings
 from app.api.socket_door import CloseCodes, SocketDoor
 from app.api.stream.frames import CLOSE_REASONS, CloseCode
 from app.api.stream.session import Session, Sources
 from app.api.write_room import bound_kernel_buffer
-from app.domain.errors import StorageError
-from app.services.access import Access
+from app.services.access import Access, Role
 
 _CODES: Final = CloseCodes(
     going_away=CloseCode.GOING_AWAY,
     unauthorized=CloseCode.UNAUTHORIZED,
+    role=CloseCode.UNAUTHORIZED,  # never told: every token may watch
+    try_again=CloseCode.TRY_AGAIN,
     defect=CloseCode.DEFECT,
     reasons=CLOSE_REASONS,
 )
@@ -33,7 +31,6 @@ class StreamEndpoint:
 
     def __init__(self, sources: Sources, access: Access, metrics: Metrics, settings: ApiSettings) -> None:
         self._sources = sources
-        self._access = access
         self._settings = settings
         self._door = SocketDoor("socket", _CODES, access, metrics, settings, max_sockets=settings.max_sockets)
         self.close = self._door.close
@@ -43,21 +40,17 @@ class StreamEndpoint:
         require_handshake(request, hint="open it as a websocket; GET /api/v1/events has the same events page by page")
         return await self._door.open(
             request,
-            lambda socket: self._serve(request, socket),
+            lambda socket, _: self._serve(request, socket),
+            role=Role.VIEWER,
             heartbeat_s=self._settings.heartbeat_s,
             writer_limit=sys.maxsize,  # never wait inside aiohttp: see write_room
         )
 
     async def _serve(self, request: web.Request, socket: web.WebSocketResponse) -> CloseCode | None:
         try:
-            note_principal(request, await authenticate_socket(request, self._access))
             after = _after(request)
-        except ApiError:
-            return CloseCode.UNAUTHORIZED
         except ValueError:
             return CloseCode.BAD_AFTER
-        except StorageError:
-            return CloseCode.TRY_AGAIN
         transport = request.transport
         if transport is None:
             return None

@@ -68,7 +68,7 @@ class ReportsSession:
         try:
             frame = ReportFrame.model_validate_json(text)
         except ValidationError as error:
-            return unreadable(text, error)
+            return unreadable(text, ReportFrame, error)
         try:
             return ReportTakenFrame(id=frame.id, target=TargetView.of(self._targets.report(self._feed, frame.report)))
         except WaydropError as error:

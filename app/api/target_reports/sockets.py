@@ -7,24 +7,22 @@ from typing import Final
 
 from aiohttp import web
 
-from app.api.authentication import authenticate_socket, require_role
 from app.api.handshake import require_handshake
 from app.api.metrics import Metrics
-from app.api.problems import ApiError
-from app.api.request_log import note_principal
 from app.api.settings import ApiSettings
 from app.api.socket_door import CloseCodes, SocketDoor
 from app.api.target_reports.frames import REPORTS_CLOSE_REASONS, ReportsCloseCode
 from app.api.target_reports.session import ReportsSession
 from app.api.targets import require_feed
 from app.api.write_room import bound_kernel_buffer
-from app.domain.errors import StorageError
 from app.services.access import Access, Role
 from app.services.targets import Targets
 
 _CODES: Final = CloseCodes(
     going_away=ReportsCloseCode.GOING_AWAY,
     unauthorized=ReportsCloseCode.UNAUTHORIZED,
+    role=ReportsCloseCode.ROLE,
+    try_again=ReportsCloseCode.TRY_AGAIN,
     defect=ReportsCloseCode.DEFECT,
     reasons=REPORTS_CLOSE_REASONS,
 )
@@ -35,7 +33,6 @@ class ReportsEndpoint:
 
     def __init__(self, targets: Targets, access: Access, metrics: Metrics, settings: ApiSettings) -> None:
         self._targets = targets
-        self._access = access
         self._settings = settings
         self._door = SocketDoor("reports socket", _CODES, access, metrics, settings, max_sockets=settings.max_sockets)
         self.close = self._door.close
@@ -46,20 +43,13 @@ class ReportsEndpoint:
         feed = require_feed(request.match_info["feed"])
         return await self._door.open(
             request,
-            lambda socket: self._serve(request, socket, feed),
+            lambda socket, _: self._serve(request, socket, feed),
+            role=Role.DISPATCHER,
             heartbeat_s=self._settings.heartbeat_s,
             writer_limit=sys.maxsize,  # never wait inside aiohttp: see write_room
         )
 
     async def _serve(self, request: web.Request, socket: web.WebSocketResponse, feed: str) -> ReportsCloseCode | None:
-        try:
-            principal = await authenticate_socket(request, self._access)
-            note_principal(request, principal)
-            require_role(principal, Role.DISPATCHER)
-        except ApiError as error:
-            return ReportsCloseCode.ROLE if error.code == "role.insufficient" else ReportsCloseCode.UNAUTHORIZED
-        except StorageError:
-            return ReportsCloseCode.TRY_AGAIN
         transport = request.transport
         if transport is None:
             return None

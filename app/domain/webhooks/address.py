@@ -24,7 +24,7 @@ def checked_url(url: str, *, http_anywhere: bool) -> str:
         parsed = _URL.validate_python(url.strip())
     except ValidationError as error:
         raise InvalidInputError(
-            f"url: {error.errors()[0]['msg']}", hint="write it as https://dispatch.example/waydrop"
+            "url: this is no http or https address", hint="write it as https://dispatch.example/waydrop"
         ) from error
     if len(str(parsed)) > MAX_URL_CHARS:
         raise InvalidInputError(f"url: longer than {MAX_URL_CHARS} characters", hint="use a shorter one")

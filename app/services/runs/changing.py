@@ -30,6 +30,7 @@ from app.domain.run import PlanChange, Run
 from app.domain.vehicle import FlightMode, VehicleFacts
 from app.services.clock import Clock
 from app.services.plans import NewPlan
+from app.services.runs.clock_gate import refuse_fast_clock
 from app.services.runs.leg import concluded_drops
 from app.services.runs.pending_change import PendingChange
 from app.services.runs.recorder import RunRecorder
@@ -87,20 +88,20 @@ class MissionChanger:
             raise ChangeUnderWayError("another change is under way", hint="wait until it is known what came of it")
         async with self._turn:
             orders = self._orders
-            self._terms().refuse_unfit()
+            self._refuse_unfit()
             facts = await self._facts()
             stored = plan.stored if isinstance(plan, NewPlan) else plan
             pending = await self._prepare(stored, facts, continue_at, by, needed)
             back = await self._way_back(facts, by)
             self._refuse_broken_off(orders)  # that took its time
-            self._terms().refuse_unfit()
+            self._refuse_unfit()
             if isinstance(plan, NewPlan):
                 self._recorder.bring(plan)
             if pending.is_same and pending.follows:
                 await self._adopt(pending, orders)
                 return
             try:
-                await self._send(pending, orders)
+                await self._send(pending, orders, self._refuse_unfit)
             except VehicleRefusedError:
                 if back is not None:
                     await self._restore(pending, back)
@@ -177,45 +178,42 @@ class MissionChanger:
         follows, is_same = continue_at is None, run.mission_id == mission_id == self._link.state().mission_id
         return PendingChange(change, plan, mission, timeline.first(RECORDED_VISITS), self._settings, follows, is_same)
 
-    async def _announce(self, pending: PendingChange, orders: int) -> None:
+    async def _announce(self, pending: PendingChange, orders: int, fit: Callable[[], None]) -> None:
         """Stored before it is sent or followed: after a restart it must be known what may be on board.
 
-        Withdrawn if it cannot be stored, or if more than `orders` were given by then. Raises StorageError,
-        ChangeUnderWayError.
+        Withdrawn if it cannot be stored, if more than `orders` were given by then, or if it is not `fit` any more: the
+        vehicle may be in another mode, or at an embedded drop. A simulation's speed is looked at too: from here on it
+        is held.
         """
         self._watch.change = pending
         self._recorder.change(changing=pending.change)
         self._note("sent", pending)
         try:
             await self._recorder.flush()
+            await refuse_fast_clock(self._link, pending.mission, self._clock)
             self._refuse_broken_off(orders)
-        except StorageError:
-            self._withdraw(pending, "it could not be recorded")
-            raise
-        except ChangeUnderWayError:
-            self._withdraw(pending, "something else was commanded")
+            fit()
+        except WaydropError as error:
+            self._withdraw(pending, error.detail)
             raise
         except asyncio.CancelledError:
             self._withdraw(pending, "it was given up")
             raise
 
+    def _refuse_unfit(self) -> None:
+        self._terms().refuse_unfit()
+
     async def _adopt(self, pending: PendingChange, orders: int) -> None:
         """The mission that is flown is the changed plan's too, item for item: nothing is sent. Raises as `change`."""
-        await self._announce(pending, orders)
-        try:
-            self._terms().refuse_unfit()  # a drop may have begun while it was stored
-            self._watch.take_change(pending)
-            self._note("accepted", pending)
-        except WaydropError:
-            self._withdraw(pending, "the vehicle flew on meanwhile")
-            raise
-        finally:
-            with suppress(StorageError):
-                await self._recorder.flush()
+        await self._announce(pending, orders, self._refuse_unfit)
+        self._watch.take_change(pending)
+        self._note("accepted", pending)
+        with suppress(StorageError):
+            await self._recorder.flush()
 
-    async def _send(self, pending: PendingChange, orders: int) -> None:
-        """Not sent if it cannot be stored, or if more than `orders` were given by then."""
-        await self._announce(pending, orders)
+    async def _send(self, pending: PendingChange, orders: int, fit: Callable[[], None]) -> None:
+        """Not sent if it cannot be announced."""
+        await self._announce(pending, orders, fit)
         self._sending = asyncio.ensure_future(self._transfer(pending.mission))
         try:
             await asyncio.wait({self._sending})
@@ -256,7 +254,7 @@ class MissionChanger:
             return  # it was told to do something else meanwhile
         self._recorder.change(asked="refused")
         with suppress(WaydropError):
-            await self._send(back, self._orders)
+            await self._send(back, self._orders, lambda: None)  # it holds, with no mission: nothing is to be missed
 
     def _withdraw(self, pending: PendingChange, why: str) -> None:
         self._watch.change = None

@@ -41,7 +41,7 @@ TAKEOFF, WAYPOINT, GRIPPER, RETURN = 22, 16, 211, 20
 @pytest.fixture(scope="module")
 def system() -> Iterator[System]:
     """One multicopter with a winch, four times as fast as the wall clock, found by one mavsdk."""
-    with SimulatedFleet("quad:winch=1", speed=4.0, params="RTL_RETURN_ALT=12.0") as fleet:
+    with SimulatedFleet("quad:winch=1", speed=4.0, rates="onboard", params="RTL_RETURN_ALT=12.0") as fleet:
         mavsdk = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
         assert mavsdk.add_any_connection(fleet.connections[0]) is ConnectionResult.SUCCESS
         found = mavsdk.first_autopilot(30.0)

@@ -27,7 +27,7 @@ PLAN = """QGC WPL 110
 @pytest.fixture(scope="module")
 def vehicle() -> Iterator[Any]:
     """A connection that has heard the vehicle and sends heartbeats at 1 Hz whenever it waits."""
-    with SimulatedFleet("quad", speed=4.0, params="RTL_RETURN_ALT=12.0") as fleet:
+    with SimulatedFleet("quad", speed=4.0, rates="onboard", params="RTL_RETURN_ALT=12.0") as fleet:
         port = fleet.connections[0].rpartition(":")[2]
         with mavutil.mavlink_connection(f"udpin:127.0.0.1:{port}", dialect="common") as connection:
             assert not hasattr(mavutil.mavlink, "MAVLink_event_message"), "the released dialect, not ours"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from app.simulator.clock import VehicleClock
 from app.simulator.dialect import Message, mavlink
@@ -16,6 +17,7 @@ from app.simulator.wire import Cmd, Mode
 GROUND = (245, 190)
 METRES_PER_DEGREE = 111_194.926
 NAN = math.nan
+DECODER = mavlink.MAVLink(None)
 
 
 @dataclass(frozen=True)
@@ -24,25 +26,30 @@ class Heard:
 
     t_s: float
     name: str
-    message: Message
+    data: bytes
     component: int
+
+    @cached_property
+    def message(self) -> Message:
+        """As its bytes say; read when it is looked at, for most of what a vehicle says in a flight is not."""
+        return DECODER.decode(bytearray(self.data))
 
 
 @dataclass
 class Wire:
-    """A channel as the vehicle's radio sees it; every message is packed and parsed again."""
+    """A channel as the vehicle's radio sees it; every message is packed, and parsed by whoever looks at it."""
 
     cockpit: Cockpit
     gcs_heard_s: float | None = None
     _packers: dict[tuple[int, int], Message] = field(default_factory=dict)
 
     def send(self, message: Message, system_id: int, component_id: int) -> None:
-        packer = self._packers.setdefault(
-            (system_id, component_id), mavlink.MAVLink(None, srcSystem=system_id, srcComponent=component_id)
-        )
-        data = message.pack(packer)
-        parsed = mavlink.MAVLink(None).decode(bytearray(data))
-        self.cockpit.heard.append(Heard(self.cockpit.now_s, parsed.get_type(), parsed, component_id))
+        packer = self._packers.get((system_id, component_id))
+        if packer is None:
+            packer = mavlink.MAVLink(None, srcSystem=system_id, srcComponent=component_id)
+            self._packers[system_id, component_id] = packer
+        data = bytes(message.pack(packer))
+        self.cockpit.heard.append(Heard(self.cockpit.now_s, message.get_type(), data, component_id))
 
 
 @dataclass(frozen=True)
@@ -138,8 +145,7 @@ class Cockpit:
     def send(self, message: Message, source: tuple[int, int] = GROUND, wire: Wire | None = None) -> None:
         """Send as `source`."""
         data = message.pack(mavlink.MAVLink(None, srcSystem=source[0], srcComponent=source[1]))
-        parsed = mavlink.MAVLink(None).decode(bytearray(data))
-        self.vehicle.receive(wire or self.wire, parsed)
+        self.vehicle.receive(wire or self.wire, DECODER.decode(bytearray(data)))
 
     def command(self, command: int, *params: float, source: tuple[int, int] = GROUND, wait_s: float = 0.1) -> list[int]:
         """COMMAND_LONG; the results of the acks to `source` within `wait_s`."""

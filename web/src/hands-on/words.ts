@@ -24,6 +24,7 @@ const LEASE_ENDED = 4410;
 const CLOSES: Readonly<Record<number, string>> = {
   1001: "The service stops.",
   1006: "The connection was lost.",
+  1013: "The service cannot look at the token now; try again in a moment.",
   4401: "A valid token is needed.",
   4403: "Only a pilot may fly by hand.",
   4404: "There is no such vehicle.",

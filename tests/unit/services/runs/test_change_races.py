@@ -3,16 +3,29 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import pytest
 
 from app.domain.drop import DropOutcome, DropPhase, DropRecord
-from app.domain.errors import ChangeUnderWayError, ConflictError, VehicleRefusedError, WrongStateError
+from app.domain.errors import (
+    ChangeUnderWayError,
+    ConflictError,
+    StorageError,
+    VehicleRefusedError,
+    WaydropError,
+    WrongStateError,
+)
+from app.domain.events import Event, EventKind
 from app.domain.mission import MavCmd
+from app.domain.ports import StoredPlan
 from app.domain.run import Run, RunState
-from app.domain.vehicle import FlightMode
+from app.domain.vehicle import FlightMode, LandedState
+from app.services.plans import NewPlan, PlanCheck
 from app.services.runs.orders import FailureOrder
 from tests.unit.services.runs.desk import Desk, desk
+from tests.unit.services.runs.scripted import MEASURED_CLOCK
 from tests.unit.services.runs.test_change import Document, begun, clinic_moved, fly, item, store
 
 
@@ -64,6 +77,61 @@ async def test_a_command_given_while_a_change_is_stored_breaks_it_off_and_nothin
             await asyncio.wait_for(change, 10.0)
         await returns
         assert (at.vehicle.on_board, at.vehicle.sent[-1], at.run.changing) == (on_board, "return", None)
+
+
+def when_the_change_is_stored(at: Desk, meanwhile: Callable[[], None]) -> None:
+    """The disk stalls from then on, until `events.open` is set."""
+    append = at.events.append
+
+    async def stalls(*args: Any, **more: Any) -> Sequence[Event]:
+        if newest(at).changing is not None and at.events.append is not append:
+            at.events.append = append  # type: ignore[method-assign]
+            at.events.pause()
+            meanwhile()
+        return await append(*args, **more)
+
+    at.events.append = stalls  # type: ignore[method-assign]
+
+
+@pytest.mark.parametrize(
+    ("meanwhile", "refused"),
+    [
+        ({"mode": FlightMode.POSITION}, WrongStateError),
+        ({"landed": LandedState.LANDING}, WrongStateError),
+        ({"clock": MEASURED_CLOCK.told(20.0)}, ConflictError),
+    ],
+    ids=["a pilot took over", "it lands", "the simulation was sped up"],
+)
+async def test_a_change_is_not_sent_if_it_is_not_fit_any_more_when_it_is_stored(
+    meanwhile: dict[str, object], refused: type[WaydropError]
+) -> None:
+    async with desk() as at:
+        await fly(at)
+        on_board = at.vehicle.on_board
+        when_the_change_is_stored(at, lambda: at.vehicle.put(**meanwhile))
+        change = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann"))
+        await at.until(lambda: not at.events.open.is_set(), "the disk stalls")
+        at.events.open.set()
+        with pytest.raises(refused):
+            await asyncio.wait_for(change, 10.0)
+        assert (at.vehicle.on_board, newest(at).changing, at.run.changes) == (on_board, None, 0)
+
+
+async def test_a_new_plan_whose_change_could_not_be_stored_is_not_stored_later() -> None:
+    async with desk() as at:
+        await fly(at)
+        document = at.plan.model_dump(mode="json")
+        clinic_moved(document)
+        stored = StoredPlan("new", "h", "a plan", at.plan.vehicle_type, 0.0, "ann", document)
+        created = at.journal.new_event(EventKind.PLAN_CREATED, plan_id="new")
+        plan = NewPlan(stored, created, PlanCheck(findings=(), timeline=None))
+        at.events.refuse = lambda event: StorageError("disk full")
+        with pytest.raises(StorageError):
+            await at.runs.change_mission(at.run_id, plan, None, "ann")
+        at.events.refuse = lambda event: None
+        at.vehicle.put(mission_seq=at.mission.seqs_of("clinic")[0])
+        await at.until(lambda: at.run.item_id == "clinic", "it flies on, and is stored again")
+        assert (at.events.plans, "plan.created" in [one.kind.value for one in at.events.events]) == ({}, False)
 
 
 async def test_a_failed_drop_that_the_plan_answers_breaks_a_change_off() -> None:

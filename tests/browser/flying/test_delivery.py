@@ -45,6 +45,10 @@ async def test_a_delivery_flies_from_the_page_over_a_reload_until_the_drop_is_re
     await saved.save_as(tmp_path / "proof.html")
     sheet = (tmp_path / "proof.html").read_text(encoding="utf-8")
     assert '<p class="outcome">released</p>' in sheet
+    shown = await flying_page.page.context.new_page()
+    await shown.goto((tmp_path / "proof.html").as_uri())
+    assert await violations(shown, "the proof of delivery") == []
+    await shown.close()
     await attach_a_photo_and_what_is_none(flying_page, tmp_path)
 
 

@@ -1,0 +1,110 @@
+"""Where in a document an error of pydantic lies, and what may stand there, by the JSON Schema of the document's model.
+
+pydantic writes the tag or the class of a union's branch among the keys of its location. A key can be named the same, so
+only the schema tells which part is which.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, Final, NamedTuple
+
+from pydantic import BaseModel
+
+Path = tuple[str | int, ...]
+Schema = Mapping[str, Any]
+_WORD: Final = re.compile(r"\w+")
+
+
+class Form(NamedTuple):
+    """The branch `label` of a union without a tag, which stands at `union` in pydantic's location and at `path`."""
+
+    union: Path
+    path: Path
+    label: str
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """`path` has keys and indexes of the document alone.
+
+    `fields` are those that the object around may have, `tags` those of the union that stands there; empty if there is
+    none. `forms` are the branches of unions without a tag that lead there, outermost first.
+    """
+
+    path: Path
+    fields: tuple[str, ...]
+    tags: tuple[str, ...]
+    forms: tuple[Form, ...]
+
+
+class Places:
+    """The places of one kind of document."""
+
+    def __init__(self, schema: Schema) -> None:
+        self._schema = schema
+        self._definitions: Mapping[str, Schema] = schema.get("$defs", {})
+
+    def find(self, location: Path) -> Place:
+        """The place that pydantic means with a location in a document of this kind."""
+        path: Path = ()
+        forms: list[Form] = []
+        around: Schema = {}
+        node = self._told(self._schema)
+        for number, part in enumerate(location):
+            branches = _branches(node)
+            if branches:
+                if "discriminator" not in node:
+                    forms.append(Form(location[:number], path, str(part)))
+                node = self._told(_branch(node, branches, str(part)))
+            else:
+                path, around = (*path, part), node
+                node = self._told(_below(node, part))
+        tags = tuple(node.get("discriminator", {}).get("mapping", ()))
+        return Place(path, tuple(around.get("properties", ())), tags, tuple(forms))
+
+    def _told(self, node: Schema) -> Schema:
+        """The schema behind references, and what may be null as if it might not: pydantic names neither."""
+        while True:
+            branches = [branch for branch in _branches(node) if branch.get("type") != "null"]
+            if "$ref" in node:
+                node = self._definitions.get(_name_of(node), {})
+            elif len(branches) == 1:
+                node = branches[0]
+            else:
+                return {**node, "anyOf": branches} if "anyOf" in node else node
+
+
+@cache
+def places_of(model: type[BaseModel]) -> Places:
+    """The places of a document of this model."""
+    return Places(model.model_json_schema(mode="validation"))
+
+
+def _branches(node: Schema) -> list[Schema]:
+    found: list[Schema] = node.get("anyOf") or node.get("oneOf") or []
+    return found
+
+
+def _branch(node: Schema, branches: list[Schema], label: str) -> Schema:
+    tagged = node.get("discriminator", {}).get("mapping", {})
+    if label in tagged:
+        return {"$ref": tagged[label]}
+    words = _WORD.findall(label)  # a model with validators is called function-after[its_validator(), Model]
+    return next((branch for branch in branches if "$ref" in branch and _name_of(branch) in words), {})
+
+
+def _below(node: Schema, part: str | int) -> Schema:
+    if isinstance(part, int):
+        given = node.get("prefixItems", [])
+        found = given[part] if part < len(given) else node.get("items")
+    else:
+        found = node.get("properties", {}).get(part) or node.get("additionalProperties")
+    return found if isinstance(found, Mapping) else {}
+
+
+def _name_of(node: Schema) -> str:
+    return str(node["$ref"]).rpartition("/")[2]
