@@ -10,10 +10,12 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from app.api.problems import ApiError
 from app.api.routing import Body, QueryT
-from app.domain.finding import UnfitDocumentError
+from app.domain.finding import Finding, Severity, UnfitDocumentError
 from app.domain.plan import Plan, parse_plan
 from app.domain.validation import document_of, findings_of
 
+SMALL_BYTES: Final = 64 * 1024
+MAX_FIELDS: Final = 100
 ModelT = TypeVar("ModelT", bound=BaseModel)
 
 
@@ -35,10 +37,15 @@ class BodyMalformedError(UnfitDocumentError):
     code = "request.malformed"
 
 
-def json_body(model: type[ModelT]) -> Body[ModelT]:
-    """A body that is one JSON object of this model."""
+def json_body(model: type[ModelT], *, with_plan: bool = False) -> Body[ModelT]:
+    """A body that is one JSON object of this model: a small one, except with a plan in it.
+
+    Everything waits while pydantic names each of many faults, so a body with room for many is refused before.
+    """
 
     def parse(raw: bytes) -> ModelT:
+        if len(raw) > SMALL_BYTES:
+            _refuse_far_off(raw, with_plan=with_plan)
         try:
             return model.model_validate_json(raw)
         except ValidationError as error:
@@ -59,10 +66,11 @@ NO_BODY: Final = Body(model=Empty, parse=_nothing, codes=_EMPTY.codes, required=
 
 
 async def read_body(request: web.Request, body: Body[Any], *, timeout_s: float) -> bytes:
-    """The body's bytes; HTTPRequestEntityTooLarge beyond the service's bound, or the body's own.
+    """The body's bytes.
 
     Raises:
-        ApiError: it is of another content type, is missing, breaks off, or does not come in time.
+        ApiError: it is of another content type, is missing, breaks off, does not come in time, or is larger than the
+            service's bound, or the body's own.
     """
     if not request.can_read_body:
         if body.required:
@@ -84,6 +92,8 @@ async def read_body(request: web.Request, body: Body[Any], *, timeout_s: float) 
             if body.max_bytes is not None:
                 request = request.clone(client_max_size=body.max_bytes)
             return await request.read()
+    except web.HTTPRequestEntityTooLarge:
+        raise _too_large(request.client_max_size) from None
     except web.RequestPayloadError as error:
         raise ApiError("request.malformed", f"the body cannot be read: {error}") from None
     except TimeoutError:
@@ -111,6 +121,20 @@ def read_query(request: web.Request, model: type[QueryT]) -> QueryT:
 
 def _names(model: type[BaseModel]) -> list[str]:
     return [field.alias or name for name, field in model.model_fields.items()]
+
+
+def _too_large(most_bytes: int) -> ApiError:
+    return ApiError("request.too_large", f"the body has more than {most_bytes} bytes, the most that is taken here")
+
+
+def _refuse_far_off(raw: bytes, *, with_plan: bool) -> None:
+    """Raises ApiError, BodyInvalidError."""
+    if not with_plan:
+        raise _too_large(SMALL_BYTES)
+    document = document_of(raw)
+    if isinstance(document, dict) and len(document) > MAX_FIELDS:
+        message = f"{len(document)} fields, and none of what can be sent here has more than {MAX_FIELDS}"
+        raise BodyInvalidError([Finding(code="body.too_long", severity=Severity.ERROR, pointer="", message=message)])
 
 
 def _unfit(error: ValidationError, model: type[BaseModel], raw: bytes) -> UnfitDocumentError:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
 import hashlib
 from collections.abc import Awaitable, Callable
+from typing import Final
 
 from aiohttp import web
 
@@ -14,6 +16,8 @@ from app.api.request_log import note_principal
 from app.api.routing import AnyRoute, Call
 from app.services.access import Access, Principal
 
+LARGE_BYTES: Final = 16 * 1024
+"""A body beyond this is read in a thread, or vehicles that are flown by setpoints would wait for it."""
 HttpHandler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
 
@@ -27,7 +31,8 @@ def make_endpoint(route: AnyRoute, *, access: Access, idempotency: Idempotency, 
         raw = b""
         if route.method != "GET":
             raw = await read_body(request, route.body, timeout_s=body_timeout_s)
-        call = Call(request, principal, query, route.body.parse(raw))
+        body = await asyncio.to_thread(route.body.parse, raw) if len(raw) > LARGE_BYTES else route.body.parse(raw)
+        call = Call(request, principal, query, body)
         if not route.idempotent:
             return await route.handler(call)
         return await idempotency.answer(

@@ -24,7 +24,7 @@ async def check_plan(call: Call[NoQuery, PlanCheckRequest]) -> web.Response:
     if vehicle_id is not None:
         fleet.link(vehicle_id)  # before the plan is read: there is no such vehicle
     try:
-        plan = parse_plan(to_json(call.body.plan, inf_nan_mode="constants"))
+        plan = await asyncio.to_thread(parse_plan, to_json(call.body.plan, inf_nan_mode="constants"))
     except PlanInvalid as error:
         return json_answer(PlanCheck(findings=error.findings, timeline=None))
     facts = None if vehicle_id is None else await fleet.facts(vehicle_id)
@@ -41,7 +41,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         tag="plans",
         role=Role.DISPATCHER,
         query=NoQuery,
-        body=json_body(PlanCheckRequest),
+        body=json_body(PlanCheckRequest, with_plan=True),
         answers=(Answer(200, "What was found; a plan with errors is answered with 200 too", PlanCheck),),
         errors=("not_found", "vehicle.quarantined", "vehicle.link", "vehicle.timeout", "vehicle.refused"),
     ),

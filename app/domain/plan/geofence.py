@@ -16,7 +16,7 @@ class FencePolygon(PlanModel):
     """At least three corners, in order, the first not repeated. Edges are the short way round."""
 
     kind: FenceKind
-    vertices: Annotated[tuple[Point, ...], Field(min_length=3, max_length=MAX_VERTICES)]
+    vertices: Annotated[tuple[Point, ...], Field(min_length=3, max_length=MAX_VERTICES, fail_fast=True)]
 
 
 class FenceCircle(PlanModel):

@@ -5,14 +5,15 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping
+from functools import cache
 from typing import Any, Final
 
 from pydantic import TypeAdapter, ValidationError
 
 from app.domain.finding import Finding, UnfitDocumentError
 from app.domain.plan.document import Plan
-from app.domain.plan.json_tree import JsonTree, read_json
-from app.domain.plan.size_limits import MAX_ITEMS
+from app.domain.plan.json_tree import read_json
+from app.domain.plan.outline import check_outline
 from app.domain.validation import findings_of
 
 _CODES: Mapping[str, str] = {
@@ -54,7 +55,7 @@ def parse_plan(raw: bytes | str | Mapping[str, Any]) -> Plan:
     """A Plan from JSON text or from data that json.loads made. Raises PlanInvalid and nothing else."""
     tree = read_json(raw)
     if not tree.findings:
-        _check_outline(tree)
+        check_outline(tree, _field_names)
     if tree.findings:
         raise PlanInvalid(tree.findings)
     try:
@@ -70,13 +71,11 @@ def plan_json_schema() -> dict[str, Any]:
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "Waydrop delivery plan", **schema}
 
 
-def _check_outline(tree: JsonTree) -> None:
-    if not isinstance(tree.value, dict):
-        tree.refuse("plan.not_an_object", "", "a plan is a JSON object")
-        return
-    items = tree.value.get("items")
-    if isinstance(items, list) and len(items) > MAX_ITEMS:
-        tree.refuse("plan.too_many_items", "/items", f"{len(items)} items, at most {MAX_ITEMS} are taken")
+@cache
+def _field_names() -> frozenset[str]:
+    schema = plan_json_schema()
+    parts = (schema, *schema["$defs"].values())
+    return frozenset(name for part in parts for name in part.get("properties", {}))
 
 
 def _findings(error: ValidationError, value: Any) -> list[Finding]:

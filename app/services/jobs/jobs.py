@@ -81,7 +81,7 @@ class Jobs:
         """
         self._refuse_unusable(order)
         self._book.queue.refuse_if_full()
-        plan_id = order.plan if isinstance(order.plan, str) else (await self._plans.create(_parsed(order), by)).id
+        plan_id = order.plan if isinstance(order.plan, str) else (await self._plans.create(await _parsed(order), by)).id
         plan = await self._planned.plan(plan_id)
         now = self._clock.now()
 
@@ -113,7 +113,7 @@ class Jobs:
         """Which vehicle would get it now; nothing is stored. Raises NotFoundError, PlanInvalid, StorageError."""
         self._refuse_unseen(order)
         wind = CALM if order.wind is None else order.wind.wind()
-        plan = await self._planned.plan(order.plan) if isinstance(order.plan, str) else _parsed(order)
+        plan = await self._planned.plan(order.plan) if isinstance(order.plan, str) else await _parsed(order)
         candidates = await self._assessment.candidates(plan, order.wish(), self._sights.all(), wind)
         chosen = chosen_of(candidates)
         chosen_id = None if chosen is None else chosen.vehicle_id
@@ -221,8 +221,8 @@ class Jobs:
             raise InvalidInputError("the deadline is not after not_before", hint="it is the latest start")
 
 
-def _parsed(order: JobOrder) -> Plan:
-    return parse_plan(to_json(order.plan, inf_nan_mode="constants"))
+async def _parsed(order: JobOrder) -> Plan:
+    return await asyncio.to_thread(parse_plan, to_json(order.plan, inf_nan_mode="constants"))
 
 
 def _cancelled(job: Job, by: str, now: float) -> Job:
