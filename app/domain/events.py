@@ -36,8 +36,8 @@ class EventKind(StrEnum):
     OFFBOARD_CHANGED = "offboard.changed"
     """data: state, holder, reason. The setpoints themselves are telemetry."""
     TASKS_CHANGED = "tasks.changed"
-    """data: change (inserted, reached, time_over, gripper_done, skipped, cleared, paused, resumed, by_hand, blocked,
-    dropped), task_id, task, holder, reason, task_list."""
+    """data: change (inserted, changed, moved, removed, reached, time_over, gripper_done, skipped, cleared, paused,
+    resumed, by_hand, blocked, dropped), task_id, task, holder, reason, task_list."""
     TASKS_GRIPPER = "tasks.gripper"
     """data: task_id, action, result ("sent", then ACCEPTED or why not)."""
     PLAN_CREATED = "plan.created"
@@ -63,7 +63,8 @@ class EventKind(StrEnum):
     RUN_ITEM = "run.item"
     """data: item_id, seq, what ("current" | "reached")."""
     RUN_ITEM_ENDED = "run.item_ended"
-    """data: item_id, began_s, ended_s (the vehicle's own clock, seconds since it started; null if nobody saw it)."""
+    """data: item_id, began_s, ended_s (the vehicle's own clock, seconds since it started; null if nobody saw it), and
+    paused_s of them, in which the run was paused."""
     RUN_COMMAND = "run.command"
     """data: command, params, attempt. Stored before it is sent."""
     RUN_ACK = "run.ack"

@@ -3,7 +3,7 @@ import type { EventKind, StreamEvent } from "../api/types";
 import { sampleDrop, sampleEvent, sampleRun } from "../testing/samples";
 import { sentence } from "./sentences";
 import { age, altitude, besides, climbRate, distance, heading, linkAge, percent, roundDistance, seconds, speed, systemName, wholeAltitude } from "./units";
-import { asSentence, landedName, plain } from "./words";
+import { asSentence, landedName, modeTone, plain } from "./words";
 
 describe("measurements", () => {
   it("that are not known are a dash, never a zero", () => {
@@ -59,6 +59,13 @@ describe("the units of the page", () => {
 describe("words", () => {
   it("that the page does not know are shown as they are", () => {
     expect([plain("some_new_mode"), landedName("submerged")]).toEqual(["Some new mode", "Submerged"]);
+  });
+});
+
+describe("Mission mode", () => {
+  it("looks like a flight only in one", () => {
+    const tone = (armed: boolean, landed: string, mode: string | null = "mission") => modeTone({ mode, armed, landed });
+    expect([tone(true, "in_air"), tone(true, "taking_off"), tone(true, "on_ground"), tone(false, "undefined"), tone(true, "in_air", "hold")]).toEqual(["info", "info", "neutral", "neutral", "neutral"]);
   });
 });
 

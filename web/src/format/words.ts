@@ -92,6 +92,11 @@ export function landedName(landed: string): string {
   return LANDED[landed] ?? plain(landed);
 }
 
+/** A vehicle on the ground may be in Mission mode, and flies none. */
+export function modeTone({ mode, armed, landed }: { mode: string | null; armed: boolean; landed: string }): Tone {
+  return mode === "mission" && armed && landed !== "on_ground" ? "info" : "neutral";
+}
+
 /** The service's clauses as sentences: a capital first letter, unless the first word is a name such as hold_s. */
 export function asSentence(text: string): string {
   return /^[a-z]+(?![\w./])/.test(text) ? text.charAt(0).toUpperCase() + text.slice(1) : text;
