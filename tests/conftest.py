@@ -6,6 +6,7 @@ import gc
 from typing import Any
 
 import pytest
+import structlog
 from hypothesis import settings
 from xdist.scheduler import LoadFileScheduling
 
@@ -29,9 +30,10 @@ gc.disable()  # until all is collected: thousands of tests, and what they import
 
 
 def pytest_collection_finish() -> None:
-    """From here on garbage is looked for, and only in what the tests themselves make."""
+    """From here on garbage is looked for, and only in what the tests themselves make; and logs tell all."""
     gc.freeze()
     gc.enable()
+    structlog.reset_defaults()  # a benchmark whose parts a test imports is silent, and would silence all tests
 
 
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> OneHeavyOfAKind:

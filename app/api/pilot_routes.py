@@ -24,7 +24,7 @@ def pilot_route(
     *,
     answer: Answer,
     errors: tuple[str, ...],
-    method: Literal["POST", "DELETE"] = "POST",
+    method: Literal["POST", "PATCH", "DELETE"] = "POST",
     idempotent: bool = False,
 ) -> Route[NoQuery, ModelT]:
     """The row of one action, for pilots and administrators."""

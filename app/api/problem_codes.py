@@ -61,6 +61,7 @@ _KINDS: Final = (
     ProblemKind("setpoint.refused", 422, "The setpoint is not sent"),
     ProblemKind("tasks.refused", 422, "The task is not queued"),
     ProblemKind("tasks.full", 409, "The task queue is full"),
+    ProblemKind("tasks.under_way", 409, "The task is flown already"),
     ProblemKind("offboard.lease_held", 409, "Another client has the lease"),
     ProblemKind("offboard.lease_lost", 409, "The lease is not yours, or has ended"),
     ProblemKind("offboard.not_ready", 409, "Offboard control cannot begin now"),

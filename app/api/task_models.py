@@ -9,6 +9,7 @@ from pydantic import BaseModel
 from app.api.models import Identifier
 from app.api.offboard_models import LeaseUse
 from app.domain.tasks.forms import InsertMode, Motion, Task, TaskPoint, WhenEmpty
+from app.domain.tasks.terms import TaskTerms
 from app.services.task_view import TasksView
 
 QueueAction = Literal["next", "clear", "pause", "resume"]
@@ -27,6 +28,12 @@ class TargetRequest(LeaseUse):
 
     point: TaskPoint
     motion: Motion | None = None
+
+
+class ChangeRequest(LeaseUse):
+    """What of a task that has not begun shall be otherwise."""
+
+    change: TaskTerms
 
 
 class MoveRequest(LeaseUse):

@@ -13,7 +13,7 @@ from app.api.offboard_models import LeaseUse
 from app.api.pilot_routes import pilot_route
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import TASKS
-from app.api.task_models import MoveRequest, QueueAction, TargetRequest, TaskQueued, TaskRequest
+from app.api.task_models import ChangeRequest, MoveRequest, QueueAction, TargetRequest, TaskQueued, TaskRequest
 from app.services.access import Role
 from app.services.task_view import TasksView
 from app.services.tasks import TaskDesk
@@ -56,6 +56,13 @@ async def move_target(call: Call[NoQuery, TargetRequest]) -> web.Response:
     """POST /vehicles/{vehicle_id}/tasks/{task_id}/target."""
     desk, body = _desk(call), call.body
     desk.retarget(body.lease, call.path_value("task_id"), body.point, body.motion)
+    return json_answer(desk.view())
+
+
+async def change_task(call: Call[NoQuery, ChangeRequest]) -> web.Response:
+    """PATCH /vehicles/{vehicle_id}/tasks/{task_id}."""
+    desk, body = _desk(call), call.body
+    desk.change(body.lease, call.path_value("task_id"), body.change)
     return json_answer(desk.view())
 
 
@@ -116,6 +123,16 @@ ROUTES: tuple[AnyRoute, ...] = (
         "Where the target of a goto is now, and how it moves",
         answer=_VIEW,
         errors=(*_LEASE, "tasks.refused"),
+    ),
+    pilot_route(
+        _TAG,
+        f"{_PATH}/{{task_id}}",
+        change_task,
+        ChangeRequest,
+        "Mend a task that has not begun: duration, speed, altitude, radius",
+        answer=_VIEW,
+        errors=(*_LEASE, "tasks.refused", "tasks.under_way"),
+        method="PATCH",
     ),
     pilot_route(
         _TAG,

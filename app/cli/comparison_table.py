@@ -21,7 +21,8 @@ def show_comparison(console: Console, comparison: Comparison) -> None:
     for item in comparison.items:
         table.add_row(*_cells(item))
     whole = _percent(comparison.predicted_s, comparison.flown_s)
-    table.add_row("compared items", _s(comparison.predicted_s), _s(comparison.flown_s), whole, style="bold")
+    totals = _s(comparison.predicted_s), _s(comparison.flown_s)
+    table.add_row("compared items", *totals, whole, _paused(comparison.paused_s), style="bold")
     console.print(table)
     for drop in comparison.drops:
         console.print(_drop_line(drop), markup=False)
@@ -30,8 +31,12 @@ def show_comparison(console: Console, comparison: Comparison) -> None:
 def _cells(item: ItemComparison) -> tuple[str, str, str, str, str]:
     name = item.item_id if item.visit == 1 else f"{item.item_id} (visit {item.visit})"
     difference = "" if item.difference_percent is None else f"{item.difference_percent:+.0f} %"
-    note = item.reason or (f"unsure by {item.unsure_s:.0f} s" if item.unsure_s else "")
-    return escape(name), _s(item.predicted_s), _s(item.flown_s), difference, escape(note)
+    notes = [item.reason or (f"unsure by {item.unsure_s:.0f} s" if item.unsure_s else ""), _paused(item.paused_s)]
+    return escape(name), _s(item.predicted_s), _s(item.flown_s), difference, escape("; ".join(filter(None, notes)))
+
+
+def _paused(seconds: float) -> str:
+    return f"paused for {seconds:.0f} s, not counted" if seconds >= 0.5 else ""
 
 
 def _drop_line(drop: DropComparison) -> str:

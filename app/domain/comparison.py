@@ -22,8 +22,9 @@ class _Frozen(BaseModel):
 class ItemComparison(_Frozen):
     """One visit of one plan item, in seconds of the vehicle's clock.
 
-    `difference_percent` is of the predicted time; null for an item that takes no time. `unsure_s`: see the timeline.
-    A null has its `reason`.
+    `flown_s` is without `paused_s`, for which the run was paused or its vehicle flown by hand: no prediction knows of
+    that. `difference_percent` is of the predicted time; null for an item that takes no time. `unsure_s`: see the
+    timeline. A null has its `reason`.
     """
 
     item_id: str
@@ -31,6 +32,7 @@ class ItemComparison(_Frozen):
     visit: int
     predicted_s: float | None
     flown_s: float | None
+    paused_s: float = 0.0
     difference_percent: float | None
     unsure_s: float
     reason: str
@@ -56,13 +58,17 @@ class DropComparison(_Frozen):
 
 
 class Comparison(_Frozen):
-    """A run against its prediction. `reason` says why there is none at all. The totals are over the compared items."""
+    """A run against its prediction. `reason` says why there is none at all. The totals are over the compared items.
+
+    `paused_s` is how long the run was paused in these, which `flown_s` does not count.
+    """
 
     run_id: str
     items: tuple[ItemComparison, ...]
     drops: tuple[DropComparison, ...]
     predicted_s: float | None
     flown_s: float | None
+    paused_s: float = 0.0
     reason: str
 
 
@@ -84,6 +90,7 @@ def compare(run: Run, timeline: Timeline | None, flown: Sequence[EndedItem], why
         drops=tuple([_drop(drop, predicted_drops.get(drop.plan_item_id), why_none) for drop in run.drops]),
         predicted_s=sum(item.predicted_s or 0.0 for item in both) if both else None,
         flown_s=sum(item.flown_s or 0.0 for item in both) if both else None,
+        paused_s=sum(item.paused_s for item in both),
         reason=why_none,
     )
 
@@ -110,7 +117,9 @@ def _by_visit(flown: Sequence[EndedItem]) -> dict[tuple[str, int], EndedItem]:
 
 
 def _flown_s(ended: EndedItem) -> float | None:
-    return None if ended.began_s is None or ended.ended_s is None else max(0.0, ended.ended_s - ended.began_s)
+    if ended.began_s is None or ended.ended_s is None:
+        return None
+    return max(0.0, ended.ended_s - ended.began_s - ended.paused_s)
 
 
 def _item(run: Run, entry: TimelineEntry, ended: EndedItem | None, kept: Mapping[str, str]) -> ItemComparison:
@@ -128,6 +137,7 @@ def _item(run: Run, entry: TimelineEntry, ended: EndedItem | None, kept: Mapping
         visit=entry.visit,
         predicted_s=entry.duration_s,
         flown_s=flown_s,
+        paused_s=0.0 if ended is None or flown_s is None else ended.paused_s,
         difference_percent=None if flown_s is None else difference_percent(entry.duration_s, flown_s),
         unsure_s=entry.unsure_s,
         reason=reason,
@@ -141,6 +151,7 @@ def _unpredicted(item_id: str, visit: int, ended: EndedItem, why_none: str) -> I
         visit=visit,
         predicted_s=None,
         flown_s=_flown_s(ended),
+        paused_s=ended.paused_s,
         difference_percent=None,
         unsure_s=0.0,
         reason=why_none or "this visit was not predicted",

@@ -249,3 +249,9 @@ class TasksFullError(ConflictError):
     """The vehicle's task queue has no place left."""
 
     code = "tasks.full"
+
+
+class TaskUnderWayError(ConflictError):
+    """The task is flown already: what was said of it stays."""
+
+    code = "tasks.under_way"

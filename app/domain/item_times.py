@@ -26,11 +26,12 @@ REPORTED_EARLY: Final = frozenset(
 
 @dataclass(frozen=True, slots=True)
 class EndedItem:
-    """One visit of a plan item, in seconds of the vehicle's clock; None: not seen."""
+    """One visit of a plan item, in seconds of the vehicle's clock; None: not seen. `paused_s`: of them in a pause."""
 
     item_id: str
     began_s: float | None
     ended_s: float | None
+    paused_s: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +39,7 @@ class ItemTimes:
     """`seqs` are the first and the last mission item of each plan item, `early` those that are reported early.
 
     `counted` is how many of the flown items have ended. `ahead`: the next one ended already, at a drop's release.
-    `began_s`: when the item under way began, None if that was not seen.
+    `began_s`: when the item under way began, None if that was not seen. `paused_s`: how long the run was paused since.
     """
 
     seqs: Mapping[str, tuple[int, int]]
@@ -46,6 +47,7 @@ class ItemTimes:
     counted: int = 0
     began_s: float | None = None
     ahead: bool = False
+    paused_s: float = 0.0
 
     @classmethod
     def of(cls, mission: Mission) -> ItemTimes:
@@ -59,11 +61,15 @@ class ItemTimes:
 
     def started(self, now_s: float | None) -> ItemTimes:
         """The first item begins."""
-        return replace(self, began_s=now_s)
+        return self._next(now_s)
+
+    def paused(self, seconds: float) -> ItemTimes:
+        """The run was paused for so long, in the item under way."""
+        return replace(self, paused_s=self.paused_s + max(0.0, seconds))
 
     def taken_up(self, flown: int) -> ItemTimes:
         """Somebody else, or nobody, saw the first `flown` items."""
-        return replace(self, counted=flown, began_s=None)
+        return replace(self._next(None), counted=flown)
 
     def flown_on(self, mission: Mission, began_s: float | None) -> ItemTimes:
         """Another mission goes on behind the items that were counted; its first item began then."""
@@ -73,8 +79,8 @@ class ItemTimes:
         """A supervised release is ordered: the item at which the vehicle waits for it is over, and the drop begins."""
         if self.ahead:
             return self, ()
-        ended = EndedItem(anchor_id, self.began_s, now_s)
-        return replace(self, began_s=now_s, ahead=True), (ended,)
+        ended = EndedItem(anchor_id, self.began_s, now_s, self.paused_s)
+        return replace(self._next(now_s), ahead=True), (ended,)
 
     def seen(
         self, progress: Progress, now_s: float | None, *, landed: bool, gap: bool
@@ -88,12 +94,15 @@ class ItemTimes:
                 break
             at_s = None if gap else now_s
             if not times.ahead:
-                ended.append(EndedItem(item_id, times.began_s, at_s))
-                times = replace(times, began_s=at_s)
+                ended.append(EndedItem(item_id, times.began_s, at_s, times.paused_s))
+                times = times._next(at_s)
             times = replace(times, counted=times.counted + 1, ahead=False)
         if gap and times.counted > self.counted:
             times = replace(times, began_s=None)
         return times, tuple(ended)
+
+    def _next(self, began_s: float | None) -> ItemTimes:
+        return replace(self, began_s=began_s, paused_s=0.0)
 
     def _is_under_way(self, item_id: str, progress: Progress) -> bool:
         """Only the first of its mission items are passed, or it is reported as reached and still being done."""

@@ -54,7 +54,8 @@ class _Told:
                 self._take_change(event)
             elif event.kind is EventKind.RUN_ITEM_ENDED:
                 data = event.data
-                self.flown.append(EndedItem(str(data["item_id"]), data.get("began_s"), data.get("ended_s")))
+                times = data.get("began_s"), data.get("ended_s"), data.get("paused_s", 0.0)
+                self.flown.append(EndedItem(str(data["item_id"]), *times))
 
     def _take_prediction(self, event: Event) -> None:
         try:

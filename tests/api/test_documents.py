@@ -74,7 +74,7 @@ async def test_the_asyncapi_document_names_every_frame_and_every_close_code(serv
     assert set(document["channels"]["stream"]["messages"]) == {"hello", "snapshot", "event", "telemetry"}
     told = {"state", "tasks", "granted", "taken", "queued", "done", "refused"}
     flown = {"take", "renew", "enter", "setpoint", "leave", "hand_over", "release"}
-    said = flown | {"task", "queue", "move", "remove", "target"}
+    said = flown | {"task", "queue", "move", "change", "remove", "target"}
     assert set(document["channels"]["offboard"]["messages"]) == told | said
     assert set(document["channels"]["reports"]["messages"]) == {"report", "taken", "refused"}
     for codes in (CloseCode, ByHandCloseCode, ReportsCloseCode):

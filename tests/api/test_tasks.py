@@ -75,6 +75,37 @@ async def test_the_order_is_changed_and_one_task_is_taken_out_over_rest(service:
     assert ids((await service.call("GET", PATH))[2]) == ["t2", "t1"], "what was refused changed nothing"
 
 
+async def test_a_task_is_mended_over_rest_before_its_turn_and_refused_once_it_is_flown(
+    service: Service, link: FakeLink
+) -> None:
+    lease = await leased(service)
+    for task in (CIRCLE, GOTO):
+        await service.call("POST", PATH, json={"lease": lease, "task": task})
+
+    async def mend(task_id: str, **change: Any) -> tuple[int, Any]:
+        status, _, body = await service.call("PATCH", f"{PATH}/{task_id}", json={"lease": lease, "change": change})
+        return status, body
+
+    status, queue = await mend("t2", duration_s=40, relative_altitude_m=25)
+    entry = queue["tasks"][1]
+    assert (status, entry["id"], entry["remaining_s"]) == (200, "t2", 40.0)
+    assert (entry["task"]["duration_s"], entry["task"]["relative_altitude_m"]) == (40.0, 25.0)
+    assert (await mend("t1", radius_m=-30))[1]["tasks"][0]["task"]["radius_m"] == -30.0, "nothing is flown yet"
+    assert (await service.call("POST", f"{OFFBOARD}/enter", json={"lease": lease}))[0] == 200
+    status, problem = await mend("t1", duration_s=60)
+    assert (status, problem["code"]) == (409, "tasks.under_way")
+    assert "replace_current" in problem["hint"]
+    for task_id, change, wanted in (
+        ("t2", {}, (422, "request.invalid")),
+        ("t2", {"radius_m": 30}, (422, "tasks.refused")),
+        ("t2", {"relative_altitude_m": 900}, (422, "tasks.refused")),
+        ("t9", {"duration_s": 5}, (404, "not_found")),
+    ):
+        status, problem = await mend(task_id, **change)
+        assert (status, problem["code"]) == wanted
+    assert (await service.call("GET", PATH))[2]["tasks"][1]["task"] == entry["task"], "what was refused changed nothing"
+
+
 def ids(queue: Any) -> list[str]:
     return [task["id"] for task in queue["tasks"]]
 
@@ -136,6 +167,10 @@ async def test_the_same_over_the_websocket_with_reports_on_change_and_every_seco
         assert (await ann.say("task", task=CIRCLE))["task_id"] == "t2"
         assert (await ann.say("move", task_id="t2", before="t1"))["type"] == "done"
         assert (await tasks_frame(ann, "paused", "t2"))["report"]["task_list"] == [2, 1]
+        assert (await ann.say("change", task_id="t1", change={"duration_s": 60.0}))["type"] == "done", (
+            "not its turn yet"
+        )
+        assert (await ann.say("change", task_id="t2", change={"duration_s": 60.0}))["code"] == "tasks.under_way"
         assert (await ann.say("remove", task_id="t2"))["type"] == "done"
         assert (await tasks_frame(ann, "paused", "t1"))["report"]["task_list"] == [1]
         assert (await ann.say("remove", task_id="t2"))["code"] == "not_found"

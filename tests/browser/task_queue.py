@@ -87,6 +87,18 @@ class TaskBoard:
         await self.press("Move task 1 down")  # the circle has no end: it is flown until somebody ends it
         await self.lists(CIRCLE, PATH, RELEASE)
 
+    async def mend(self) -> None:
+        """Another duration by the keyboard, in the task's place in the list; what is flown already is not mended."""
+        await expect(self.own("Change task 1")).to_have_count(0)
+        await self.own("Change task 2").press("Enter")
+        await expect(self.panel.locator(".task-mend").get_by_label("Duration")).to_be_focused()
+        await self.cockpit.page.keyboard.type("45")
+        await self.cockpit.page.keyboard.press("Enter")
+        await expect(self.own("Change task 2")).to_be_focused()
+        await expect(self.panel.locator(".task").nth(1)).to_contain_text("for 45 s")
+        queue = await self.dispatcher.get("/vehicles/v1/tasks")
+        assert [entry["task"]["duration_s"] for entry in queue["tasks"]] == [-1.0, 45.0, -1.0]
+
     async def refused(self, code: str) -> None:
         """Too high: said beside the form, and what was put together stays."""
         await self.press("Line")

@@ -139,6 +139,7 @@ async def test_tasks_are_clicked_on_the_map_put_in_order_and_flown_until_hands_t
         await cockpit.panel.get_by_role("button", name="Tasks (3)").click(timeout=PRESS_MS)
         await expect(board.state("flying").locator(".task-progress")).to_contain_text("course")
         assert await cockpit.page.evaluate(AXE_ON_PANEL) == []
+        await board.mend()
         await board.refused("limit.altitude")
         await cockpit.panel.focus()
         await cockpit.page.keyboard.press("w")  # beside the tasks it means nothing

@@ -39,7 +39,7 @@ async def test_faults_are_set_seen_on_the_fleet_cleared_and_refused(browser: Bro
             loss = fault(dashboard, "loss")
             await loss.get_by_role("textbox", name="Loss").fill("7")
             await loss.get_by_role("button", name="Set Loss").click()
-            await expect(loss.get_by_role("alert")).to_contain_text("less than or equal to 1")
+            await expect(loss.get_by_role("alert")).to_contain_text("must be at most 1, not 7")
             await loss.get_by_role("textbox", name="Loss").fill("0.05")
             await loss.get_by_role("button", name="Set Loss").click()
             await expect(loss).to_contain_text("Now 0.05")

@@ -13,6 +13,7 @@ from app.api.socket_answers import FrameId, RefusedFrame
 from app.api.task_models import QueueAction
 from app.domain.setpoint.forms import Setpoint
 from app.domain.tasks.forms import InsertMode, Motion, Task, TaskPoint, WhenEmpty
+from app.domain.tasks.terms import TaskTerms
 from app.services.offboard_view import FlownBy, OffboardView
 from app.services.task_view import TasksView
 
@@ -90,6 +91,14 @@ class MoveFrame(ClientFrame):
     before: Identifier | None
 
 
+class ChangeFrame(ClientFrame):
+    """What of a task that has not begun shall be otherwise."""
+
+    type: Literal["change"]
+    task_id: Identifier
+    change: TaskTerms
+
+
 class RemoveFrame(ClientFrame):
     """Take one task out; the current one as if it were skipped."""
 
@@ -120,6 +129,7 @@ AnyClientFrame = Annotated[
     | TaskFrame
     | QueueFrame
     | MoveFrame
+    | ChangeFrame
     | RemoveFrame
     | TargetFrame
     | LeaveFrame
@@ -198,6 +208,7 @@ CLIENT_FRAMES: Final[tuple[type[BaseModel], ...]] = (
     TaskFrame,
     QueueFrame,
     MoveFrame,
+    ChangeFrame,
     RemoveFrame,
     TargetFrame,
     LeaveFrame,

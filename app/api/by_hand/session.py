@@ -16,6 +16,7 @@ from app.api.authentication import require_role
 from app.api.by_hand.frames import (
     AnyClientFrame,
     ByHandCloseCode,
+    ChangeFrame,
     ClientDocument,
     DoneFrame,
     EnterFrame,
@@ -157,6 +158,8 @@ class ByHandSession:
                 ACTIONS[frame.do](self._desk, lease_id)
             case MoveFrame():
                 self._desk.move(lease_id, frame.task_id, frame.before)
+            case ChangeFrame():
+                self._desk.change(lease_id, frame.task_id, frame.change)
             case RemoveFrame():
                 self._desk.remove(lease_id, frame.task_id)
             case TargetFrame():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Final, Literal, Self
 
-from pydantic import Field, RootModel, model_validator
+from pydantic import AfterValidator, Field, RootModel, model_validator
 from pydantic_core import PydanticCustomError
 
 from app.domain.plan.fields import (
@@ -24,6 +24,15 @@ DurationS = Annotated[
     float,
     Field(ge=-1e6, le=86_400, allow_inf_nan=False, description="the task ends after so long; 0 or less: no limit"),
 ]
+
+
+def _is_a_circle(radius_m: float) -> float:
+    if abs(radius_m) < 1.0:
+        raise PydanticCustomError("radius_too_small", "the radius is at least 1 m, or at most -1 m")
+    return radius_m
+
+
+CircleRadiusM = Annotated[SignedRadiusM, AfterValidator(_is_a_circle)]
 InsertMode = Literal["append", "prepend", "replace_current", "replace_all"]
 WhenEmpty = Literal["plan", "wait"]
 
@@ -52,13 +61,11 @@ class Motion(SetpointModel):
     east_m_s: MetresPerSecond
 
 
-class TaskModel(SetpointModel):
-    """What all tasks share. With neither altitude the task is flown at the one at which it begins."""
+class AltitudeTerms(SetpointModel):
+    """How high: above home, or AMSL."""
 
     relative_altitude_m: RelativeAltitudeM | None = None
     absolute_altitude_m: AbsoluteAltitudeM | None = None
-    speed_m_s: SpeedMS | None = None
-    duration_s: DurationS = UNLIMITED_S
 
     @model_validator(mode="after")
     def _at_most_one_altitude(self) -> Self:
@@ -67,6 +74,13 @@ class TaskModel(SetpointModel):
                 "altitude_at_most_one", "give at most one of relative_altitude_m and absolute_altitude_m"
             )
         return self
+
+
+class TaskModel(AltitudeTerms):
+    """What all tasks share. With neither altitude the task is flown at the one at which it begins."""
+
+    speed_m_s: SpeedMS | None = None
+    duration_s: DurationS = UNLIMITED_S
 
 
 class Goto(TaskModel):
@@ -95,13 +109,7 @@ class Circle(TaskModel):
 
     type: Literal["circle"]
     center: TaskPoint
-    radius_m: SignedRadiusM
-
-    @model_validator(mode="after")
-    def _has_a_radius(self) -> Self:
-        if abs(self.radius_m) < 1.0:
-            raise PydanticCustomError("radius_too_small", "the radius is at least 1 m, or at most -1 m")
-        return self
+    radius_m: CircleRadiusM
 
 
 class Segment(TaskModel):

@@ -120,7 +120,7 @@ class TaskQueue:
         for entry in self.entries:
             if entry.id == task_id:
                 return entry
-        raise NotFoundError(f"no task {task_id!r} is in the queue")
+        raise NotFoundError(f"no task {task_id!r} is in the queue", hint="it has ended or was taken out, or never was")
 
     def begun(self, up_m: float, leg: int) -> TaskQueue:
         """The current task is flown at this height, and has come to this leg of its path."""
@@ -130,8 +130,11 @@ class TaskQueue:
 
     def moved(self, task_id: str, task: Task, course: Course) -> TaskQueue:
         """The task with this id is about another place now, and keeps its time."""
-        changed = (replace(e, task=task, course=course) if e.id == task_id else e for e in self.entries)
-        return replace(self, entries=tuple(changed))
+        return self.mended(replace(self.entry(task_id), task=task, course=course))
+
+    def mended(self, entry: QueuedTask) -> TaskQueue:
+        """This entry stands where the one with its id stood; the time goes on. Without one nothing changes."""
+        return replace(self, entries=tuple(entry if one.id == entry.id else one for one in self.entries))
 
     def _with(self, entries: tuple[QueuedTask, ...]) -> TaskQueue:
         """These entries; the time goes on if the current task is the same."""

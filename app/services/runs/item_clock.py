@@ -10,7 +10,8 @@ from app.domain.events import EventKind
 from app.domain.item_times import EndedItem, ItemTimes
 from app.domain.mission import Mission
 from app.domain.progress import Progress
-from app.domain.vehicle import LandedState, VehicleState
+from app.domain.run import RunState
+from app.domain.vehicle import FlightMode, LandedState, VehicleState
 from app.services.runs.evidence import Look
 from app.services.runs.orders import Release
 from app.services.runs.recorder import RunRecorder
@@ -41,7 +42,10 @@ class ItemClock:
 
     def look(self, seen: Look, progress: Progress, releases: Iterable[Release], *, was_airborne: bool) -> None:
         """After each look at a vehicle that is heard."""
-        now_s = self._now_s = _vehicle_s(seen)
+        before_s, now_s = self._now_s, _vehicle_s(seen)
+        self._now_s = now_s
+        if before_s is not None and now_s is not None and self._is_paused(seen.state):
+            self._times = self._times.paused(now_s - before_s)
         gap = self._heard_s is not None and seen.now_s - self._heard_s > LONGEST_BLINK_S
         self._heard_s = seen.now_s
         if not self._is_running:
@@ -55,9 +59,13 @@ class ItemClock:
                 self._times, ended = self._times.releases(str(anchor_id), now_s)
                 self._note(ended)
 
+    def _is_paused(self, state: VehicleState) -> bool:
+        """As it was at the look before, and still is."""
+        return self._recorder.run.state is RunState.PAUSED and state.mode is not FlightMode.MISSION
+
     def _note(self, ended: Iterable[EndedItem]) -> None:
         for item in ended:
-            times = {"began_s": item.began_s, "ended_s": item.ended_s}
+            times = {"began_s": item.began_s, "ended_s": item.ended_s, "paused_s": item.paused_s}
             self._recorder.note(EventKind.RUN_ITEM_ENDED, item_id=item.item_id, **times)
 
 

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
-from app.domain.errors import ConflictError, LeaseLostError, TaskRefusedError
+from app.domain.errors import ConflictError, LeaseLostError, TaskRefusedError, TaskUnderWayError
 from app.domain.ports import Unsubscribe
 from app.domain.setpoint.means import Means, task_means
 from app.domain.tasks.admission import course_of, refuse_beyond
 from app.domain.tasks.course import Course
-from app.domain.tasks.forms import Goto, InsertMode, Motion, Task, TaskPoint, WhenEmpty
+from app.domain.tasks.forms import Circle, Goto, InsertMode, Motion, Task, TaskPoint, WhenEmpty
 from app.domain.tasks.origin import EkfOrigin
 from app.domain.tasks.queue import QueuedTask
+from app.domain.tasks.terms import TaskTerms
 from app.services.clock import Clock
 from app.services.offboard.surroundings import Surroundings
 from app.services.offboard_view import FlownBy, OffboardState, TaskReport
@@ -68,6 +70,32 @@ class TaskDesk:
             self._refuse_while_gripping("move it later")
         if queue is not flight.queue:
             flight.put(queue, "moved", queue.entry(task_id))
+
+    def change(self, lease_id: str, task_id: str, terms: TaskTerms) -> None:
+        """Mend how a task is flown that has not begun; it keeps its place, its course and its leg.
+
+        Raises:
+            NotFoundError: it is over, or never was. TaskUnderWayError: it is flown already. TaskRefusedError: it stays
+            as it was.
+        """
+        flight = self._own(lease_id)
+        found = flight.queue.entry(task_id)
+        if found is flight.queue.current and flight.control.state is not OffboardState.LEASED:
+            raise TaskUnderWayError(
+                f"task {task_id} is flown already",
+                hint="queue another with replace_current, or move another task before it first",
+            )
+        task = terms.applied(found.task)
+        if task == found.task:
+            return
+        course, up_m = self._admit(task)
+        entry = replace(
+            found,
+            task=task,
+            course=course if isinstance(task, Circle) else found.course,
+            up_m=up_m if terms.gives_altitude else found.up_m,
+        )
+        flight.put(flight.queue.mended(entry), "changed", entry)
 
     def remove(self, lease_id: str, task_id: str) -> None:
         """Take one task out; the current one as if it were skipped. Raises NotFoundError."""

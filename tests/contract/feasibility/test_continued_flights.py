@@ -22,7 +22,7 @@ from app.domain.vehicle import VehicleFacts
 from tests.contract.feasibility.autopilot import facts_of, refusals
 from tests.contract.feasibility.plans_and_vehicles import Case, cases
 
-MANY = settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
+MANY = settings(max_examples=300, deadline=None, suppress_health_check=list(HealthCheck))
 
 
 def test_the_rest_of_any_flight_visits_no_drop_that_is_over_and_is_taken_by_the_autopilot_in_the_air() -> None:

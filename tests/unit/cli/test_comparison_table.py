@@ -64,6 +64,13 @@ def test_what_is_missing_says_why() -> None:
     assert "not flown: the run ended aborted" in lines
 
 
+def test_a_pause_is_named_beside_the_time_that_does_not_count_it() -> None:
+    paused = {"paused_s": 64.8}
+    lines = shown(comparison(item("door", 11.0).model_copy(update=paused)).model_copy(update=paused))
+    named = [line for line in lines if "paused for 65 s, not counted" in line]
+    assert [line.split()[1] for line in named] == ["door", "compared"]
+
+
 def test_a_drop_has_its_distance_from_the_predicted_place_or_its_reason() -> None:
     lines = shown(comparison(item("door", 11.0), drops=(drop(1.4), drop(None, "no release was sent: kept"))))
     assert "drop parcel: released 1.4 m from the predicted place, offset 1.0 predicted and 0.8 m flown" in lines[-2]

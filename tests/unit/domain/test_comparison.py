@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from app.domain.comparison import Comparison, compare
@@ -49,6 +51,17 @@ def test_each_item_has_both_times_and_their_difference() -> None:
     assert [item.difference_percent for item in comparison.items] == [pytest.approx(10.0)] * 4
     assert comparison.flown_s == pytest.approx(1.1 * TIMELINE.duration_s)
     assert {item.reason for item in comparison.items} == {""}
+
+
+def test_a_pause_is_told_and_counts_in_no_time() -> None:
+    took = flown(*(entry.duration_s + 60.0 for entry in TIMELINE.entries[:1]))
+    comparison = compare(run(RunState.FLYING), TIMELINE, [replace(took[0], paused_s=60.0)])
+    first = comparison.items[0]
+    assert (first.flown_s, first.paused_s) == (pytest.approx(first.predicted_s), 60.0)
+    assert first.difference_percent == pytest.approx(0.0, abs=1e-6)
+    assert (comparison.flown_s, comparison.paused_s) == (first.flown_s, 60.0)
+    unseen = compare(run(), TIMELINE, [EndedItem(took[0].item_id, None, 200.0, 60.0)])
+    assert (unseen.items[0].flown_s, unseen.items[0].paused_s, unseen.paused_s) == (None, 0.0, 0.0)
 
 
 def test_what_was_not_flown_is_null_and_says_so() -> None:

@@ -112,3 +112,15 @@ def test_after_a_restart_of_ours_only_what_was_seen_whole_has_a_time() -> None:
     told.reached(1, 12.0)
     told.reached(2, 20.0)
     assert told.took() == [("b", None), ("c", 8.0)]
+
+
+def test_a_pause_belongs_to_the_item_in_which_it_was_and_to_no_other() -> None:
+    told = Told(mission(("a", W), ("b", W), ("c", W)))
+    told.times = told.times.paused(3.0).paused(2.0)
+    told.reached(0, 15.0)
+    told.reached(1, 25.0)
+    told.times = told.times.paused(4.0)
+    told.times, ended = told.times.releases("c", 40.0)
+    assert [item.paused_s for item in (*told.ended, *ended)] == [5.0, 0.0, 4.0]
+    assert told.took() == [("a", 15.0), ("b", 10.0)], "the clock goes on meanwhile"
+    assert told.times.paused(1.0).flown_on(mission(("d", W)), 41.0).paused_s == 0.0

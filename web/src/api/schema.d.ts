@@ -328,26 +328,6 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
-    "/api/v1/vehicles/{vehicle_id}/tasks/{task_id}/move": {
-        parameters: {
-            query?: never;
-            header?: never;
-            path?: never;
-            cookie?: never;
-        };
-        get?: never;
-        put?: never;
-        /**
-         * Another place in the queue; what becomes the first is flown at once
-         * @description Role: pilot or higher.
-         */
-        post: operations["move_task"];
-        delete?: never;
-        options?: never;
-        head?: never;
-        patch?: never;
-        trace?: never;
-    };
     "/api/v1/vehicles/{vehicle_id}/tasks/{task_id}": {
         parameters: {
             query?: never;
@@ -363,6 +343,30 @@ export interface paths {
          * @description Role: pilot or higher.
          */
         delete: operations["remove_task"];
+        options?: never;
+        head?: never;
+        /**
+         * Mend a task that has not begun: duration, speed, altitude, radius
+         * @description Role: pilot or higher.
+         */
+        patch: operations["change_task"];
+        trace?: never;
+    };
+    "/api/v1/vehicles/{vehicle_id}/tasks/{task_id}/move": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Another place in the queue; what becomes the first is flown at once
+         * @description Role: pilot or higher.
+         */
+        post: operations["move_task"];
+        delete?: never;
         options?: never;
         head?: never;
         patch?: never;
@@ -1961,6 +1965,18 @@ export interface components {
          */
         Certainty: "sensed" | "acknowledged" | "inferred" | "none";
         /**
+         * ChangeRequest
+         * @description What of a task that has not begun shall be otherwise.
+         */
+        ChangeRequest: {
+            /**
+             * Lease
+             * @description the id that taking the lease gave
+             */
+            lease: string;
+            change: components["schemas"]["TaskTerms"];
+        };
+        /**
          * ChangeSpeed
          * @description Fly at this speed from now on. A null `speed_type` is airspeed for fixed wings, else ground speed.
          */
@@ -2039,6 +2055,8 @@ export interface components {
         /**
          * Comparison
          * @description A run against its prediction. `reason` says why there is none at all. The totals are over the compared items.
+         *
+         *     `paused_s` is how long the run was paused in these, which `flown_s` does not count.
          */
         Comparison: {
             /** Run Id */
@@ -2051,6 +2069,11 @@ export interface components {
             predicted_s: number | null;
             /** Flown S */
             flown_s: number | null;
+            /**
+             * Paused S
+             * @default 0
+             */
+            paused_s: number;
             /** Reason */
             reason: string;
         };
@@ -2971,8 +2994,9 @@ export interface components {
          * ItemComparison
          * @description One visit of one plan item, in seconds of the vehicle's clock.
          *
-         *     `difference_percent` is of the predicted time; null for an item that takes no time. `unsure_s`: see the timeline.
-         *     A null has its `reason`.
+         *     `flown_s` is without `paused_s`, for which the run was paused or its vehicle flown by hand: no prediction knows of
+         *     that. `difference_percent` is of the predicted time; null for an item that takes no time. `unsure_s`: see the
+         *     timeline. A null has its `reason`.
          */
         ItemComparison: {
             /** Item Id */
@@ -2985,6 +3009,11 @@ export interface components {
             predicted_s: number | null;
             /** Flown S */
             flown_s: number | null;
+            /**
+             * Paused S
+             * @default 0
+             */
+            paused_s: number;
             /** Difference Percent */
             difference_percent: number | null;
             /** Unsure S */
@@ -5395,6 +5424,28 @@ export interface components {
              * @default null
              */
             when_empty: ("plan" | "wait") | null;
+        };
+        /**
+         * TaskTerms
+         * @description Only what is given changes. An altitude takes the place of the one there was.
+         *
+         *     Null is an altitude: as high as the vehicle is when the task begins; and a speed: its own. `radius_m` is of a
+         *     circle; null: as it is.
+         */
+        TaskTerms: {
+            /** Relative Altitude M */
+            relative_altitude_m?: number | null;
+            /** Absolute Altitude M */
+            absolute_altitude_m?: number | null;
+            /** Speed M S */
+            speed_m_s?: number | null;
+            /**
+             * Duration S
+             * @description the task ends after so long; 0 or less: no limit
+             */
+            duration_s?: number;
+            /** Radius M */
+            radius_m?: number | null;
         };
         /**
          * TasksView
@@ -8330,7 +8381,7 @@ export interface operations {
             };
         };
     };
-    move_task: {
+    remove_task: {
         parameters: {
             query?: never;
             header?: never;
@@ -8342,7 +8393,7 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["MoveRequest"];
+                "application/json": components["schemas"]["LeaseUse"];
             };
         };
         responses: {
@@ -8465,7 +8516,7 @@ export interface operations {
             };
         };
     };
-    remove_task: {
+    change_task: {
         parameters: {
             query?: never;
             header?: never;
@@ -8477,7 +8528,142 @@ export interface operations {
         };
         requestBody: {
             content: {
-                "application/json": components["schemas"]["LeaseUse"];
+                "application/json": components["schemas"]["ChangeRequest"];
+            };
+        };
+        responses: {
+            /** @description The queue as it is now */
+            200: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TasksView"];
+                };
+            };
+            /** @description `request.query_invalid`: A query parameter cannot be used; `request.malformed`: The body is not JSON */
+            400: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `auth.required`: Say who you are; `auth.invalid`: This token is not valid */
+            401: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `role.insufficient`: Your role does not allow this; `origin.not_allowed`: Web pages of this origin may not do this */
+            403: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `not_found`: It does not exist */
+            404: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.timeout`: The body did not arrive in time */
+            408: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `offboard.lease_lost`: The lease is not yours, or has ended; `conflict`: Not now; `tasks.under_way`: The task is flown already */
+            409: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.too_large`: The body is too large */
+            413: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.content_type`: The body must be of a type that is taken here */
+            415: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.expectation`: The Expect header cannot be met */
+            417: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `host.not_allowed`: This service does not answer under this Host name */
+            421: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `tasks.refused`: The task is not queued; `request.invalid`: The body does not fit this request */
+            422: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `internal`: A defect of the service */
+            500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    move_task: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                vehicle_id: string;
+                task_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["MoveRequest"];
             };
         };
         responses: {

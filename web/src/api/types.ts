@@ -67,6 +67,7 @@ export type TaskReport = Schemas["TaskReport"];
 export type TaskOrigin = Schemas["OriginView"];
 export type TaskState = TaskReport["state"];
 export type Task = QueuedTask["task"];
+export type TaskTerms = Schemas["TaskTerms"];
 export type TaskPoint = Schemas["Goto"]["point"];
 export type InsertMode = Schemas["TaskRequest"]["insert"];
 export type WhenEmpty = TaskQueue["when_empty"];

@@ -82,6 +82,15 @@ describe("sentences", () => {
     expect(say("run.changed", { ...sampleRun({ state: "returning", reason: "a failsafe acts" }) }).tone).toBe("warn");
   });
 
+  it("name a run by its plan, and by its id where the plan is not known", () => {
+    const event = (kind: EventKind, plan_id: string) => sampleEvent(1, { kind, data: { ...sampleRun({ state: "flying" }), plan_id, continued_by: "r2" }, vehicle_id: "v1", run_id: "r1" });
+    const name = (plan_id: string) => (plan_id === "p1" ? "Clinic run" : null);
+    expect(sentence(event("run.changed", "p1"), name).text).toBe("“Clinic run” of v1: flying.");
+    expect(sentence(event("run.created", "p1"), name).text).toBe("“Clinic run” was created for v1.");
+    expect(sentence(event("run.changed", "p2"), name).text).toBe("Run r1 of v1: flying.");
+    expect(sentence(event("run.continued", "p2"), name).text).toBe("What was left of run r1 of v1 is flown by run r2.");
+  });
+
   it("keep what was sent apart from what was answered", () => {
     expect(say("run.command", { command: "DO_GRIPPER", attempt: 2 }).text).toBe("Sent DO_GRIPPER to v1 (try 2).");
     expect(say("run.ack", { command: "DO_GRIPPER", result: "accepted", progress: null })).toEqual({ text: "v1 answered DO_GRIPPER: accepted.", tone: "ok" });

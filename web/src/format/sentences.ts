@@ -3,6 +3,7 @@
 import type { ConsentRecord, DropRecord, EventKind, Run } from "../api/types";
 import type { StreamEvent } from "../api/types";
 import { sayJob, sayJobQueue } from "./job-sentences";
+import { taskSummary, taskTitle, toldTask } from "../tasks/words";
 import { distance, percent, seconds } from "./units";
 import { asSentence, certaintyName, consentWords, plain, runStateName, runStateTone, type Tone } from "./words";
 
@@ -11,7 +12,10 @@ export interface Sentence {
   readonly tone: Tone;
 }
 
-type Say = (event: StreamEvent, vehicle: string) => Sentence;
+/** The name of a stored plan; null if it is not known. */
+export type PlanName = (plan_id: string) => string | null;
+
+type Say = (event: StreamEvent, vehicle: string, planName: PlanName) => Sentence;
 
 const SAY: Readonly<Record<EventKind, Say>> = {
   "service.started": (e) => ({ text: `The service started${after(" (version ", e.data["version"], ")")}.`, tone: "neutral" }),
@@ -29,11 +33,11 @@ const SAY: Readonly<Record<EventKind, Say>> = {
   "tasks.changed": sayTasks,
   "tasks.gripper": (e, v) => ({ text: `${v}, task ${str(e.data["task_id"])}, ${lower(e.data["action"])}: ${lower(e.data["result"])}.`, tone: e.data["result"] === "sent" || e.data["result"] === "ACCEPTED" ? "drop" : "danger" }),
   "plan.created": (e) => ({ text: `Plan “${str(e.data["name"])}” was stored.`, tone: "neutral" }),
-  "run.created": (e, v) => ({ text: `Run ${short(e.run_id)} was created for ${v}.`, tone: "neutral" }),
+  "run.created": (e, v, name) => ({ text: `${runWords(e, name)} was created for ${v}.`, tone: "neutral" }),
   "run.changed": sayRun,
   "run.upload_progress": sayUpload,
   "run.mission_changed": (e, v) => ({ text: `${v} flies on with a changed plan, from “${str(part(e.data["change"], "continue_at"))}”${after(", ordered by ", part(e.data["change"], "by"))}.`, tone: "info" }),
-  "run.continued": (e, v) => ({ text: `What was left of run ${short(e.run_id)} of ${v} is flown by run ${short(str(e.data["continued_by"]))}.`, tone: "info" }),
+  "run.continued": (e, v, name) => ({ text: `What was left of ${lowerFirst(runWords(e, name))} of ${v} is flown by run ${short(str(e.data["continued_by"]))}.`, tone: "info" }),
   "run.target_moved": (e, v) => ({ text: `${v} follows a moving target: “${str(e.data["waypoint_id"])}” is now ${distance(num(e.data["from_planned_m"]))} from where it was planned.`, tone: "info" }),
   "run.target_not_followed": (e, v) => ({ text: `${v} does not follow its moving target: ${str(e.data["reason"])}.`, tone: "warn" }),
   "run.item": (e, v) => ({ text: `${v} ${e.data["what"] === "reached" ? "has done" : "is on its way to"} “${str(e.data["item_id"])}”.`, tone: "info" }),
@@ -53,10 +57,11 @@ const SAY: Readonly<Record<EventKind, Say>> = {
   "page.missing": (e) => ({ text: `Events ${str(e.data["first"])} to ${str(e.data["last"])} are no longer kept by the service.`, tone: "warn" }),
 };
 
-export function sentence(event: StreamEvent): Sentence {
+/** Runs are named by their plans, where these are known, else by their ids. */
+export function sentence(event: StreamEvent, planName: PlanName = () => null): Sentence {
   const vehicle = event.vehicle_id ?? "A vehicle";
   const say: Say | undefined = SAY[event.kind]; // a newer service may tell more than this page knows
-  return say?.(event, vehicle) ?? { text: `${plain(event.kind.replaceAll(".", " "))}.`, tone: "neutral" };
+  return say?.(event, vehicle, planName) ?? { text: `${plain(event.kind.replaceAll(".", " "))}.`, tone: "neutral" };
 }
 
 const LEASE_WORDS: Readonly<Record<string, string>> = { taken: "has the offboard lease of", handed_over: "took over the offboard lease of", overridden: "overrode the offboard lease of", offered: "offers the offboard lease of", released: "gave back the offboard lease of", expired: "let the offboard lease expire of", revoked: "lost the offboard lease of" };
@@ -79,6 +84,8 @@ function sayTasks(event: StreamEvent, vehicle: string): Sentence {
   const change = str(event.data["change"]);
   const id = event.data["task_id"];
   const tone = change === "blocked" || change === "dropped" ? "warn" : "info";
+  const task = change === "changed" ? toldTask(event.data["task"]) : null;
+  if (task !== null) return { text: `${vehicle}: task ${str(id)} was changed to: ${taskTitle(task)}, ${taskSummary(task)}.`, tone };
   const what = typeof id === "string" ? `task ${id} ${TASK_WORDS[change] ?? "changed"}` : `the task queue ${change === "cleared" ? "was cleared" : "changed"}`;
   return { text: `${vehicle}: ${what}${after(": ", event.data["reason"])}.`, tone };
 }
@@ -97,11 +104,17 @@ function sayChanged(event: StreamEvent, vehicle: string): Sentence {
 /** A return for one of these is how a flight should end. */
 const PLANNED_ENDS: ReadonlySet<string> = new Set(["the mission is done", "on the ground"]);
 
-function sayRun(event: StreamEvent): Sentence {
+/** Of an event with the whole run. */
+function runWords({ run_id, data }: StreamEvent, planName: PlanName): string {
+  const name = planName(str(data["plan_id"]));
+  return name === null ? `Run ${short(run_id)}` : `“${name}”`;
+}
+
+function sayRun(event: StreamEvent, _: string, planName: PlanName): Sentence {
   const run = event.data as unknown as Run;
   if (typeof run.state !== "string") return { text: `Run ${short(event.run_id)} changed.`, tone: "neutral" };
   const reason = run.reason ? ` ${ended(asSentence(run.reason))}` : "";
-  return { text: `Run ${short(run.id)} of ${run.vehicle_id}: ${runStateName(run.state).toLowerCase()}.${reason}`, tone: run.state === "returning" && PLANNED_ENDS.has(run.reason) ? "info" : runStateTone(run.state) };
+  return { text: `${runWords(event, planName)} of ${run.vehicle_id}: ${runStateName(run.state).toLowerCase()}.${reason}`, tone: run.state === "returning" && PLANNED_ENDS.has(run.reason) ? "info" : runStateTone(run.state) };
 }
 
 function sayUpload(event: StreamEvent, vehicle: string): Sentence {
@@ -185,6 +198,10 @@ function num(value: unknown): number | null {
 function took(began_s: unknown, ended_s: unknown): number | null {
   const [began, ended] = [num(began_s), num(ended_s)];
   return began === null || ended === null ? null : ended - began;
+}
+
+function lowerFirst(text: string): string {
+  return text.charAt(0).toLowerCase() + text.slice(1);
 }
 
 function lower(value: unknown): string {

@@ -1,14 +1,14 @@
 /** A moving target in words: how it moves, how old that is, whether it is followed. Pure. */
 
 import type { ShownTarget } from "../state/targets";
-import { courseOf, speedOf } from "../targets/following";
+import { courseOf, speedOf, type Seen } from "../targets/following";
 import { age, distance, heading, seconds, speed } from "./units";
 import { fullSentence } from "./words";
 
 /** Slower than this it has no course worth a number. */
 const STANDS_M_S = 0.05;
 
-export function motionWords({ target, age_s, stale }: ShownTarget): string {
+export function motionWords({ target, age_s, stale }: Seen): string {
   if (target === null) return "Nothing was reported yet.";
   const { report } = target;
   const moves = speedOf(report) < STANDS_M_S ? "Stands" : `Moves at ${speed(speedOf(report))} towards ${heading(courseOf(report))}`;

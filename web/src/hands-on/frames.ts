@@ -1,6 +1,7 @@
 /** Frames of the offboard websocket, both ways (docs/offboard.md). */
 
-import type { AuditEntry, Clamp, InsertMode, Offboard, QueueAction, Task, TaskQueue, WhenEmpty } from "../api/types";
+import type { AuditEntry, Clamp, InsertMode, Offboard, QueueAction, Task, TaskQueue, TaskTerms, WhenEmpty } from "../api/types";
+import type { TargetNow } from "../targets/following";
 import type { Setpoint } from "./setpoint";
 
 export type Destination = "hold" | "mission" | "return";
@@ -10,6 +11,8 @@ export type QueueAsk =
   | { type: "task"; task: Task; insert: InsertMode; when_empty: WhenEmpty }
   | { type: "queue"; do: QueueAction }
   | { type: "move"; task_id: string; before: string | null }
+  | { type: "change"; task_id: string; change: TaskTerms }
+  | ({ type: "target"; task_id: string } & TargetNow)
   | { type: "remove"; task_id: string };
 
 /** A first task is flown as soon as the vehicle is under control; one behind a queue that stands waits with it. */

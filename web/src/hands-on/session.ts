@@ -139,8 +139,8 @@ export class Session {
     this.#set({ refusal: answer.type === "done" ? null : refusalOf(doing, answer) });
   }
 
-  /** Ask something of the task queue. Null: it is done; else why it is not. */
-  async queue(doing: string, frame: QueueAsk): Promise<Refusal | null> {
+  /** Ask something of the task queue. Null: it is done; else why it is not. `onQueued` hears the id of a new task first. */
+  async queue(doing: string, frame: QueueAsk, onQueued?: (task_id: string) => void): Promise<Refusal | null> {
     const wire = this.#wire;
     if (wire === null || this.#is("silent")) return ended(doing, "not sent: control has ended");
     const gives = this.#now.leads === "hands" && givesLead(frame, this.#now.tasks);
@@ -152,6 +152,7 @@ export class Session {
     const answer = await Promise.race([wire.ask(frame), this.#over]);
     if (answer === null || wire !== this.#wire) return ended(doing, "not answered: control has ended");
     this.#asking -= 1;
+    if (answer.type === "queued") onQueued?.(answer.task_id);
     if (answer.type !== "refused") return null;
     if (gives) this.#lead("hands");
     return refusalOf(doing, answer);

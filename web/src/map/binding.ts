@@ -16,7 +16,7 @@ import { itemId, panel, selectedRun, selectedVehicle, selectVehicle, vehicleId }
 import { serviceNow } from "../state/clock";
 import { slowed } from "../state/slowed";
 import { live, tracks, vehicles, world } from "../state/store";
-import { shownTargets } from "../state/targets";
+import { mapTargets } from "../state/targets";
 import { draftTask, placeTask, taskPlaces } from "../state/task-draft";
 import { taskQueue } from "../state/task-queue";
 import { theme } from "../state/theme";
@@ -86,7 +86,7 @@ export function bindScene(container: HTMLElement, above: HTMLCanvasElement, onLa
     effect(() => scene.setData("sketch", sketchFeatures(sketch.value))),
     effect(() => scene.setDrawing(mapToolInHand.value)),
     effect(() => scene.setData("tasks", taskFeatures(taskQueue.value, draftTask.value, taskPlaces.value))),
-    effect(() => scene.setData("targets", targetFeatures(panel.value === "plan" ? null : shownTargets.value, shownTargets.value === null ? null : serviceNow(world.value.serviceAhead_s)))),
+    effect(() => scene.setData("targets", targetFeatures(mapTargets.value, mapTargets.value === null ? null : serviceNow(world.value.serviceAhead_s)))),
     effect(() => scene.setData("destination", destinationFeatures(goTo.value?.at ?? null, goTo.value === null ? null : vehiclePoint(handsVehicle.value)))),
     effect(() => {
       void homeKey.value;

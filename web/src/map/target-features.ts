@@ -14,7 +14,7 @@ export function targetFeatures(shown: readonly ShownTarget[] | null, now: number
 }
 
 function featuresOf({ follower, target, age_s, stale, place, word }: ShownTarget, now: number | null): Feature[] {
-  const bound = follower.planned === null || follower.max_move_m === null ? [] : [feature("bound", { type: "LineString", coordinates: circleRing(follower.planned, follower.max_move_m) })];
+  const bound = follower === null || follower.planned === null || follower.max_move_m === null ? [] : [feature("bound", { type: "LineString", coordinates: circleRing(follower.planned, follower.max_move_m) })];
   if (target === null || place === null) return bound;
   const meets = word?.kind === "moved" && now !== null && word.meets_at > now ? word : null;
   const ahead_s = meets === null || now === null ? AHEAD_S : meets.meets_at - now;

@@ -8,7 +8,8 @@
 import type { Point } from "./geometry";
 import { drawIcon } from "./icons";
 import { FONT, type Look } from "./look";
-import { areSame, nearestPlace, nearestTurn, withRoom, type Place, type VehicleMark } from "./vehicle-marks";
+import { labelBlocks } from "./vehicle-labels";
+import { areSame, nearestPlace, nearestTurn, type Place, type VehicleMark } from "./vehicle-marks";
 
 /** What it needs of the map. */
 export interface Camera {
@@ -21,7 +22,8 @@ const ICON_PX = 36;
 const RING_PX = 22;
 const REACH_PX = 18;
 const LABEL_PX = 12;
-const LABEL_BELOW_PX = 20;
+const LABEL_AWAY_PX = 20;
+const LINE_GAP_PX = 1;
 /** Icons are kept larger than they are drawn: turned, they stay sharp. */
 const FINER = 2;
 /** Widths of labels that are kept; altitudes change, so that they would grow for ever. */
@@ -170,17 +172,13 @@ export class VehicleLayer {
     c.lineWidth = 3.2 * scale;
     c.strokeStyle = palette.halo;
     c.fillStyle = palette.text;
-    const boxes = seen.map(({ mark, place: { x, y } }) => {
-      const half = this.#widthOf(mark.label) / 2 + 2;
-      const top = y + LABEL_BELOW_PX * scale;
-      return { left: x - half, top, right: x + half, bottom: top + high };
-    });
-    for (const [i, hasRoom] of withRoom(boxes).entries()) {
-      const label = seen[i];
-      if (!hasRoom || label === undefined) continue;
-      const top = label.place.y + LABEL_BELOW_PX * scale;
-      c.strokeText(label.mark.label, label.place.x, top);
-      c.fillText(label.mark.label, label.place.x, top);
+    const line = high + LINE_GAP_PX * scale;
+    const labelled = seen.map(({ mark: { label, selected }, place }) => ({ label, selected, place }));
+    for (const { lines, left, right, top } of labelBlocks(labelled, { line, away: LABEL_AWAY_PX * scale, widthOf: (label) => this.#widthOf(label) })) {
+      for (const [i, label] of lines.entries()) {
+        c.strokeText(label, (left + right) / 2, top + i * line);
+        c.fillText(label, (left + right) / 2, top + i * line);
+      }
     }
   }
 

@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import { sampleState, sampleVehicle } from "../testing/samples";
-import { areSame, nearestPlace, nearestTurn, vehicleMarks, withRoom, type Box } from "./vehicle-marks";
+import { areSame, nearestPlace, nearestTurn, vehicleMarks } from "./vehicle-marks";
 
 const fleet = { v1: sampleVehicle({ id: "v1" }), v2: sampleVehicle({ id: "v2" }), v3: sampleVehicle({ id: "v3" }) };
 
@@ -30,27 +30,6 @@ describe("vehicles on the map", () => {
 
   it("stand beyond the date line where they are looked at", () => {
     expect([nearestTurn(-179, 178), nearestTurn(179, -178), nearestTurn(8, 9), nearestTurn(8, 365)]).toEqual([181, -181, 8, 368]);
-  });
-});
-
-describe("labels", () => {
-  const box = (left: number, top: number): Box => ({ left, top, right: left + 50, bottom: top + 12 });
-
-  it("are shown where there is room, the topmost vehicle's first", () => {
-    expect(withRoom([box(0, 0), box(20, 5), box(200, 0)])).toEqual([false, true, true]);
-    expect(withRoom([box(0, 0), box(50, 0), box(0, 12)])).toEqual([true, true, true]); // side by side
-  });
-
-  it("never lie on each other, and none is left out without one in its place", () => {
-    let seed = 7;
-    const next = () => (seed = (seed * 16807) % 2147483647) / 2147483647;
-    const boxes = Array.from({ length: 300 }, () => box(next() * 900 - 100, next() * 500 - 100));
-    const shown = withRoom(boxes);
-    const over = (a: Box, b: Box) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
-    for (const [i, one] of boxes.entries()) {
-      const others = boxes.filter((other, k) => k !== i && shown[k] && over(one, other));
-      expect(others.length > 0).toBe(!shown[i]);
-    }
   });
 });
 

@@ -1,4 +1,4 @@
-/** The vehicles as the map shows them, which labels there is room for, and which vehicle a pointer means. Pure. */
+/** The vehicles as the map shows them, and which vehicle a pointer means. Pure. */
 
 import type { Vehicle } from "../api/types";
 import { wholeAltitude } from "../format/units";
@@ -50,43 +50,6 @@ export function areSame(before: readonly VehicleMark[], after: readonly VehicleM
 /** A longitude as far round the world as what is looked at: beyond the date line too. */
 export function nearestTurn(longitude_deg: number, middle_deg: number): number {
   return longitude_deg + 360 * Math.round((middle_deg - longitude_deg) / 360);
-}
-
-export interface Box {
-  readonly left: number;
-  readonly top: number;
-  readonly right: number;
-  readonly bottom: number;
-}
-
-/** Side of the squares in which boxes are looked for. */
-const SQUARE_PX = 64;
-
-/** For each box whether it is shown: the later ones first, and none over another. */
-export function withRoom(boxes: readonly Box[]): boolean[] {
-  const squares = new Map<string, Box[]>();
-  const shown = boxes.map(() => false);
-  for (let i = boxes.length - 1; i >= 0; i--) {
-    const box = boxes[i];
-    if (box === undefined) continue;
-    const near = squaresOf(box);
-    if (near.some((square) => squares.get(square)?.some((other) => overlap(box, other)))) continue;
-    shown[i] = true;
-    for (const square of near) squares.set(square, [...(squares.get(square) ?? []), box]);
-  }
-  return shown;
-}
-
-function squaresOf({ left, top, right, bottom }: Box): string[] {
-  const names: string[] = [];
-  for (let x = Math.floor(left / SQUARE_PX); x <= Math.floor(right / SQUARE_PX); x++) {
-    for (let y = Math.floor(top / SQUARE_PX); y <= Math.floor(bottom / SQUARE_PX); y++) names.push(`${x} ${y}`);
-  }
-  return names;
-}
-
-function overlap(a: Box, b: Box): boolean {
-  return a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
 }
 
 /** The index of the nearest place within reach, the later one of two as near; null without one. */

@@ -1,9 +1,9 @@
 import { expect, test } from "vitest";
 import type { DropComparison, ItemComparison } from "../api/types";
-import { differenceTone, differenceWords, hasSentence, isTold, visitName } from "./comparison";
+import { differenceTone, differenceWords, hasSentence, isTold, pausedWords, visitName } from "./comparison";
 
 function item(fields: Partial<ItemComparison>): ItemComparison {
-  return { item_id: "door", type: "waypoint", visit: 1, predicted_s: 20, flown_s: 22, difference_percent: 10, unsure_s: 0, reason: "", ...fields };
+  return { item_id: "door", type: "waypoint", visit: 1, predicted_s: 20, flown_s: 22, paused_s: 0, difference_percent: 10, unsure_s: 0, reason: "", ...fields };
 }
 
 test("a visit has a name of its own", () => {
@@ -14,6 +14,10 @@ test("a visit has a name of its own", () => {
 test("a difference has its sign, and what was called unsure", () => {
   expect(differenceWords(item({}))).toBe("+10 %");
   expect(differenceWords(item({ difference_percent: -7.4, unsure_s: 3 }))).toBe("-7 % ± 3 s");
+});
+
+test("a pause is named, and that no time counts it", () => {
+  expect([pausedWords(65.2), pausedWords(0.2)]).toEqual(["Paused for 1 min 05 s, not counted.", ""]);
 });
 
 test("what was not flown says why", () => {

@@ -1,6 +1,7 @@
 /** Predicted against flown in words. Pure. */
 
 import type { DropComparison, ItemComparison } from "../api/types";
+import { seconds } from "../format/units";
 import type { Tone } from "../format/words";
 
 const PROMISED_PERCENT = 15;
@@ -18,6 +19,11 @@ export function differenceWords(item: ItemComparison): string {
   const rounded = Math.round(item.difference_percent);
   const unsure = item.unsure_s > 0 ? ` ± ${Math.round(item.unsure_s)} s` : "";
   return `${rounded > 0 ? "+" : ""}${rounded} %${unsure}`;
+}
+
+/** A pause that is worth a word; empty: none. Times are told without it. */
+export function pausedWords(paused_s: number): string {
+  return paused_s < RESOLVED_S / 2 ? "" : `Paused for ${seconds(Math.round(paused_s))}, not counted.`;
 }
 
 /** Whether an item was not flown for a reason that takes more than a word or two. */

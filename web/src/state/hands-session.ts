@@ -42,7 +42,7 @@ export function enter(): Promise<void> {
 export const leave = (to: "hold" | "mission" | "return"): Promise<void> => session.leave(to);
 export const giveBack = (): void => session.giveBack();
 /** Null: it is done; else why it is not. */
-export const askQueue = (doing: string, frame: QueueAsk): Promise<Refusal | null> => session.queue(doing, frame);
+export const askQueue = (doing: string, frame: QueueAsk, onQueued?: (task_id: string) => void): Promise<Refusal | null> => session.queue(doing, frame, onQueued);
 
 function vehicleType() {
   return handsVehicle.value?.vehicle_type ?? "multicopter";

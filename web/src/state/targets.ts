@@ -1,33 +1,28 @@
-/** The moving targets of the chosen run, asked for once a second while it is open: reports are no events. */
+/** The moving targets that the page shows: of the chosen run while it is open, and those that a task may follow. */
 
-import { computed, effect, signal } from "@preact/signals";
-import { api } from "../api/client";
-import type { Run, Target } from "../api/types";
-import type { Point } from "../map/geometry";
+import { computed } from "@preact/signals";
+import type { Run } from "../api/types";
 import { viewPlan } from "../plan/document";
-import { followersOf, lastWord, placeAfter, type Follower, type Word } from "../targets/following";
+import { followersOf, lastWord, type Follower, type Seen, type Word } from "../targets/following";
 import { secondsSince } from "./clock";
+import { followedTasks } from "./followed-tasks";
 import { runPlan } from "./run-plan";
 import { isOver } from "./runs";
-import { selectedRun } from "./selection";
-import { feed, live } from "./store";
+import { panel, selectedRun } from "./selection";
+import { feed } from "./store";
+import { reports, seenIn, watchTargetReports } from "./target-reports";
+import { taskKind } from "./task-draft";
+import { ownsQueue } from "./task-queue";
 
-const EVERY_MS = 1000;
-/** As the service's: an older report is neither followed nor dropped at. */
-const STALE_S = 5;
-
-/** What was told of the feeds, and when (the page's clock). */
-const told = signal<{ readonly targets: Readonly<Record<string, Target>>; readonly at: number } | null>(null);
-
-export interface ShownTarget {
-  readonly follower: Follower;
-  /** Null: nothing was reported yet. */
-  readonly target: Target | null;
-  readonly age_s: number;
-  readonly stale: boolean;
-  /** Where it is by now; null if nothing was reported. */
-  readonly place: Point | null;
+export interface ShownTarget extends Seen {
+  /** The drop that follows it; null: none of the chosen run. */
+  readonly follower: Follower | null;
+  readonly feed: string;
   readonly word: Word | null;
+}
+
+export interface RunTarget extends ShownTarget {
+  readonly follower: Follower;
 }
 
 /** Of the chosen run: drops that follow a target and are not over. */
@@ -42,37 +37,27 @@ const wanted = computed<{ readonly run: Run; readonly followers: readonly Follow
 const feeds = computed(() => wanted.value?.followers.map((follower) => follower.feed).join("\n") ?? "");
 
 /** Follows the clock, where there is anything to follow. */
-export const shownTargets = computed<readonly ShownTarget[] | null>(() => {
-  const known = told.value;
+export const shownTargets = computed<readonly RunTarget[] | null>(() => {
+  const read = reports.value;
   const open = wanted.value;
-  if (open === null || open.followers.length === 0 || known === null) return null;
-  return open.followers.map((follower) => {
-    const target = known.targets[follower.feed] ?? null;
-    const age_s = target === null ? 0 : target.age_s + secondsSince(known.at);
-    const word = lastWord(feed.value, open.run.id, follower.dropId);
-    return { follower, target, age_s, stale: age_s > STALE_S, place: target === null ? null : placeAfter(target, age_s), word };
-  });
+  if (open === null || open.followers.length === 0 || read === null) return null;
+  const after_s = secondsSince(read.at);
+  return open.followers.map((follower) => ({ ...seenIn(read, follower.feed, after_s), follower, feed: follower.feed, word: lastWord(feed.value, open.run.id, follower.dropId) }));
+});
+
+/** All that report, while a task is put together that may follow one, or follows one already. */
+const forTasks = computed(() => ownsQueue.value && (taskKind.value === "goto" || followedTasks.value.size > 0));
+
+/** What the map shows: those of the chosen run, and those that a task may follow. */
+export const mapTargets = computed<readonly ShownTarget[] | null>(() => {
+  const ofRun = panel.value === "plan" ? null : shownTargets.value;
+  const read = reports.value;
+  if (!forTasks.value || read === null) return ofRun;
+  const after_s = secondsSince(read.at);
+  const others = Object.keys(read.targets).filter((name) => ofRun?.every((one) => one.feed !== name) ?? true);
+  return [...(ofRun ?? []), ...others.map((name) => ({ ...seenIn(read, name, after_s), follower: null, feed: name, word: null }))];
 });
 
 export function watchTargets(): void {
-  effect(() => {
-    if (feeds.value === "" || !live.value) {
-      told.value = null;
-      return undefined;
-    }
-    void read();
-    const timer = setInterval(() => {
-      if (!document.hidden) void read();
-    }, EVERY_MS);
-    return () => clearInterval(timer);
-  });
-}
-
-let asked = 0;
-
-/** The newest answer wins. One that fails changes nothing: what is shown says how old it is. */
-async function read(): Promise<void> {
-  const mine = ++asked;
-  const targets = await api.targets().catch(() => null);
-  if (targets !== null && mine === asked) told.value = { targets: Object.fromEntries(targets.map((target) => [target.feed, target])), at: performance.now() };
+  watchTargetReports(computed(() => feeds.value !== "" || forTasks.value));
 }

@@ -3,6 +3,7 @@ import type { TaskQueue } from "../api/types";
 import type { QueueAsk } from "../hands-on/frames";
 import type { Refusal } from "../hands-on/refusal";
 import { HANDS_OFF } from "../hands-on/session";
+import { readTyped } from "../tasks/draft";
 import { draggedText } from "../tasks/dragged";
 
 vi.stubGlobal("location", { hash: "" });
@@ -109,24 +110,24 @@ describe("a number that is typed", () => {
   });
 
   it("is not left out when it cannot be read: nothing is queued until it is mended", async () => {
-    typeNumber("altitude_m", BAD);
+    typeNumber("altitude_m", ...readTyped(BAD));
     expect([wrongFields.value, draftTask.value]).toEqual([{ altitude_m: "not a number" }, null]);
     await addTask();
     expect(asked).toEqual([]);
-    typeNumber("altitude_m", typed(30));
+    typeNumber("altitude_m", ...readTyped(typed(30)));
     expect([wrongFields.value, draftTask.value]).toMatchObject([{}, { relative_altitude_m: 30 }]);
-    typeNumber("altitude_m", typed(NaN)); // emptied
+    typeNumber("altitude_m", ...readTyped(typed(NaN))); // emptied
     expect(draftTask.value).toMatchObject({ relative_altitude_m: null });
   });
 
   it("stays in its field while it is too small, and says how large it must be", () => {
-    typeNumber("speed_m_s", typed(0, { valid: false }), 0.1);
+    typeNumber("speed_m_s", ...readTyped(typed(0, { valid: false }), 0.1));
     expect([taskForm.value.speed_m_s, wrongFields.value, draftTask.value]).toEqual([0, { speed_m_s: "at least 0.1" }, null]);
     showField("speed_m_s");
   });
 
   it("stops no task whose kind has no such field", () => {
-    typeNumber("radius_m", BAD);
+    typeNumber("radius_m", ...readTyped(BAD));
     expect(draftTask.value?.type).toBe("goto");
     chooseTask("circle");
     placeTask([8.55, 47.4]);

@@ -1,16 +1,19 @@
 /** The task that is being put together for the vehicle whose lease this page has, and what is asked of its queue. */
 
 import { batch, computed, effect, signal } from "@preact/signals";
-import type { QueueAction } from "../api/types";
+import type { QueueAction, TaskTerms } from "../api/types";
 import type { QueueAsk } from "../hands-on/frames";
 import type { Refusal } from "../hands-on/refusal";
 import type { Point } from "../map/geometry";
-import { NEW_FORM, newForm, readTyped, taskOf, withPlace, type NumericField, type TaskForm, type TaskKind, type Typed } from "../tasks/draft";
+import { followedBy, NEW_FORM, newForm, taskOf, withPlace, type NumericField, type TaskForm, type TaskKind } from "../tasks/draft";
+import { targetNow } from "../targets/following";
 import { draggedTask } from "../tasks/dragged";
 import { moveOnto } from "../tasks/order";
 import { goToArmed } from "./controls";
+import { followWith } from "./followed-tasks";
 import { handsOn } from "./hands-on";
 import { askQueue } from "./hands-session";
+import { reports, seenIn } from "./target-reports";
 import { ownsQueue, taskQueue } from "./task-queue";
 
 /** The tool in hand: the next click on the map is a place of such a task. */
@@ -23,10 +26,18 @@ export const taskRefusal = signal<Refusal | null>(null);
 /** What is wrong with what stands in a field. Nothing is queued over it: the field would say one thing, and the task another. */
 export const wrongFields = signal<Readonly<Partial<Record<NumericField, string>>>>({});
 
+/** The target that the task shall follow, as it was when it was read; null: none. */
+export const draftTarget = computed(() => {
+  const feed = taskKind.value === null ? null : followedBy(taskKind.value, taskForm.value);
+  const read = reports.value;
+  return feed === null || read === null ? null : seenIn(read, feed, 0);
+});
+
 export const draftTask = computed(() => {
   const kind = taskKind.value;
   const wrong = Object.keys(wrongFields.value).some((field) => kind === "circle" || field !== "radius_m");
-  return kind === null || wrong ? null : taskOf(kind, taskPlaces.value, taskForm.value);
+  const target = draftTarget.value;
+  return kind === null || wrong ? null : taskOf(kind, taskPlaces.value, taskForm.value, target && targetNow(target));
 });
 
 export function chooseTask(kind: TaskKind | null): void {
@@ -42,8 +53,7 @@ export function changeForm(change: Partial<TaskForm>): void {
   taskForm.value = { ...taskForm.value, ...change };
 }
 
-export function typeNumber(field: NumericField, typed: Typed, least?: number): void {
-  const [value, wrong] = readTyped(typed, least);
+export function typeNumber(field: NumericField, value: number | null, wrong: string): void {
   batch(() => {
     changeForm({ [field]: value });
     markField(field, wrong);
@@ -62,7 +72,7 @@ function markField(field: NumericField, wrong: string): void {
 export function placeTask(at: Point): boolean {
   const kind = taskKind.value;
   if (kind === null) return false;
-  taskPlaces.value = withPlace(kind, taskPlaces.value, at);
+  if (followedBy(kind, taskForm.value) === null) taskPlaces.value = withPlace(kind, taskPlaces.value, at);
   return true;
 }
 
@@ -73,12 +83,13 @@ export function takePlaceBack(): void {
 /** Queue it. What is refused stays as it is, to be mended. */
 export async function addTask(): Promise<void> {
   const task = draftTask.value;
-  const { insert, whenEmpty } = taskForm.value;
+  const { insert, whenEmpty, follow } = taskForm.value;
   if (task === null) return;
-  if (await ask("Add the task", { type: "task", task, insert, when_empty: whenEmpty })) {
+  const onQueued = (id: string) => task.type === "goto" && task.motion !== null && follow !== null && followWith(id, follow);
+  if (await ask("Add the task", { type: "task", task, insert, when_empty: whenEmpty }, onQueued)) {
     batch(() => {
       if (draftTask.value !== null) chooseTask(null);
-      changeForm({ gripper: null, stay: false, duration_s: null, insert: "append" }); // said anew for each task
+      changeForm({ gripper: null, stay: false, duration_s: null, follow: null, insert: "append" }); // said anew for each task
     });
   }
 }
@@ -90,6 +101,9 @@ export async function nextTask(id: string): Promise<void> {
   await ask("Next task", { type: "remove", task_id: id });
   if (taskRefusal.value?.code === "not_found") taskRefusal.value = null; // it is over, as was asked
 }
+
+/** Mend how a task is flown that waits for its turn. */
+export const changeTask = (id: string, place: number, change: TaskTerms): Promise<boolean> => ask(`Change task ${place + 1}`, { type: "change", task_id: id, change });
 
 export const removeTask = (id: string, place: number): Promise<boolean> => ask(`Remove task ${place + 1}`, { type: "remove", task_id: id });
 
@@ -112,12 +126,12 @@ export async function dropTask(text: string, vehicle: string, onto: string): Pro
 const awaited = new Set<string>();
 
 /** The same again while its answer is awaited is a button pressed twice; another thing, a pause say, never waits. */
-async function ask(doing: string, frame: QueueAsk): Promise<boolean> {
+async function ask(doing: string, frame: QueueAsk, onQueued?: (task_id: string) => void): Promise<boolean> {
   const same = JSON.stringify(frame);
   if (awaited.has(same)) return false;
   awaited.add(same);
   taskRefusal.value = null;
-  const refusal = await askQueue(doing, frame).finally(() => awaited.delete(same));
+  const refusal = await askQueue(doing, frame, onQueued).finally(() => awaited.delete(same));
   taskRefusal.value = refusal;
   return refusal === null;
 }

@@ -19,7 +19,7 @@ const STAYS = event("run.target_not_followed", { reason: "the last report of shi
 
 function shown(fields: Partial<ShownTarget> = {}): ShownTarget {
   const follower = { dropId: "drop", feed: "ship-1", planned: [8.55, 47.4] as [number, number], max_move_m: 40 };
-  return { follower, target: SHIP, age_s: 1, stale: false, place: placeAfter(SHIP, 1), word: null, ...fields };
+  return { follower, feed: "ship-1", target: SHIP, age_s: 1, stale: false, place: placeAfter(SHIP, 1), word: null, ...fields };
 }
 const kinds = (one: ShownTarget, now: number | null) => targetFeatures([one], now).features.map(({ properties }) => properties?.["kind"]);
 

@@ -1,6 +1,6 @@
 /** The moving targets of a run: which drops follow one, where it is by now, and what was last said of it. Pure. */
 
-import type { StreamEvent, Target } from "../api/types";
+import type { StreamEvent, Target, TaskPoint } from "../api/types";
 import { offset, type Point } from "../map/geometry";
 import type { PlanView } from "../plan/document";
 import { isRecord } from "../plan/pointer";
@@ -11,6 +11,38 @@ export interface Follower {
   readonly feed: string;
   readonly planned: Point | null;
   readonly max_move_m: number | null;
+}
+
+/** As the service's: an older report is neither followed nor dropped at. */
+const STALE_S = 5;
+
+/** A target by now. */
+export interface Seen {
+  /** Null: nothing was reported yet. */
+  readonly target: Target | null;
+  readonly age_s: number;
+  readonly stale: boolean;
+  /** Where it is by now; null if nothing was reported. */
+  readonly place: Point | null;
+}
+
+/** `after_s`: so long after its report was read. */
+export function seenAs(target: Target | null, after_s: number): Seen {
+  const age_s = target === null ? 0 : target.age_s + after_s;
+  return { target, age_s, stale: age_s > STALE_S, place: target === null ? null : placeAfter(target, age_s) };
+}
+
+/** Where a task's target is now, and how it moves. */
+export interface TargetNow {
+  readonly point: TaskPoint;
+  readonly motion: { readonly north_m_s: number; readonly east_m_s: number };
+}
+
+/** Null: nothing is known that may be followed. */
+export function targetNow({ target, stale, place }: Seen): TargetNow | null {
+  if (target === null || stale || place === null) return null;
+  const { north_m_s, east_m_s } = target.report;
+  return { point: { longitude_deg: place[0], latitude_deg: place[1] }, motion: { north_m_s, east_m_s } };
 }
 
 /** What became of the newest look: the waypoint was moved to a meeting, or it stays, and why. */

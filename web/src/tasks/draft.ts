@@ -1,6 +1,7 @@
 /** A task that is being put together: places from the map, and a form. Pure. */
 
 import type { InsertMode, Task, TaskPoint, WhenEmpty } from "../api/types";
+import type { TargetNow } from "../targets/following";
 import { metresBetween, type Point } from "../map/geometry";
 
 export const TASK_KINDS = ["goto", "circle", "segment", "path"] as const;
@@ -25,6 +26,8 @@ export interface TaskForm {
   readonly clockwise: boolean;
   readonly stay: boolean;
   readonly gripper: "release" | "grab" | null;
+  /** The target that a goto follows, by its feed; null: it goes to a place. */
+  readonly follow: string | null;
   readonly insert: InsertMode;
   readonly whenEmpty: WhenEmpty;
 }
@@ -52,6 +55,7 @@ export const NEW_FORM: TaskForm = {
   clockwise: true,
   stay: false,
   gripper: null,
+  follow: null,
   insert: "append",
   whenEmpty: "wait",
 };
@@ -78,12 +82,16 @@ export function isComplete(kind: TaskKind, places: readonly Point[]): boolean {
   return places.length >= PLACES[kind][0];
 }
 
-/** The task as the service takes it; null while something is missing. */
-export function taskOf(kind: TaskKind, places: readonly Point[], form: TaskForm): Task | null {
+/** The target that is followed instead of a place; null: none. */
+export const followedBy = (kind: TaskKind, form: TaskForm): string | null => (kind === "goto" ? form.follow : null);
+
+/** The task as the service takes it; null while something is missing. `target`: what is followed, null if nothing is known. */
+export function taskOf(kind: TaskKind, places: readonly Point[], form: TaskForm, target: TargetNow | null = null): Task | null {
   const points = places.map(pointOf);
   const [first, second] = points;
-  if (!isComplete(kind, places) || first === undefined) return null;
   const common = { relative_altitude_m: form.altitude_m, absolute_altitude_m: null, speed_m_s: form.speed_m_s, duration_s: form.duration_s ?? -1 };
+  if (followedBy(kind, form) !== null) return target && { ...common, ...target, type: "goto", stay: false, yaw_deg: null, gripper: null };
+  if (!isComplete(kind, places) || first === undefined) return null;
   switch (kind) {
     case "goto":
       return { ...common, type: "goto", point: first, stay: form.stay && form.gripper === null, yaw_deg: null, gripper: form.gripper, motion: null };

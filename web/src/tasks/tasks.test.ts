@@ -4,7 +4,8 @@ import { metresBetween, offset, type Point } from "../map/geometry";
 import { isComplete, NEW_FORM, taskOf, withPlace } from "./draft";
 import { draggedTask, draggedText } from "./dragged";
 import { moveOnto } from "./order";
-import { afterLastWords, placeWords, progressWords, taskSummary, taskTitle } from "./words";
+import { seenAs, targetNow } from "../targets/following";
+import { afterLastWords, followedWords, followWords, placeWords, progressWords, taskSummary, taskTitle, toldTask } from "./words";
 
 const A: Point = [8.55, 47.4];
 const B = offset(A, 50, 90);
@@ -17,6 +18,14 @@ describe("a task that is put together", () => {
     expect(taskOf("segment", [A], NEW_FORM)).toBeNull();
     expect(taskOf("circle", [A], { ...NEW_FORM, radius_m: null })).toBeNull();
     expect([isComplete("path", []), isComplete("path", [A])]).toEqual([false, true]);
+  });
+
+  it("follows a target instead of a place, and does nothing else there; without one that is known it is nothing", () => {
+    const target = { point: at(A), motion: { north_m_s: 1, east_m_s: 0 } };
+    const form = { ...NEW_FORM, follow: "ship-1", duration_s: 60 };
+    expect(taskOf("goto", [], form, target)).toMatchObject({ ...target, stay: false, gripper: null, duration_s: 60 });
+    expect(taskOf("goto", [B], form, null)).toBeNull();
+    expect(taskOf("path", [B], form, null)?.type).toBe("path");
   });
 
   it("says nothing that was not given: null, and no limit", () => {
@@ -81,6 +90,12 @@ describe("in words", () => {
     expect(taskSummary(taskOf("path", [A], NEW_FORM) as Task)).toBe("at its altitude");
   });
 
+  it("an event says of it all but what is null", () => {
+    const { relative_altitude_m: _, absolute_altitude_m: __, speed_m_s: ___, ...told } = circle;
+    expect(toldTask({ ...told, relative_altitude_m: 25 })).toMatchObject(circle);
+    expect([toldTask(null), toldTask({ type: "dance" })]).toEqual([null, null]);
+  });
+
   it("the current one says how long, how far and how well, as far as it is known", () => {
     expect(spaced(progressWords(entry({ cross_m: -3.2, left_m: 41.6 }), 12.3))).toBe("13 s left · 42 m to go · 3.2 m left of course");
     expect(progressWords(entry({ cross_m: 0.2 }), -1)).toBe("on course");
@@ -92,6 +107,16 @@ describe("in words", () => {
     expect(taskTitle(target)).toBe("Go to a moving target");
     expect(spaced(taskSummary(target))).toBe("at its altitude, its target moves 2.1 m/s towards 315°, and counts as standing 5 s after it was told");
     expect(taskSummary({ ...target, motion: { north_m_s: 0, east_m_s: 0 } })).toContain("its target stands now");
+  });
+
+  it("what follows a target says which, and how new the word of it is", () => {
+    const target = { ...(taskOf("goto", [A], NEW_FORM) as Extract<Task, { type: "goto" }>), motion: { north_m_s: 2, east_m_s: 0 } };
+    expect([taskTitle(target, "ship-1"), spaced(taskSummary(target, "ship-1"))]).toEqual(["Follow ship-1", "at its altitude, its target moves 2.0 m/s towards 000°"]);
+    const report = { latitude_deg: 47.4, longitude_deg: 8.55, north_m_s: 2, east_m_s: 0, time: 1000 };
+    const seen = (after_s: number) => seenAs({ feed: "ship-1", report, age_s: 0.4, stale: false }, after_s);
+    expect([followedWords("ship-1", seen(1)), followedWords("ship-1", seen(12))]).toEqual(["Heard of ship-1 1.4 s ago.", "Nothing was heard of ship-1 for 12 s: it counts as standing."]);
+    expect([targetNow(seen(1))?.motion, targetNow(seen(12)), targetNow(seenAs(null, 0))]).toEqual([{ north_m_s: 2, east_m_s: 0 }, null, null]);
+    expect([followWords("v1", "ship-1", true), followWords("v1", "ship-1", false)].map((words) => words.includes("cannot"))).toEqual([false, true]);
   });
 
   it("what comes after the last task is told", () => {

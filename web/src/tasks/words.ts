@@ -1,8 +1,10 @@
 /** Tasks and their queue in plain English. Pure. */
 
 import type { QueuedTask, Task, TaskReport, TaskState, WhenEmpty } from "../api/types";
-import { altitude, distance, heading, seconds, speed } from "../format/units";
+import { age, altitude, distance, heading, seconds, speed } from "../format/units";
 import type { Tone } from "../format/words";
+import { isRecord } from "../plan/pointer";
+import type { Seen } from "../targets/following";
 import { PLACES, type TaskKind } from "./draft";
 
 type Motion = NonNullable<Extract<Task, { type: "goto" }>["motion"]>;
@@ -13,7 +15,9 @@ export function kindName(kind: TaskKind): string {
   return KINDS[kind];
 }
 
-export function taskTitle(task: Task): string {
+/** `feed`: the target that it follows, where that is known. */
+export function taskTitle(task: Task, feed: string | null = null): string {
+  if (feed !== null) return `Follow ${feed}`;
   switch (task.type) {
     case "goto":
       return task.gripper === "release" ? "Go to, and release" : task.gripper === "grab" ? "Go to, and grab" : task.motion !== null ? "Go to a moving target" : task.stay ? "Go to, and stay" : "Go to";
@@ -26,13 +30,19 @@ export function taskTitle(task: Task): string {
   }
 }
 
+/** A task in an event, which leaves out what is null. Null for what is none. */
+export function toldTask(data: unknown): Task | null {
+  const absent = { relative_altitude_m: null, absolute_altitude_m: null, speed_m_s: null, motion: null, gripper: null };
+  return isRecord(data) && typeof data["type"] === "string" && data["type"] in KINDS ? ({ ...absent, ...data } as unknown as Task) : null;
+}
+
 /** How it is flown: what was not given is not said. */
-export function taskSummary(task: Task): string {
+export function taskSummary(task: Task, feed: string | null = null): string {
   const parts = [
     task.relative_altitude_m !== null ? `${altitude(task.relative_altitude_m)} above home` : task.absolute_altitude_m !== null ? `${altitude(task.absolute_altitude_m)} AMSL` : "at its altitude",
     task.speed_m_s === null ? "" : speed(task.speed_m_s),
     task.duration_s > 0 ? `for ${seconds(task.duration_s)}` : "",
-    task.type === "goto" && task.motion !== null ? motionWords(task.motion) : "",
+    task.type === "goto" && task.motion !== null ? motionWords(task.motion, feed !== null) : "",
   ];
   return joined(parts, ", ");
 }
@@ -40,11 +50,18 @@ export function taskSummary(task: Task): string {
 const TARGET_TOLD_S = 5;
 
 /** As it was told last. The service lets it stand when it hears no more of it. */
-function motionWords({ north_m_s, east_m_s }: Motion): string {
+function motionWords({ north_m_s, east_m_s }: Motion, followed: boolean): string {
   const fast = Math.hypot(north_m_s, east_m_s);
   if (fast < 0.05) return "its target stands now";
   const to = heading(((Math.atan2(east_m_s, north_m_s) * 180) / Math.PI + 360) % 360);
+  if (followed) return `its target moves ${speed(fast)} towards ${to}`;
   return `its target moves ${speed(fast)} towards ${to}, and counts as standing ${TARGET_TOLD_S} s after it was told`;
+}
+
+/** Of a task that follows a target for this page: how new what it was told is. */
+export function followedWords(feed: string, { target, age_s, stale }: Seen): string {
+  if (target === null) return `Nothing is known of ${feed} any more: it counts as standing.`;
+  return stale ? `Nothing was heard of ${feed} for ${age(age_s)}: it counts as standing.` : `Heard of ${feed} ${age(age_s)} ago.`;
 }
 
 /** What becomes of the vehicle when no task is left. `inRun`: the run that was paused for this. */
@@ -86,6 +103,11 @@ export function stateName({ state }: TaskReport): string {
 
 export function stateTone({ state }: TaskReport): Tone {
   return STATES[state][1];
+}
+
+/** Instead of a place on the map. */
+export function followWords(vehicle: string, feed: string, isHeard: boolean): string {
+  return isHeard ? `${vehicle} follows ${feed} for its duration, or until you end it. Add it.` : `Nothing was heard of ${feed} lately: it cannot be followed now.`;
 }
 
 /** What the next click on the map does. */

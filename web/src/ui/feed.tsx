@@ -1,6 +1,7 @@
 import { useMemo, useState } from "preact/hooks";
-import { sentence } from "../format/sentences";
+import { sentence, short } from "../format/sentences";
 import { clockTime, fullTime } from "../format/units";
+import { planName } from "../state/plan-names";
 import { quietSeqs } from "../state/quiet";
 import { feed } from "../state/store";
 import { selectRun, vehicleId } from "../state/selection";
@@ -47,8 +48,15 @@ export function Feed() {
   );
 }
 
+/** Its run is told by the name of its plan, which others may have too. */
+function isNamed({ kind, data }: StreamEvent): boolean {
+  return NAMES_A_RUN.has(kind) && typeof data["plan_id"] === "string" && planName(data["plan_id"]) !== null;
+}
+
+const NAMES_A_RUN: ReadonlySet<string> = new Set(["run.created", "run.changed", "run.continued"]);
+
 function FeedRow({ event, hidden }: { event: StreamEvent; hidden: boolean }) {
-  const { text, tone } = sentence(event);
+  const { text, tone } = sentence(event, planName);
   const run = event.run_id;
   return (
     <li class={`event tone-${tone}`} data-seq={event.seq} data-kind={event.kind} hidden={hidden}>
@@ -57,8 +65,9 @@ function FeedRow({ event, hidden }: { event: StreamEvent; hidden: boolean }) {
       {run === null ? (
         <span>{text}</span>
       ) : (
-        <button type="button" class="plain" onClick={() => selectRun(run)}>
+        <button type="button" class="plain" title={`Show run ${run}`} onClick={() => selectRun(run)}>
           {text}
+          {isNamed(event) && <small class="run-id"> {short(run)}</small>}
         </button>
       )}
     </li>

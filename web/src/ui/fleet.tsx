@@ -1,7 +1,7 @@
 import { useComputed } from "@preact/signals";
 import type { Run, Vehicle, VehicleType } from "../api/types";
 import { altitude, climbRate, heading, linkAge, percent, speed } from "../format/units";
-import { landedName, plain, runStateName, runStateTone, vehicleTypeName } from "../format/words";
+import { landedName, plain, runStateName, runStateTone, vehicleTypeName, type Tone } from "../format/words";
 import { STALE_S } from "../map/features";
 import { now, secondsSince } from "../state/clock";
 import { isFiltered, showAllVehicles, shownIds } from "../state/fleet-filter";
@@ -98,9 +98,14 @@ function VehicleBadges({ row }: { row: Row }) {
   return (
     <span class="vehicle-badges">
       {row.failsafe && <Badge tone="danger">Failsafe</Badge>}
-      <Badge tone={row.mode === "mission" ? "info" : "neutral"}>{row.mode === null ? "No mode" : plain(row.mode)}</Badge>
+      <Badge tone={modeTone(row)}>{row.mode === null ? "No mode" : plain(row.mode)}</Badge>
     </span>
   );
+}
+
+/** A vehicle on the ground may be in Mission mode: it flies none. */
+function modeTone({ mode, armed, landed }: Row): Tone {
+  return mode === "mission" && armed && landed !== "on_ground" ? "info" : "neutral";
 }
 
 /** Armed is only news on the ground; in the air it goes without saying. */

@@ -20,6 +20,7 @@ const PATHS = {
   simulator: "M4 21V10m0-4V3m8 18v-6m0-4V3m8 18v-9m0-4V3M2 6h4M10 11h4m4-3h4",
   up: "M12 19V6m-6 6 6-6 6 6",
   down: "M12 5v13m-6-6 6 6 6-6",
+  edit: "M4 20l1-4L16.500 4.500l3 3L8 19l-4 1Zm10.500-13.500 3 3",
   trash: "M5 7h14M9 7V4h6v3M7 7l1 13h8l1-13M10 11v5m4-5v5",
   undo: "M8 5 4 9l4 4M4 9h10a5 5 0 0 1 0 10h-3",
   redo: "m16 5 4 4-4 4m4-4H10a5 5 0 0 0 0 10h3",

@@ -4,7 +4,7 @@ import { vehiclePoint } from "../map/camera";
 import { metresBetween } from "../map/geometry";
 import { serviceNow } from "../state/clock";
 import { vehicles, world } from "../state/store";
-import { shownTargets, type ShownTarget } from "../state/targets";
+import { shownTargets, type RunTarget } from "../state/targets";
 import { Badge } from "./badge";
 
 /** What the drops of this run follow. */
@@ -20,13 +20,13 @@ export function MovingTargets({ vehicle }: { vehicle: string }) {
   );
 }
 
-function TargetCard({ shown, vehicle }: { shown: ShownTarget; vehicle: string }) {
+function TargetCard({ shown, vehicle }: { shown: RunTarget; vehicle: string }) {
   const at = vehiclePoint(vehicles.value[vehicle] ?? null);
   const [tone, verdict] = shown.target === null ? (["warn", "Not seen"] as const) : shown.stale ? (["warn", "Stale"] as const) : (["ok", "Seen"] as const);
   return (
-    <article class="target-card" data-feed={shown.follower.feed}>
+    <article class="target-card" data-feed={shown.feed}>
       <header>
-        <b>Target {shown.follower.feed}</b>
+        <b>Target {shown.feed}</b>
         <small>of {shown.follower.dropId}</small>
         <Badge tone={tone}>{verdict}</Badge>
       </header>

@@ -1,4 +1,4 @@
-import { useEffect, useRef } from "preact/hooks";
+import { useRef } from "preact/hooks";
 import type { TargetFormat } from "../api/types";
 import { fullTime } from "../format/units";
 import { canStore, isStored, keepDraft, openStored } from "../state/draft";
@@ -67,10 +67,6 @@ function Export() {
 }
 
 function StoredPlans() {
-  const connected = live.value;
-  useEffect(() => {
-    if (connected) void readStoredPlans();
-  }, [connected]);
   const plans = storedPlans.value ?? [];
   if (plans.length === 0) return null;
   return (

@@ -3,7 +3,7 @@ import { api } from "../api/client";
 import type { Comparison, DropComparison, ItemComparison, Run } from "../api/types";
 import { distance, seconds, speed, UNKNOWN } from "../format/units";
 import { asSentence } from "../format/words";
-import { differenceTone, differenceWords, hasSentence, isTold, visitName } from "../plan/comparison";
+import { differenceTone, differenceWords, hasSentence, isTold, pausedWords, visitName } from "../plan/comparison";
 
 /** Predicted against flown: read again whenever an item more was flown, and once more at the end. */
 export function RunComparison({ run }: { run: Run }) {
@@ -36,12 +36,13 @@ export function RunComparison({ run }: { run: Run }) {
           ))}
         </tbody>
         <tfoot>
-          <tr>
+          <tr class={pausedWords(comparison.paused_s) === "" ? "" : "explained"}>
             <th scope="row" title="All items that were flown">All</th>
             <td>{seconds(comparison.predicted_s)}</td>
             <td>{seconds(comparison.flown_s)}</td>
             <td />
           </tr>
+          <Paused seconds={comparison.paused_s} />
         </tfoot>
       </table>
       {comparison.drops.filter((drop) => !isTold(drop, comparison.items)).map((drop) => (
@@ -71,11 +72,27 @@ function Row({ item }: { item: ItemComparison }) {
     );
   }
   return (
+    <>
+      <tr class={pausedWords(item.paused_s) === "" ? "" : "explained"}>
+        <th scope="row">{visitName(item)}</th>
+        <td>{seconds(item.predicted_s)}</td>
+        <td>{item.flown_s === null ? <span title={asSentence(item.reason)}>{UNKNOWN}</span> : seconds(item.flown_s)}</td>
+        <td class={`tone-${differenceTone(item)}`}>{differenceWords(item)}</td>
+      </tr>
+      <Paused seconds={item.paused_s} />
+    </>
+  );
+}
+
+/** Below the figures that do not count it. */
+function Paused({ seconds: paused_s }: { seconds: number }) {
+  const words = pausedWords(paused_s);
+  if (words === "") return null;
+  return (
     <tr>
-      <th scope="row">{visitName(item)}</th>
-      <td>{seconds(item.predicted_s)}</td>
-      <td>{item.flown_s === null ? <span title={asSentence(item.reason)}>{UNKNOWN}</span> : seconds(item.flown_s)}</td>
-      <td class={`tone-${differenceTone(item)}`}>{differenceWords(item)}</td>
+      <td class="why" colSpan={4}>
+        {words}
+      </td>
     </tr>
   );
 }

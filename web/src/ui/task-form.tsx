@@ -1,12 +1,13 @@
-import type { ComponentChildren } from "preact";
 import { useEffect } from "preact/hooks";
-import { besides } from "../format/units";
-import { addTask, changeForm, chooseTask, draftTask, showField, taskForm, taskKind, taskPlaces, takePlaceBack, typeNumber, wrongFields } from "../state/task-draft";
+import { addTask, changeForm, chooseTask, draftTarget, draftTask, showField, taskForm, taskKind, taskPlaces, takePlaceBack, typeNumber, wrongFields } from "../state/task-draft";
 import { tasksOnly } from "../state/offboard-facts";
 import { taskQueue } from "../state/task-queue";
-import { TASK_KINDS, WING_RADIUS_M, type NumericField, type TaskForm as Form, type TaskKind } from "../tasks/draft";
-import { kindName, placeWords } from "../tasks/words";
+import { followedBy, TASK_KINDS, WING_RADIUS_M, type NumericField, type TaskForm as Form, type TaskKind } from "../tasks/draft";
+import { followWords, kindName, placeWords } from "../tasks/words";
+import { Choice } from "./choice";
+import { FollowChoice } from "./follow-choice";
 import { HoldButton } from "./hold-button";
+import { NumberField } from "./number-field";
 import { PassingButton } from "./passing-button";
 import { Icon, type IconName } from "./icons";
 
@@ -33,27 +34,30 @@ export function TaskForm({ vehicle }: { vehicle: string }) {
 function Fields({ kind, vehicle }: { kind: TaskKind; vehicle: string }) {
   const form = taskForm.value;
   const isWing = tasksOnly.value;
-  const places = taskPlaces.value.length;
+  const feed = followedBy(kind, form);
   return (
     <>
       <p class="task-places">
-        <span role="status">{placeWords(kind, places, vehicle)}</span>
-        <button type="button" class="small" onClick={focusMap}>
-          To the map
-        </button>
+        <span role="status">{nextWords(kind, vehicle)}</span>
+        {feed === null && (
+          <button type="button" class="small" onClick={focusMap}>
+            To the map
+          </button>
+        )}
       </p>
+      {kind === "goto" && <FollowChoice />}
       <div class="fields">
-        <NumberField name="Height above home" unit="m" field="altitude_m" empty="as it is" />
-        {!isWing && <NumberField name="Speed" unit="m/s" field="speed_m_s" empty="its own" min={0.1} />}
-        <NumberField name="Duration" unit="s" field="duration_s" empty="no limit" min={1} />
-        {kind === "circle" && <NumberField name="Radius" unit="m" field="radius_m" empty="needed" min={isWing ? WING_RADIUS_M.least : 1} />}
+        <DraftNumber name="Height above home" unit="m" field="altitude_m" empty="as it is" />
+        {!isWing && <DraftNumber name="Speed" unit="m/s" field="speed_m_s" empty="its own" min={0.1} />}
+        <DraftNumber name="Duration" unit="s" field="duration_s" empty="no limit" min={1} />
+        {kind === "circle" && <DraftNumber name="Radius" unit="m" field="radius_m" empty="needed" min={isWing ? WING_RADIUS_M.least : 1} />}
         {kind === "circle" && (
           <Choice name="Direction" value={form.clockwise ? "clockwise" : "counter"} onChange={(value) => changeForm({ clockwise: value === "clockwise" })}>
             <option value="clockwise">Clockwise</option>
             <option value="counter">Counter-clockwise</option>
           </Choice>
         )}
-        {kind === "goto" && (
+        {kind === "goto" && feed === null && (
           <Choice name="There" value={form.gripper ?? (form.stay ? "stay" : "")} onChange={(value) => changeForm({ gripper: value === "release" || value === "grab" ? value : null, stay: value === "stay" })}>
             <option value="">Go on</option>
             <option value="stay">{isWing ? "Stay and circle" : "Stay"}</option>
@@ -78,6 +82,12 @@ function Fields({ kind, vehicle }: { kind: TaskKind; vehicle: string }) {
       </div>
     </>
   );
+}
+
+/** What is to be done next. */
+export function nextWords(kind: TaskKind, vehicle: string): string {
+  const feed = followedBy(kind, taskForm.value);
+  return feed === null ? placeWords(kind, taskPlaces.value.length, vehicle) : followWords(vehicle, feed, draftTarget.value?.stale === false);
 }
 
 /** For the keyboard: there Space takes the middle, Enter adds the task, and arrows move the map. */
@@ -105,7 +115,7 @@ export function PlaceButtons() {
   );
 }
 
-interface NumberProps {
+interface DraftProps {
   name: string;
   unit: "m" | "m/s" | "s";
   field: NumericField;
@@ -113,37 +123,8 @@ interface NumberProps {
   min?: number;
 }
 
-/** Beside it the number in the units of the page, if these are others, or what is wrong with it. */
-function NumberField({ name, unit, field, empty, min }: NumberProps) {
-  const value = taskForm.value[field];
-  const wrong = wrongFields.value[field] ?? "";
-  const words = besides(unit, value);
+/** A number of the task that is put together. */
+function DraftNumber({ field, ...look }: DraftProps) {
   useEffect(() => showField(field), [field]);
-  return (
-    <label class="field">
-      <span>
-        {name} ({unit})
-        {wrong !== "" ? <small class="field-wrong"> {wrong}</small> : words !== "" && <small class="besides"> = {words}</small>}
-      </span>
-      <input type="number" step="any" min={min} inputMode="decimal" placeholder={empty} value={value ?? ""} aria-invalid={wrong !== ""} onInput={(event) => typeNumber(field, event.currentTarget, min)} />
-    </label>
-  );
-}
-
-interface ChoiceProps {
-  name: string;
-  value: string;
-  onChange: (value: string) => void;
-  children: ComponentChildren;
-}
-
-function Choice({ name, value, onChange, children }: ChoiceProps) {
-  return (
-    <label class="field">
-      <span>{name}</span>
-      <select value={value} onChange={(event) => onChange(event.currentTarget.value)}>
-        {children}
-      </select>
-    </label>
-  );
+  return <NumberField {...look} value={taskForm.value[field]} wrong={wrongFields.value[field] ?? ""} onType={(value, wrong) => typeNumber(field, value, wrong)} />;
 }

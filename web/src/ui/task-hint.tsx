@@ -1,7 +1,6 @@
 import { handsVehicle } from "../state/hands-on";
-import { taskKind, taskPlaces } from "../state/task-draft";
-import { placeWords } from "../tasks/words";
-import { AddTask, PlaceButtons } from "./task-form";
+import { taskKind } from "../state/task-draft";
+import { AddTask, nextWords, PlaceButtons } from "./task-form";
 
 /** On the map: what the next click does for the task that is being added. */
 export function TaskHint() {
@@ -11,7 +10,7 @@ export function TaskHint() {
   return (
     <div class="map-edit">
       <div class="map-hint task-hint" role="group" aria-label="Task on the map">
-        <span>{placeWords(kind, taskPlaces.value.length, vehicle.id)}</span>
+        <span>{nextWords(kind, vehicle.id)}</span>
         <AddTask vehicle={vehicle.id} />
         <PlaceButtons />
       </div>

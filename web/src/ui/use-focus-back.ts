@@ -2,15 +2,15 @@ import { useLayoutEffect, useRef } from "preact/hooks";
 import type { RefObject } from "preact";
 
 /**
- * For a button at the controls that goes away, often by its own press: the panel takes its focus over before it is gone.
+ * For a button at the controls that goes away, often by its own press, or a form with its fields: the panel takes its focus over before it is gone.
  * Else nothing would have the focus, which counts as nobody at the controls.
  */
-export function useFocusBack(): RefObject<HTMLButtonElement | null> {
-  const ref = useRef<HTMLButtonElement>(null);
+export function useFocusBack<Part extends HTMLElement = HTMLButtonElement>(): RefObject<Part | null> {
+  const ref = useRef<Part>(null);
   useLayoutEffect(() => {
-    const button = ref.current;
+    const part = ref.current;
     return () => {
-      if (button === null || button !== document.activeElement || button.closest(".hands-on, .map") === null) return;
+      if (part === null || !part.contains(document.activeElement) || part.closest(".hands-on, .map") === null) return;
       document.querySelector<HTMLElement>(".hands-on")?.focus({ preventScroll: true });
     };
   }, []);

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
@@ -87,6 +89,15 @@ class QueueAndModel(RuleBasedStateMachine):
 
     def id_at(self, place: int) -> str:
         return self.model[place][0] if place < len(self.model) else UNKNOWN
+
+    @rule(which=PLACES, duration_s=st.floats(0.5, 30.0))
+    def mend(self, which: int, duration_s: float) -> None:
+        if which >= len(self.model):
+            return
+        entry, (task_id, one) = self.queue.entries[which], self.model[which]
+        mended = one.model_copy(update={"duration_s": duration_s})
+        self.queue = self.queue.mended(replace(entry, task=mended))
+        self.model[which] = (task_id, mended)
 
     @rule()
     def clear(self) -> None:

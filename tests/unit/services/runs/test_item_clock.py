@@ -7,7 +7,14 @@ from typing import Any
 from app.domain.drop import DropOutcome
 from app.domain.events import EventKind
 from app.domain.prediction import Timeline
+from app.domain.progress import Progress
+from app.domain.run import Run, RunState
+from app.domain.vehicle import FlightMode, VehicleState
+from app.services.clock import SystemClock
 from app.services.comparisons import Comparisons
+from app.services.runs.evidence import Look
+from app.services.runs.item_clock import ItemClock
+from app.services.runs.recorder import RunRecorder
 from tests.unit.services.runs.desk import Desk, desk
 
 
@@ -38,6 +45,31 @@ async def test_each_item_that_was_flown_is_told_once_in_order_and_without_holes(
         assert [item["item_id"] for item in ended] == ["takeoff", "corner", "clinic", "drop", "home"]
         seen = [item for item in ended if None not in (item["began_s"], item["ended_s"])]
         assert all(item["began_s"] <= item["ended_s"] for item in seen)
+
+
+async def test_the_time_of_a_pause_is_told_with_the_item_in_which_it_was() -> None:
+    async with desk() as at:
+        run = Run(id="r", plan_id="p", plan_hash="h", vehicle_id="v1", created_at=0.0, updated_at=0.0)
+        recorder = RunRecorder(run, at.journal, SystemClock())
+        clock, progress = ItemClock(at.mission, recorder), Progress.of(at.mission).now_current(0)
+        for state in (RunState.UPLOADING, RunState.UPLOADED, RunState.STARTING, RunState.FLYING):
+            recorder.move(state)
+
+        def look(boot_s: float, mode: FlightMode) -> None:
+            seen = VehicleState(connected=True, mode=mode, boot_time_s=boot_s, position_age_s=0.0)
+            clock.look(Look(seen, boot_s, boot_s, 1.0), progress, (), was_airborne=True)
+
+        look(100.0, FlightMode.MISSION)
+        recorder.move(RunState.PAUSED)
+        for boot_s in (101.0, 102.0, 103.0):
+            look(boot_s, FlightMode.HOLD)
+        look(104.0, FlightMode.MISSION)  # it goes on: when, since the look before, nobody saw
+        recorder.move(RunState.FLYING)
+        progress = progress.now_current(1)
+        look(105.5, FlightMode.MISSION)
+        await recorder.flush()
+        (item,) = told(at, EventKind.RUN_ITEM_ENDED)
+        assert (item["item_id"], item["began_s"], item["ended_s"], item["paused_s"]) == ("takeoff", 100.0, 105.5, 3.0)
 
 
 async def test_the_comparison_is_made_of_the_runs_own_events() -> None:

@@ -4,11 +4,20 @@ from __future__ import annotations
 
 import pytest
 
-from app.domain.errors import ConflictError, LeaseLostError, NotFoundError, TaskRefusedError, TasksFullError
+from app.domain.errors import (
+    ConflictError,
+    LeaseLostError,
+    NotFoundError,
+    TaskRefusedError,
+    TasksFullError,
+    TaskUnderWayError,
+)
 from app.domain.setpoint.message import LocalTarget
 from app.domain.tasks.forms import LocalPoint, Motion
+from app.domain.tasks.terms import TaskTerms
 from app.domain.vehicle import FlightMode, VehicleType
 from app.services.offboard_view import OffboardState
+from tests.unit.domain.tasks.examples import task
 from tests.unit.services.offboard.cockpit import cockpit, paused_run
 from tests.unit.services.tasks.queued import author, changes, flying, put_at, queue, report
 
@@ -222,3 +231,48 @@ async def test_only_a_goto_has_a_target() -> None:
         made = queue(quad, "circle")
         with pytest.raises(ConflictError, match="no target"):
             quad.desk.retarget(quad.lease, made, LocalPoint(east_m=0.0, north_m=0.0), None)
+
+
+async def test_a_task_is_mended_until_it_is_flown_and_keeps_its_place_its_course_and_its_leg() -> None:
+    async with cockpit() as quad:
+        quad.take()
+        first, circle = queue(quad, "path"), queue(quad, "circle", relative_altitude_m=20.0)
+        quad.desk.change(quad.lease, first, TaskTerms(speed_m_s=3.0))
+        quad.desk.change(quad.lease, circle, TaskTerms(duration_s=60.0))
+        quad.desk.change(quad.lease, circle, TaskTerms(duration_s=60.0))
+        assert [entry.task.speed_m_s for entry in quad.desk.view().tasks] == [3.0, None]
+        await quad.enter()
+        await quad.ticks(2)
+        with pytest.raises(TaskUnderWayError) as refused:
+            quad.desk.change(quad.lease, first, TaskTerms(speed_m_s=2.0))
+        assert "replace_current" in refused.value.hint
+        with pytest.raises(TaskRefusedError, match="above home"):
+            quad.desk.change(quad.lease, circle, TaskTerms(relative_altitude_m=900.0))
+        quad.desk.change(quad.lease, circle, TaskTerms(radius_m=15.0))
+        entries = quad.desk.view().tasks
+        assert [(entry.id, entry.remaining_s) for entry in entries] == [(first, -1.0), (circle, 60.0)]
+        quad.desk.skip(quad.lease)
+        await quad.ticks(2)
+        current = quad.desk.view().tasks[0]
+        assert (current.task, report(quad).remaining_s) == (
+            task("circle", relative_altitude_m=20.0, duration_s=60.0, radius_m=15.0),
+            60.0,
+        )
+        assert current.cross_m is not None
+        assert current.cross_m != 0.0
+        with pytest.raises(NotFoundError) as over:
+            quad.desk.change(quad.lease, first, TaskTerms(duration_s=5.0))
+        assert "has ended" in over.value.hint
+        told = [change for change in await changes(quad) if change[0] == "changed"]
+        assert told == [("changed", first), ("changed", circle), ("changed", circle)], "and no more"
+
+
+async def test_a_target_that_moves_is_not_set_back_by_another_duration() -> None:
+    async with cockpit() as quad:
+        quad.take()
+        queue(quad, "circle")
+        made = queue(quad, "goto", motion={"north_m_s": 2.0, "east_m_s": 0.0})
+        course = quad.control.guide.queue.entry(made).course  # type: ignore[union-attr]
+        quad.clock.time_s += 3.0
+        quad.desk.change(quad.lease, made, TaskTerms(duration_s=60.0))
+        assert quad.control.guide.queue.entry(made).course is course  # type: ignore[union-attr]

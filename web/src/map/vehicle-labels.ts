@@ -1,0 +1,104 @@
+/** Where the vehicles' labels go on the screen: none over another, and one list for vehicles that stand on one place. Pure. */
+
+import type { Place } from "./vehicle-marks";
+
+export interface Box {
+  readonly left: number;
+  readonly top: number;
+  readonly right: number;
+  readonly bottom: number;
+}
+
+export interface Labelled {
+  readonly place: Place;
+  readonly label: string;
+  readonly selected: boolean;
+}
+
+/** Sizes in pixels of the screen. */
+export interface LabelLook {
+  readonly line: number;
+  /** From the middle of a vehicle to its label. Vehicles nearer to each other have one list: their icons are one heap. */
+  readonly away: number;
+  widthOf(label: string): number;
+}
+
+export interface LabelBlock extends Box {
+  readonly lines: readonly string[];
+}
+
+/** The rest is counted. */
+const MOST_LINES = 4;
+const PADDING_PX = 2;
+
+/** The later ones are on top: their labels are placed first. One without room anywhere around its vehicle is left out. */
+export function labelBlocks(seen: readonly Labelled[], look: LabelLook): LabelBlock[] {
+  const room = new Room();
+  return groupsOf(seen, look.away).flatMap(({ place, lines }) => {
+    const half = Math.max(...lines.map((line) => look.widthOf(line))) / 2 + PADDING_PX;
+    const high = lines.length * look.line;
+    const box = around(place, half, high, look.away).find((one) => room.take(one));
+    return box === undefined ? [] : [{ ...box, lines }];
+  });
+}
+
+interface Group {
+  readonly place: Place;
+  readonly lines: readonly string[];
+}
+
+/** Each with the place of its topmost vehicle. The chosen vehicle leads its list, the others follow in their order. */
+function groupsOf(seen: readonly Labelled[], within_px: number): Group[] {
+  const groups: Labelled[][] = [];
+  for (const one of seen.toReversed()) {
+    const near = groups.find(([top]) => top !== undefined && Math.hypot(top.place.x - one.place.x, top.place.y - one.place.y) < within_px);
+    if (near === undefined) groups.push([one]);
+    else near.push(one);
+  }
+  return groups.flatMap((members) => (members[0] === undefined ? [] : [{ place: members[0].place, lines: linesOf(members) }]));
+}
+
+function linesOf(members: readonly Labelled[]): string[] {
+  const [top, ...others] = members;
+  const inOrder = top?.selected === true ? [top, ...others.reverse()] : members.toReversed();
+  const names = inOrder.map(({ label }) => label);
+  return names.length <= MOST_LINES ? names : [...names.slice(0, MOST_LINES - 1), `+${names.length - MOST_LINES + 1} more`];
+}
+
+/** Below, above, right, left. */
+function around({ x, y }: Place, half: number, high: number, away: number): Box[] {
+  const box = (left: number, top: number): Box => ({ left, top, right: left + 2 * half, bottom: top + high });
+  return [box(x - half, y + away), box(x - half, y - away - high), box(x + away, y - high / 2), box(x - away - 2 * half, y - high / 2)];
+}
+
+/** Side of the squares in which boxes are looked for. */
+const SQUARE_PX = 64;
+
+/** What is taken of the screen. */
+class Room {
+  readonly #squares = new Map<string, Box[]>();
+
+  /** True if there was room, which is taken now. */
+  take(box: Box): boolean {
+    const near = squaresOf(box);
+    if (near.some((square) => this.#squares.get(square)?.some((other) => overlap(box, other)))) return false;
+    for (const square of near) {
+      const kept = this.#squares.get(square);
+      if (kept === undefined) this.#squares.set(square, [box]);
+      else kept.push(box);
+    }
+    return true;
+  }
+}
+
+function squaresOf({ left, top, right, bottom }: Box): string[] {
+  const names: string[] = [];
+  for (let x = Math.floor(left / SQUARE_PX); x <= Math.floor(right / SQUARE_PX); x++) {
+    for (let y = Math.floor(top / SQUARE_PX); y <= Math.floor(bottom / SQUARE_PX); y++) names.push(`${x} ${y}`);
+  }
+  return names;
+}
+
+function overlap(a: Box, b: Box): boolean {
+  return a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
+}
