@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from itertools import chain
 from typing import Any, Final, TypeVar
 
 from aiohttp import web
@@ -10,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from app.api.problems import ApiError
 from app.api.routing import Body, QueryT
-from app.domain.finding import Finding, Severity, UnfitDocumentError
+from app.domain.finding import Finding, Severity, UnfitDocumentError, json_pointer
 from app.domain.plan import Plan, parse_plan
 from app.domain.validation import document_of, findings_of
 
@@ -132,9 +133,14 @@ def _refuse_far_off(raw: bytes, *, with_plan: bool) -> None:
     if not with_plan:
         raise _too_large(SMALL_BYTES)
     document = document_of(raw)
-    if isinstance(document, dict) and len(document) > MAX_FIELDS:
-        message = f"{len(document)} fields, and none of what can be sent here has more than {MAX_FIELDS}"
-        raise BodyInvalidError([Finding(code="body.too_long", severity=Severity.ERROR, pointer="", message=message)])
+    if not isinstance(document, dict):
+        return
+    parts = ((json_pointer(name), part) for name, part in document.items() if name != "plan")
+    for pointer, part in chain([("", document)], parts):
+        if isinstance(part, dict | list) and len(part) > MAX_FIELDS:
+            message = f"{len(part)} fields, and nothing that can be sent here has more than {MAX_FIELDS}"
+            finding = Finding(code="body.too_long", severity=Severity.ERROR, pointer=pointer, message=message)
+            raise BodyInvalidError([finding])
 
 
 def _unfit(error: ValidationError, model: type[BaseModel], raw: bytes) -> UnfitDocumentError:

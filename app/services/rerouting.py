@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Sequence
 from typing import Any
 
+from app.domain.errors import ChangeUnderWayError
 from app.domain.plan import Plan, parse_plan
 from app.domain.plan.insertion import with_items
 from app.domain.prediction import CALM, Wind
@@ -35,11 +37,15 @@ class Rerouting:
 
         Raises:
             NotFoundError, PlanInvalid, PlanRejectedError: the flight is past that place, or the plan has errors.
-            Others as Runs.change_mission.
+            ChangeUnderWayError: also if the run got another plan meanwhile. Others as Runs.change_mission.
         """
-        run = await self._runs.get(run_id)
-        plan, new_ids = with_items(await self._plan(run), items, at=at, after=after)
+        before = await self._runs.get(run_id)
+        old = await self._plan(before)
+        plan, new_ids = await asyncio.to_thread(with_items, old, items, at=at, after=after)
         new = await self._plans.checked(plan, by)
+        run = await self._runs.get(run_id)
+        if run.plan_id != before.plan_id:  # else what that one brought would be taken out again
+            raise ChangeUnderWayError("the plan was changed meanwhile", hint="order it again")
         begins = new_ids[0] if _comes_next(plan, new_ids, run.item_id) else None
         return await self._runs.change_mission(run_id, new, begins, by, needed=new_ids)
 

@@ -27,6 +27,13 @@ async def test_a_body_with_a_plan_in_it_has_as_many_fields_as_such_a_body_can_ha
     assert "20001 fields" in problem["detail"]
 
 
+@pytest.mark.parametrize("path", ["plan-checks", "jobs", "job-checks"])
+async def test_so_has_each_part_of_it_but_the_plan(service: Service, path: str) -> None:
+    status, _, problem = await service.call("POST", f"/api/v1/{path}", json={"plan": "p", "wind": MANY_FIELDS})
+    assert (status, problem["code"]) == (422, "request.invalid")
+    assert [(one["code"], one["pointer"]) for one in problem["findings"]] == [("body.too_long", "/wind")]
+
+
 @pytest.mark.parametrize(
     ("method", "path", "wrap"),
     [("POST", "plans", False), ("POST", "plan-checks", True), ("POST", "jobs", True)],

@@ -11,7 +11,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from app.domain.finding import Finding, Severity, json_pointer
-from app.domain.plan.size_limits import MAX_BODY_BYTES, MAX_DEPTH, MAX_FINDINGS, MAX_INTEGER_DIGITS
+from app.domain.plan.size_limits import (
+    MAX_BODY_BYTES,
+    MAX_DEPTH,
+    MAX_FINDINGS,
+    MAX_INTEGER_DIGITS,
+    MAX_KEY_CHARS,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,6 +143,8 @@ def _copy_object(value: Mapping[Any, Any], path: tuple[str | int, ...], tree: Js
     for key, item in value.items():
         if not isinstance(key, str) or not _is_text(key):
             tree.refuse("plan.not_json", _pointer(path), "a key is not Unicode text")
+        elif len(key) > MAX_KEY_CHARS:
+            tree.refuse("plan.unknown_field", json_pointer(*path, key), f"a field's name of {len(key)} characters")
         else:
             made[key] = _copy(item, (*path, key), tree)
     return made

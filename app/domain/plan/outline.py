@@ -28,7 +28,7 @@ def check_outline(tree: JsonTree, known: Callable[[], Set[str]]) -> None:
         return
     names = known()
     strange = JsonTree()
-    for place, value in _places(tree.value):
+    for place, value in _places(tree.value, names):
         if isinstance(value, list) and len(value) > MAX_ENTRIES:
             tree.refuse(
                 "plan.too_many_items",
@@ -39,16 +39,19 @@ def check_outline(tree: JsonTree, known: Callable[[], Set[str]]) -> None:
             strange.refuse("plan.unknown_field", json_pointer(*place), f"unknown field {place[-1]!r}", _MEND)
         elif isinstance(place[-1], int) and not isinstance(value, dict):
             strange.refuse("plan.wrong_type", json_pointer(*place), "this must be an object")
-        if len(strange.findings) + len(tree.findings) == MAX_FINDINGS:
+        if len(strange.findings) + len(tree.findings) >= MAX_FINDINGS:
             tree.findings += strange.findings
             return
 
 
-def _places(value: dict[str, Any] | list[Any], at: Place = ()) -> Iterator[tuple[Place, Any]]:
-    """Everything in a document with its place. It is not nested deeper than JsonTree allows."""
+def _places(value: dict[str, Any] | list[Any], names: Set[str], at: Place = ()) -> Iterator[tuple[Place, Any]]:
+    """Everything in a document with its place; what is in an unknown field is not looked at, as pydantic does not.
+
+    It is not nested deeper than JsonTree allows.
+    """
     entries = value.items() if isinstance(value, dict) else enumerate(value[: MAX_ENTRIES + 1])
     for key, entry in entries:
         place = (*at, key)
         yield place, entry
-        if isinstance(entry, (dict, list)):
-            yield from _places(entry, place)
+        if isinstance(entry, (dict, list)) and (isinstance(key, int) or key in names):
+            yield from _places(entry, names, place)

@@ -12,6 +12,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from app.domain.finding import Finding, UnfitDocumentError
 from app.domain.plan.document import Plan
+from app.domain.plan.first_faulty import to_first_faulty
 from app.domain.plan.json_tree import read_json
 from app.domain.plan.outline import check_outline
 from app.domain.validation import findings_of
@@ -60,7 +61,7 @@ def parse_plan(raw: bytes | str | Mapping[str, Any]) -> Plan:
         raise PlanInvalid(tree.findings)
     try:
         # Strict types are those of JSON (an array is a tuple), so the checked tree goes through JSON once more.
-        return Plan.model_validate_json(json.dumps(tree.value))
+        return Plan.model_validate_json(json.dumps(to_first_faulty(tree.value)))
     except ValidationError as error:
         raise PlanInvalid(_findings(error, tree.value)) from None
 

@@ -8,6 +8,8 @@ MAX_ITEMS = 1000
 MAX_DEPTH = 16
 """Nested arrays and objects. The format itself needs five."""
 MAX_INTEGER_DIGITS = 18
+MAX_KEY_CHARS = 200
+"""Of a field's name: everything found below it would be told with all of it."""
 MAX_FINDINGS = 100
 """Findings of one unreadable document; more would help nobody."""
 MAX_POLYGONS = 64
