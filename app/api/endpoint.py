@@ -16,7 +16,7 @@ from app.api.request_log import note_principal
 from app.api.routing import AnyRoute, Call
 from app.services.access import Access, Principal
 
-LARGE_BYTES: Final = 16 * 1024
+LARGE_BYTES: Final = 4 * 1024
 """A body beyond this is read in a thread, or vehicles that are flown by setpoints would wait for it."""
 HttpHandler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
