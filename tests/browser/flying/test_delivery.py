@@ -151,6 +151,7 @@ async def test_a_service_killed_and_restarted_under_the_page_is_caught_up_with(
         lost = flying_page.page.locator(".connection.lost")
         await expect(lost).to_contain_text("No connection, shown is", timeout=10_000)
         await expect(flying_page.button("Land v4")).to_be_disabled()
+        await told_within_a_telephone(flying_page)
     finally:
         flying_service.start()
 
@@ -162,3 +163,14 @@ async def test_a_service_killed_and_restarted_under_the_page_is_caught_up_with(
     assert seqs == list(range(seqs[0], before[-1] - 1, -1)), "every event since the page was opened once, in order"
     started = flying_page.page.locator('.event[data-kind="service.started"]')
     assert int(await started.first.get_attribute("data-seq") or 0) > before[0]
+
+
+async def told_within_a_telephone(board: Dashboard) -> None:
+    """What is said of the connection pushes nothing off the screen."""
+    before = board.page.viewport_size
+    assert before is not None
+    await board.page.set_viewport_size(TELEPHONE)
+    last = await board.page.get_by_role("button", name="theme").bounding_box()
+    assert last is not None
+    assert last["x"] + last["width"] <= TELEPHONE["width"]
+    await board.page.set_viewport_size(before)
