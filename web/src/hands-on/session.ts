@@ -9,7 +9,7 @@ import { ended, refusalOf, type Refusal } from "./refusal";
 import { SetpointSender, type StopReason } from "./sender";
 import type { Setpoint } from "./setpoint";
 import type { Wire, WireEvents } from "./wire";
-import { closeWords, stopWords } from "./words";
+import { closeWords, givenBackWords, stopWords, type GivenBack } from "./words";
 
 /** `silent`: nothing is sent any more, and the service's dead-man acts. */
 export type Phase = "off" | "opening" | "leased" | "entering" | "flying" | "leaving" | "silent";
@@ -164,8 +164,8 @@ export class Session {
   }
 
   /** Give the lease back, or stop asking for it. A vehicle that is flown is told to hold: the socket's end says so. */
-  giveBack(): void {
-    if (this.#wire !== null) this.#end("The lease was given back.", true);
+  giveBack(why: GivenBack = "asked"): void {
+    if (this.#wire !== null) this.#end(givenBackWords(why, this.#now), true);
   }
 
   /** Nobody is at the controls any more. */

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { closeWords, stageOf } from "./words";
+import { closeWords, givenBackWords, stageOf } from "./words";
 
 type Offboard = NonNullable<Parameters<typeof stageOf>[0]>;
 type Sent = NonNullable<Offboard["sent"]>;
@@ -14,6 +14,14 @@ describe("the dead-man's stage", () => {
   it("is nothing where nothing is sent, and gone where it has ended the flight", () => {
     const idle = { state: "idle", sent: null } as Offboard;
     expect([stageOf(null, false), stageOf(idle, false), stageOf(idle, true)]).toEqual([null, null, "gone"]);
+  });
+});
+
+describe("a lease that this page gave back", () => {
+  it("says whose it was, why, and what became of a vehicle that was flown", () => {
+    expect(givenBackWords("asked", { phase: "leased", vehicle: "v2" })).toBe("The lease was given back.");
+    expect(givenBackWords("left_view", { phase: "leased", vehicle: "v2" })).toBe("You left this view: the lease of v2 was given back.");
+    expect(givenBackWords("other_vehicle", { phase: "flying", vehicle: "v2" })).toBe("You chose another vehicle: the lease of v2 was given back, and v2 was told to hold.");
   });
 });
 

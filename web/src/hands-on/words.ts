@@ -19,6 +19,19 @@ export function stopWords(reason: StopReason): string {
   return STOPS[reason];
 }
 
+/** `asked`: by the button for it. */
+export type GivenBack = "asked" | "left_view" | "other_vehicle";
+
+/** Why this page gave a lease back by itself, and what became of the vehicle. */
+export function givenBackWords(why: GivenBack, { phase, vehicle }: { readonly phase: string; readonly vehicle: string | null }): string {
+  const held = FLOWN.has(phase) ? `, and ${vehicle} was told to hold` : "";
+  if (why === "asked") return `The lease was given back${held}.`;
+  const left = why === "left_view" ? "You left this view" : "You chose another vehicle";
+  return `${left}: the lease of ${vehicle} was given back${held}.`;
+}
+
+const FLOWN: ReadonlySet<string> = new Set(["entering", "flying", "leaving"]);
+
 const LEASE_ENDED = 4410;
 
 const CLOSES: Readonly<Record<number, string>> = {

@@ -1,10 +1,11 @@
 /** Who is flown by hand from this page, and how far that is. */
 
 import { computed, signal } from "@preact/signals";
-import type { Offboard, Vehicle } from "../api/types";
+import type { Offboard, Run, Vehicle } from "../api/types";
 import { HANDS_OFF, type HandsOn } from "../hands-on/session";
+import { currentRun } from "./runs";
 import { selectedVehicle } from "./selection";
-import { vehicles } from "./store";
+import { runs, vehicles } from "./store";
 
 export const handsOn = signal<HandsOn>(HANDS_OFF);
 /** The controls count. */
@@ -24,6 +25,9 @@ export const handsVehicle = computed<Vehicle | null>(() => {
   const flown = handsOn.value.vehicle;
   return handsOn.value.phase === "off" || flown === null ? selectedVehicle.value : (vehicles.value[flown] ?? null);
 });
+
+/** The open run of that vehicle. */
+export const handsRun = computed<Run | null>(() => (handsVehicle.value === null ? null : currentRun(handsVehicle.value, runs.value)));
 
 /** From the own socket while there is one, else from the stream, as everybody sees it. */
 export const offboardNow = computed<Offboard | null>(() => handsOn.value.offboard ?? handsVehicle.value?.state.offboard ?? null);

@@ -12,6 +12,7 @@ const { dispatch, status } = await import("./store");
 const { held, goToArmed, leftKnob, rightKnob } = await import("./controls");
 const { handsOn, steering } = await import("./hands-on");
 const { detail, tasksOnly, watchOffboardFacts } = await import("./offboard-facts");
+const { panel, selectVehicle } = await import("./selection");
 const { askQueue, enter, giveBack, goThere, handOver, leave, takeLease, watchHandsOn } = await import("./hands-session");
 watchHandsOn();
 watchOffboardFacts();
@@ -96,6 +97,24 @@ async function soak(steps: number): Promise<number> {
 
 beforeEach(() => {
   FakeSocket.all = [];
+});
+
+describe("a lease", () => {
+  it("is given back by leaving the view or choosing another vehicle, and the panel says which", async () => {
+    await choose("multicopter", true, "setpoints");
+    const lostBy = async (leave: () => void) => {
+      takeLease("v3");
+      await vi.advanceTimersByTimeAsync(10);
+      leave();
+      const { phase, ended } = handsOn.value;
+      panel.value = "hands";
+      selectVehicle("v3");
+      return [phase, ended];
+    };
+    expect(await lostBy(() => (panel.value = "run"))).toEqual(["off", "You left this view: the lease of v3 was given back."]);
+    expect(await lostBy(() => selectVehicle("v4"))).toEqual(["off", "You chose another vehicle: the lease of v3 was given back."]);
+    expect(await lostBy(giveBack)).toEqual(["off", "The lease was given back."]);
+  });
 });
 
 describe("a session for tasks only", () => {

@@ -103,7 +103,8 @@ export function watchHandsOn(): void {
   effect(() => {
     const { vehicle, phase } = handsOn.value;
     if (phase === "off" || phase === "silent") return;
-    if (panel.value !== "hands" || (vehicleId.value !== null && vehicleId.value !== vehicle)) session.giveBack();
+    if (panel.value !== "hands") session.giveBack("left_view");
+    else if (vehicleId.value !== null && vehicleId.value !== vehicle) session.giveBack("other_vehicle");
   });
   effect(() => {
     if (panel.value !== "hands") return undefined;

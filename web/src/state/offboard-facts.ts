@@ -5,7 +5,7 @@ import { api } from "../api/client";
 import type { EntryCheck, FlownBy, OffboardDetail } from "../api/types";
 import { speedsOf } from "../hands-on/setpoint";
 import { pace } from "./controls";
-import { handsOn, handsVehicle, offboardNow } from "./hands-on";
+import { handsOn, handsRun, handsVehicle, offboardNow } from "./hands-on";
 import { report } from "./notices";
 import { panel } from "./selection";
 import { live } from "./store";
@@ -46,8 +46,9 @@ const detailKey = computed(() => {
 /** What a check depends on: asked anew when it changes. */
 const checkKey = computed(() => {
   if (handsOn.value.phase !== "leased" || handsVehicle.value === null) return "";
-  const { id, run_id, state } = handsVehicle.value;
-  return JSON.stringify([id, run_id, state.armed, state.connected, state.mode, state.vtol_state, sticksHeld.value]);
+  const { id, state } = handsVehicle.value;
+  const run = handsRun.value;
+  return JSON.stringify([id, run?.id, run?.state, state.armed, state.connected, state.mode, state.vtol_state, sticksHeld.value]);
 });
 
 /** Whose lease this page has: what somebody says of the sticks is said of one vehicle, for one lease. */

@@ -7,11 +7,9 @@ import { knobsOf } from "../hands-on/sticks";
 import { metresBetween } from "../map/geometry";
 import { vehiclePoint } from "../map/camera";
 import { goTo, goToArmed, leftKnob, padName, padState, pace, rightKnob } from "../state/controls";
-import { handsOn, handsVehicle } from "../state/hands-on";
+import { handsOn, handsRun, handsVehicle } from "../state/hands-on";
 import { asked, leave } from "../state/hands-session";
 import { follows, speeds } from "../state/offboard-facts";
-import { currentRun } from "../state/runs";
-import { runs } from "../state/store";
 import { HandsKeys } from "./hands-keys";
 import { HandsStick } from "./hands-stick";
 import { HoldButton } from "./hold-button";
@@ -47,15 +45,13 @@ export function HandsControls({ vehicle }: { vehicle: string }) {
 
 /** To Hold at once, by one press; what flies on is held to confirm. */
 export function WaysOut({ vehicle }: { vehicle: string }) {
-  const subject = handsVehicle.value;
-  const run = subject === null ? null : currentRun(subject, runs.value);
   const waiting = handsOn.value.phase !== "flying";
   return (
     <div class="actions ways-out" role="group" aria-label="Ways out">
       <button type="button" class="primary" disabled={waiting} onClick={() => void leave("hold")}>
         Leave to hold
       </button>
-      {run?.state === "paused" && <HoldButton verb="Back to the mission:" vehicle={vehicle} tone="ok" disabled={waiting} onConfirm={() => void leave("mission")} />}
+      {handsRun.value?.state === "paused" && <HoldButton verb="Back to the mission:" vehicle={vehicle} tone="ok" disabled={waiting} onConfirm={() => void leave("mission")} />}
       <HoldButton verb="Return" vehicle={vehicle} tone="warn" disabled={waiting} onConfirm={() => void leave("return")} />
     </div>
   );

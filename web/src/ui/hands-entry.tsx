@@ -3,6 +3,7 @@ import { enter, giveBack } from "../state/hands-session";
 import { checkEntry, checking, entryCheck, flownBy, sticksHeld, tasksOnly } from "../state/offboard-facts";
 import { needsTask } from "../state/task-queue";
 import { live } from "../state/store";
+import { HandsInTheWay } from "./hands-in-the-way";
 import { HoldButton } from "./hold-button";
 import { Icon } from "./icons";
 
@@ -19,14 +20,7 @@ export function HandsEntry({ vehicle }: { vehicle: string }) {
           </button>
         </h4>
         {found === null && <p>{checking.value ? "Reading its parameters…" : "Not checked."}</p>}
-        {found !== null && found.reason !== "" && (
-          <p class="entry-reason">
-            <Icon name="error" size={16} />
-            <span>
-              {asSentence(found.reason)}.{found.hint !== "" && <small> {asSentence(found.hint)}.</small>}
-            </span>
-          </p>
-        )}
+        {found !== null && <HandsInTheWay vehicle={vehicle} found={found} />}
         <ul class="audit">
           {found?.audit.map(({ parameter, value, blocks, meaning }) => (
             <li key={parameter} class={blocks ? "blocks" : value === null ? "unknown" : ""}>

@@ -2,10 +2,8 @@ import { useEffect } from "preact/hooks";
 import type { TaskQueue } from "../api/types";
 import { asSentence } from "../format/words";
 import { lookAwayWords } from "../hands-on/commanded";
-import { engaged, handsOn, handsVehicle } from "../state/hands-on";
+import { engaged, handsOn, handsRun } from "../state/hands-on";
 import { flownBy, tasksOnly } from "../state/offboard-facts";
-import { currentRun } from "../state/runs";
-import { runs } from "../state/store";
 import { nextTask, queueAction, taskRefusal } from "../state/task-draft";
 import { ownsQueue, taskQueue } from "../state/task-queue";
 import { afterLastWords, stateName, stateTone } from "../tasks/words";
@@ -35,7 +33,7 @@ export function HandsTasks({ vehicle }: { vehicle: string }) {
       </h4>
       {queue?.report.state === "paused" && queue.report.reason !== "" && <p class="tasks-reason">{asSentence(queue.report.reason)}.</p>}
       {queue !== null && queue.tasks.length > 0 && <TaskList queue={queue} vehicle={vehicle} own={own} />}
-      {queue !== null && queue.report.state !== "idle" && <p class="hint after-last">{afterLastWords(queue.when_empty, vehicle, hasRun(), tasksOnly.value)}</p>}
+      {queue !== null && queue.report.state !== "idle" && <p class="hint after-last">{afterLastWords(queue.when_empty, vehicle, handsRun.value !== null, tasksOnly.value)}</p>}
       {own && queue !== null && <QueueActions queue={queue} vehicle={vehicle} />}
       {refusal !== null && <RefusalNote refusal={refusal} />}
       {own && <TaskForm vehicle={vehicle} />}
@@ -43,11 +41,6 @@ export function HandsTasks({ vehicle }: { vehicle: string }) {
       {own && handsOn.value.leads === "tasks" && !tasksOnly.value && <p class="hint">Flown while this page is in front of you. Look away for 10 s, and {vehicle} holds and drops the rest. A gamepad takes over at once, and so do the controls.</p>}
     </section>
   );
-}
-
-function hasRun(): boolean {
-  const subject = handsVehicle.value;
-  return subject !== null && currentRun(subject, runs.value) !== null;
 }
 
 /** Of the whole queue. By hand nothing is flown of it until somebody says so. */

@@ -1,3 +1,4 @@
+import { pageWords } from "../format/page-words";
 import { asSentence } from "../format/words";
 import { dismiss, notices } from "../state/notices";
 import { Icon } from "./icons";
@@ -15,7 +16,7 @@ export function Notices() {
               {problem.title}
               {problem.detail !== "" && `. ${asSentence(problem.detail)}`}
             </p>
-            {problem.hint !== "" && <p class="hint">{asSentence(problem.hint)}</p>}
+            {problem.hint !== "" && <p class="hint">{asSentence(pageWords(problem.hint))}</p>}
             <code>{problem.code}</code>
           </div>
           <button type="button" class="icon-button" aria-label={`Dismiss: ${doing}`} onClick={() => dismiss(id)}>

@@ -1,3 +1,4 @@
+import { pageWords } from "../format/page-words";
 import { asSentence } from "../format/words";
 import type { Refusal } from "../hands-on/refusal";
 
@@ -7,7 +8,7 @@ export function RefusalNote({ refusal }: { refusal: Refusal }) {
     <div class="hands-note tone-danger" role="alert">
       <b>{refusal.doing}: refused</b>
       <p>{asSentence(refusal.detail)}.</p>
-      {refusal.hint !== "" && <p>{asSentence(refusal.hint)}.</p>}
+      {refusal.hint !== "" && <p>{asSentence(pageWords(refusal.hint))}.</p>}
       <code>{refusal.code}</code>
     </div>
   );

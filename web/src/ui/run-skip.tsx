@@ -2,6 +2,7 @@ import { useState } from "preact/hooks";
 import { api } from "../api/client";
 import { asProblem, type ProblemError } from "../api/problem";
 import type { Run } from "../api/types";
+import { pageWords } from "../format/page-words";
 import { asSentence } from "../format/words";
 import { itemTitle } from "../plan/describe";
 import type { PlanView } from "../plan/document";
@@ -64,7 +65,7 @@ function Refused({ to, vehicle, problem }: { to: string; vehicle: string; proble
         {vehicle} does not skip to {to}
       </b>
       <p>{asSentence(problem.detail === "" ? problem.title : problem.detail)}</p>
-      {problem.hint !== "" && <p>{asSentence(problem.hint)}</p>}
+      {problem.hint !== "" && <p>{asSentence(pageWords(problem.hint))}</p>}
       {problem.findings.map((finding) => (
         <FindingNote key={finding.code + finding.pointer} finding={finding} />
       ))}
