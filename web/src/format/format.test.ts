@@ -85,6 +85,9 @@ describe("sentences", () => {
     expect(say("vehicle.changed", { mode: "return", in_failsafe: true })).toEqual({ text: "v1 is in failsafe, mode return.", tone: "danger" });
     expect(say("run.upload_progress", { mission_type: "fence", sent: 2, total: 4 }).text).toBe("Uploading the fence to v1: 2 of 4.");
     expect(say("run.changed", { ...sampleRun({ state: "failed", reason: "no answer" }) })).toEqual({ text: "Run r1 of v1: failed. No answer.", tone: "danger" });
+    expect(say("run.changed", { ...sampleRun({ state: "uploaded", reason: "verified by mission_id" }) }).text).toBe("Run r1 of v1: ready to start. Verified: the vehicle names the same mission.");
+    expect(say("run.changed", { ...sampleRun({ state: "paused", reason: "resuming, as asked" }) })).toEqual({ text: "Run r1 of v1 is told to go on.", tone: "info" });
+    expect(say("run.changed", { ...sampleRun({ state: "paused", reason: "paused, as asked" }) }).tone).toBe("warn");
     expect(say("run.changed", { ...sampleRun({ state: "returning", reason: "on the ground" }) }).tone).toBe("info");
     expect(say("run.changed", { ...sampleRun({ state: "returning", reason: "a failsafe acts" }) }).tone).toBe("warn");
   });
@@ -129,6 +132,8 @@ describe("sentences", () => {
 
   it("tell what becomes of tasks, and what the gripper answered", () => {
     expect(say("tasks.changed", { change: "reached", task_id: "t3", reason: "" })).toEqual({ text: "v1: task t3 has come to its end.", tone: "info" });
+    const queued = (mode: string) => say("tasks.changed", { change: "inserted", task_id: "t2", reason: mode }).text;
+    expect(["append", "prepend", "replace_current", "replace_all", "later_mode"].map(queued)).toEqual(["v1: task t2 is queued at the end of the queue.", "v1: task t2 is queued before the current one.", "v1: task t2 is queued in place of the current one.", "v1: task t2 is queued in place of all others.", "v1: task t2 is queued."]);
     expect(say("tasks.changed", { change: "dropped", task_id: "t3", reason: "not renewed for 10 s" })).toEqual({ text: "v1: task t3 and what came after it are dropped: not renewed for 10 s.", tone: "warn" });
     expect(say("tasks.changed", { change: "cleared", task_id: null, reason: "" })).toEqual({ text: "v1: the task queue was cleared.", tone: "info" });
     expect(say("tasks.gripper", { task_id: "t3", action: "release", result: "FAILED" }).tone).toBe("danger");

@@ -5,7 +5,7 @@ import type { StreamEvent } from "../api/types";
 import { sayJob, sayJobQueue } from "./job-sentences";
 import { taskSummary, taskTitle, toldTask } from "../tasks/words";
 import { distance, percent, seconds } from "./units";
-import { asSentence, certaintyName, consentWords, plain, runStateName, runStateTone, type Tone } from "./words";
+import { asSentence, certaintyName, consentWords, plain, runReason, runStateName, runStateTone, type Tone } from "./words";
 
 export interface Sentence {
   readonly text: string;
@@ -78,7 +78,10 @@ function sayOffboard(event: StreamEvent, vehicle: string): Sentence {
   return { text: `${vehicle}, offboard control: ${state}${after(", ", event.data["reason"])}.`, tone: state === "active" ? "warn" : "neutral" };
 }
 
-const TASK_WORDS: Readonly<Record<string, string>> = { inserted: "is queued", reached: "has come to its end", time_over: "has lasted its time", gripper_done: "has worked the gripper", skipped: "was skipped", moved: "has another place in the queue", removed: "was taken out", paused: "is paused", resumed: "goes on", by_hand: "waits: its pilot flies by hand", blocked: "is stopped", dropped: "and what came after it are dropped" };
+const TASK_WORDS: Readonly<Record<string, string>> = { reached: "has come to its end", time_over: "has lasted its time", gripper_done: "has worked the gripper", skipped: "was skipped", moved: "has another place in the queue", removed: "was taken out", paused: "is paused", resumed: "goes on", by_hand: "waits: its pilot flies by hand", blocked: "is stopped", dropped: "and what came after it are dropped" };
+
+/** By the insert mode of the request, which the event has as its reason. */
+const QUEUED: Readonly<Record<string, string>> = { append: " at the end of the queue", prepend: " before the current one", replace_current: " in place of the current one", replace_all: " in place of all others" };
 
 function sayTasks(event: StreamEvent, vehicle: string): Sentence {
   const change = str(event.data["change"]);
@@ -86,6 +89,7 @@ function sayTasks(event: StreamEvent, vehicle: string): Sentence {
   const tone = change === "blocked" || change === "dropped" ? "warn" : "info";
   const task = change === "changed" ? toldTask(event.data["task"]) : null;
   if (task !== null) return { text: `${vehicle}: task ${str(id)} was changed to: ${taskTitle(task)}, ${taskSummary(task)}.`, tone };
+  if (change === "inserted" && typeof id === "string") return { text: `${vehicle}: task ${id} is queued${QUEUED[str(event.data["reason"])] ?? ""}.`, tone };
   const what = typeof id === "string" ? `task ${id} ${TASK_WORDS[change] ?? "changed"}` : `the task queue ${change === "cleared" ? "was cleared" : "changed"}`;
   return { text: `${vehicle}: ${what}${after(": ", event.data["reason"])}.`, tone };
 }
@@ -104,6 +108,9 @@ function sayChanged(event: StreamEvent, vehicle: string): Sentence {
 /** A return for one of these is how a flight should end. */
 const PLANNED_ENDS: ReadonlySet<string> = new Set(["the mission is done", "on the ground"]);
 
+/** Of a paused run: somebody wishes it, and the vehicle does not fly on yet. */
+const RESUMING = "resuming, as asked";
+
 /** Of an event with the whole run. */
 function runWords({ run_id, data }: StreamEvent, planName: PlanName): string {
   const name = planName(str(data["plan_id"]));
@@ -113,8 +120,10 @@ function runWords({ run_id, data }: StreamEvent, planName: PlanName): string {
 function sayRun(event: StreamEvent, _: string, planName: PlanName): Sentence {
   const run = event.data as unknown as Run;
   if (typeof run.state !== "string") return { text: `Run ${short(event.run_id)} changed.`, tone: "neutral" };
-  const reason = run.reason ? ` ${ended(asSentence(run.reason))}` : "";
-  return { text: `${runWords(event, planName)} of ${run.vehicle_id}: ${runStateName(run.state).toLowerCase()}.${reason}`, tone: run.state === "returning" && PLANNED_ENDS.has(run.reason) ? "info" : runStateTone(run.state) };
+  const of = `${runWords(event, planName)} of ${run.vehicle_id}`;
+  if (run.state === "paused" && run.reason === RESUMING) return { text: `${of} is told to go on.`, tone: "info" };
+  const reason = run.reason ? ` ${ended(asSentence(runReason(run.reason)))}` : "";
+  return { text: `${of}: ${runStateName(run.state).toLowerCase()}.${reason}`, tone: run.state === "returning" && PLANNED_ENDS.has(run.reason) ? "info" : runStateTone(run.state) };
 }
 
 function sayUpload(event: StreamEvent, vehicle: string): Sentence {

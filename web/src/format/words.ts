@@ -40,6 +40,16 @@ export function runStateTone(state: RunState): Tone {
   return RUN_STATES[state]?.[1] ?? "neutral";
 }
 
+const VERIFIED: Readonly<Record<string, string>> = {
+  "verified by mission_id": "verified: the vehicle names the same mission",
+  "verified by read_back": "verified: each item was read back from the vehicle",
+};
+
+/** Why a run is in its state. */
+export function runReason(reason: string): string {
+  return VERIFIED[reason] ?? reason;
+}
+
 const OUTCOMES: Readonly<Record<DropRecord["outcome"], readonly [string, Tone]>> = {
   pending: ["Not yet", "neutral"],
   released: ["Released", "ok"],

@@ -5,7 +5,7 @@ import type { Offboard, Run, Vehicle } from "../api/types";
 import { HANDS_OFF, type HandsOn } from "../hands-on/session";
 import { currentRun } from "./runs";
 import { selectedVehicle } from "./selection";
-import { runs, vehicles } from "./store";
+import { live, runs, vehicles } from "./store";
 
 export const handsOn = signal<HandsOn>(HANDS_OFF);
 /** The controls count. */
@@ -29,5 +29,5 @@ export const handsVehicle = computed<Vehicle | null>(() => {
 /** The open run of that vehicle. */
 export const handsRun = computed<Run | null>(() => (handsVehicle.value === null ? null : currentRun(handsVehicle.value, runs.value)));
 
-/** From the own socket while there is one, else from the stream, as everybody sees it. */
-export const offboardNow = computed<Offboard | null>(() => handsOn.value.offboard ?? handsVehicle.value?.state.offboard ?? null);
+/** From the own socket while there is one, else from the stream, as everybody sees it; null without either. */
+export const offboardNow = computed<Offboard | null>(() => handsOn.value.offboard ?? (live.value ? (handsVehicle.value?.state.offboard ?? null) : null));

@@ -5,7 +5,7 @@ import { isComplete, NEW_FORM, taskOf, withPlace } from "./draft";
 import { draggedTask, draggedText } from "./dragged";
 import { moveOnto } from "./order";
 import { seenAs, targetNow } from "../targets/following";
-import { afterLastWords, followedWords, followWords, placeWords, progressWords, taskSummary, taskTitle, toldTask } from "./words";
+import { afterLastWords, endlessWords, followedWords, followWords, placeWords, progressWords, taskSummary, taskTitle, toldTask } from "./words";
 
 const A: Point = [8.55, 47.4];
 const B = offset(A, 50, 90);
@@ -117,6 +117,15 @@ describe("in words", () => {
     expect([followedWords("ship-1", seen(1)), followedWords("ship-1", seen(12))]).toEqual(["Heard of ship-1 1.4 s ago.", "Nothing was heard of ship-1 for 12 s: it counts as standing."]);
     expect([targetNow(seen(1))?.motion, targetNow(seen(12)), targetNow(seenAs(null, 0))]).toEqual([{ north_m_s: 2, east_m_s: 0 }, null, null]);
     expect([followWords("v1", "ship-1", true), followWords("v1", "ship-1", false)].map((words) => words.includes("cannot"))).toEqual([false, true]);
+  });
+
+  it("a task that never ends by itself says so, and what waits for its end", () => {
+    const circle = taskOf("circle", [A], NEW_FORM) as Task;
+    expect([0, 1, 3].map((behind) => endlessWords(circle, behind))).toEqual(["Without limit: it lasts until Next task ends it.", "Without limit. The task behind it waits until Next task ends it.", "Without limit. The 3 tasks behind it wait until Next task ends it."]);
+    const goto = taskOf("goto", [A], NEW_FORM) as Extract<Task, { type: "goto" }>;
+    const endless = [circle, { ...goto, stay: true }, { ...goto, motion: { north_m_s: 1, east_m_s: 0 } }];
+    const ending = [{ ...circle, duration_s: 30 }, { ...goto, stay: true, duration_s: 5 }, goto, taskOf("segment", [A, B], NEW_FORM) as Task, taskOf("path", [A, B], NEW_FORM) as Task];
+    expect([...endless, ...ending].map((task) => endlessWords(task, 1) !== "")).toEqual([true, true, true, false, false, false, false, false]);
   });
 
   it("what comes after the last task is told", () => {

@@ -47,6 +47,18 @@ export function taskSummary(task: Task, feed: string | null = null): string {
   return joined(parts, ", ");
 }
 
+/** It ends only when somebody ends it. Others end where they come to. */
+function isEndless(task: Task): boolean {
+  return task.duration_s <= 0 && (task.type === "circle" || (task.type === "goto" && (task.stay || task.motion !== null)));
+}
+
+/** Of a task that never ends by itself, with so many behind it; else nothing. */
+export function endlessWords(task: Task, behind: number): string {
+  if (!isEndless(task)) return "";
+  const waiting = behind === 1 ? "The task behind it waits" : `The ${behind} tasks behind it wait`;
+  return behind === 0 ? "Without limit: it lasts until Next task ends it." : `Without limit. ${waiting} until Next task ends it.`;
+}
+
 const TARGET_TOLD_S = 5;
 
 /** As it was told last. The service lets it stand when it hears no more of it. */

@@ -10,8 +10,6 @@ import { HoldButton } from "./hold-button";
 /** Without a lease: who has it, why the last one ended, and the ways to take it. */
 export function HandsLease({ vehicle }: { vehicle: string }) {
   const { ended, fellSilent } = handsOn.value;
-  const offboard = offboardNow.value;
-  const holder = offboard?.lease?.holder ?? null;
   return (
     <>
       {ended !== "" && (
@@ -22,6 +20,17 @@ export function HandsLease({ vehicle }: { vehicle: string }) {
           </p>
         </div>
       )}
+      {live.value ? <Takeable vehicle={vehicle} /> : <p>The connection is lost, and a lease that this page had is lost with it.</p>}
+    </>
+  );
+}
+
+/** As the service says it now: what was heard last may be one's own lease that has ended since. */
+function Takeable({ vehicle }: { vehicle: string }) {
+  const offboard = offboardNow.value;
+  const holder = offboard?.lease?.holder ?? null;
+  return (
+    <>
       <p class="hands-holder" data-holder={holder ?? ""}>
         {holder === null ? `Nobody has the lease of ${vehicle}.` : `${holder} has the lease of ${vehicle}${expiry(offboard?.lease?.expires_in_s)}.`}
       </p>

@@ -11,12 +11,12 @@ import { HandsCommanded } from "./hands-commanded";
 import { HandsControls, WaysOut } from "./hands-controls";
 import { HandsEntry } from "./hands-entry";
 import { HandsLease } from "./hands-lease";
+import { HandsNoVehicle } from "./hands-no-vehicle";
 import { HandsOffer } from "./hands-offer";
 import { HandsPages } from "./hands-pages";
 import { HandsReadout } from "./hands-readout";
 import { HandsSteps } from "./hands-steps";
 import { HandsTasks } from "./hands-tasks";
-import { Icon } from "./icons";
 import { RefusalNote } from "./refusal-note";
 
 const FIELDS = "input, select, textarea";
@@ -35,7 +35,7 @@ export function HandsOnPanel() {
     if (engaged.value && document.activeElement === document.body) root.current?.focus(); // a button went away by itself
   });
   const vehicle = handsVehicle.value;
-  if (vehicle === null) return <NoVehicle />;
+  if (vehicle === null) return <HandsNoVehicle />;
   const look = !engaged.value ? "" : byControls.value ? "engaged on-controls" : "engaged on-tasks";
   const name = tasksOnly.value ? `Command ${vehicle.id} by tasks` : `Fly ${vehicle.id} by hand`;
   return (
@@ -70,16 +70,6 @@ function onKeyDown(event: KeyboardEvent): void {
 function onFocusOut({ currentTarget, relatedTarget }: FocusEvent): void {
   const stays = relatedTarget instanceof Node && (currentTarget as Node).contains(relatedTarget);
   if (!stays) held.value = NONE_HELD;
-}
-
-function NoVehicle() {
-  return (
-    <div class="panel-body empty-panel">
-      <Icon name="hands" size={40} />
-      <h3>No vehicle chosen</h3>
-      <p>Choose a vehicle in the fleet or on the map to fly it by hand.</p>
-    </div>
-  );
 }
 
 function Head() {

@@ -50,7 +50,7 @@ function Sent({ sent, cadence }: { sent: SentSetpoint; cadence: Cadence | null }
       </div>
       <div>
         <dt>Rate held</dt>
-        <dd>{cadence?.held_hz == null ? UNKNOWN : `${cadence.held_hz.toFixed(1)} of ${cadence.wanted_hz} Hz`}</dd>
+        <dd>{cadence?.held_hz == null ? UNKNOWN : `${cadence.held_hz.toFixed(1)}\u00a0of\u00a0${cadence.wanted_hz}\u00a0Hz`}</dd>
       </div>
       <div>
         <dt>Interval p99</dt>

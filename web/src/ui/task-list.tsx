@@ -22,6 +22,7 @@ export function TaskList({ queue, vehicle, own }: { queue: TaskQueue; vehicle: s
           key={entry.id}
           entry={entry}
           place={i}
+          behind={ids.length - 1 - i}
           vehicle={vehicle}
           remaining_s={i === 0 ? queue.report.remaining_s : null}
           may={own ? { mend: mayBeMended(queue.tasks, entry.id, isLeasedOnly), up: i > 0, down: i < ids.length - 1 } : null}

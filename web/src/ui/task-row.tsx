@@ -6,7 +6,7 @@ import { followedTasks, type Followed } from "../state/followed-tasks";
 import { reports, seenIn } from "../state/target-reports";
 import { dropTask, removeTask } from "../state/task-draft";
 import { DRAGGED, draggedText } from "../tasks/dragged";
-import { followedWords, progressWords, taskSummary, taskTitle } from "../tasks/words";
+import { endlessWords, followedWords, progressWords, taskSummary, taskTitle } from "../tasks/words";
 import { Icon, type IconName } from "./icons";
 import { TaskMend } from "./task-mend";
 import { useFocusBack } from "./use-focus-back";
@@ -14,6 +14,8 @@ import { useFocusBack } from "./use-focus-back";
 interface Props {
   entry: QueuedTask;
   place: number;
+  /** How many tasks come after it. */
+  behind: number;
   vehicle: string;
   /** Of the current task; else null. */
   remaining_s: number | null;
@@ -23,7 +25,7 @@ interface Props {
 }
 
 /** One task of the queue. With the lease: dragged to another place, moved, mended while it waits, taken out. */
-export function TaskRow({ entry, place, vehicle, remaining_s, may, onMove }: Props) {
+export function TaskRow({ entry, place, behind, vehicle, remaining_s, may, onMove }: Props) {
   const [open, setOpen] = useState(false);
   const row = useRef<HTMLLIElement>(null);
   const closed = useRef(false);
@@ -40,7 +42,7 @@ export function TaskRow({ entry, place, vehicle, remaining_s, may, onMove }: Pro
   return (
     <li class={`task ${place === 0 ? "current" : ""}`} ref={row} aria-current={place === 0 ? "step" : undefined} data-task={entry.id} draggable={drags} {...(may !== null ? dragging(vehicle, entry.id) : {})}>
       <span class="task-number">{place + 1}</span>
-      <Description entry={entry} remaining_s={remaining_s} />
+      <Description entry={entry} behind={behind} remaining_s={remaining_s} />
       {may !== null && (
         <span class="task-tools">
           {(may.mend || mending) && <ToolButton icon="edit" look="mend" name={`Change task ${place + 1}`} open={mending} onPress={() => (mending ? close() : setOpen(true))} />}
@@ -54,13 +56,15 @@ export function TaskRow({ entry, place, vehicle, remaining_s, may, onMove }: Pro
   );
 }
 
-function Description({ entry, remaining_s }: { entry: QueuedTask; remaining_s: number | null }) {
+function Description({ entry, behind, remaining_s }: { entry: QueuedTask; behind: number; remaining_s: number | null }) {
+  const endless = endlessWords(entry.task, behind);
   const progress = remaining_s === null ? "" : progressWords(entry, remaining_s);
   const followed = followedTasks.value.get(entry.id);
   return (
     <span class="task-text">
       <b>{taskTitle(entry.task, followed?.feed)}</b>
       <small>{taskSummary(entry.task, followed?.feed)}</small>
+      {endless !== "" && <small class={behind > 0 ? "task-stands" : ""}>{endless}</small>}
       {followed !== undefined && <FollowedLine {...followed} />}
       {progress !== "" && <small class="task-progress">{progress}</small>}
     </span>
