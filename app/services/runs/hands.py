@@ -1,0 +1,31 @@
+"""Whether a run is paused because its vehicle was flown by hand, and not because somebody asked for the pause."""
+
+from __future__ import annotations
+
+from app.domain.flight_phase import is_of_hands
+from app.domain.vehicle import FlightMode
+
+
+class HandsSign:
+    """The way into offboard control asks for a pause; who leaves it to Hold asks again, and the dead-man does not."""
+
+    def __init__(self) -> None:
+        self.had_it = False
+        """Whether the vehicle was flown by hand since anything was asked for."""
+        self._mode: FlightMode | None = None
+
+    def take_up(self, reason: str) -> None:
+        """Go on with what an earlier process has recorded."""
+        self.had_it = is_of_hands(reason)
+
+    def asked(self) -> None:
+        """A user asks for something now: what comes of it is as asked, also before the vehicle has obeyed."""
+        self.had_it = False
+
+    def look(self, mode: FlightMode | None) -> None:
+        """The vehicle's mode, at each look."""
+        if mode is FlightMode.OFFBOARD and self._mode is not FlightMode.OFFBOARD:
+            self.had_it = True
+        elif mode not in (FlightMode.OFFBOARD, FlightMode.HOLD, None):
+            self.had_it = False
+        self._mode = mode
