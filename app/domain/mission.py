@@ -125,6 +125,10 @@ class Mission:
         """All sequence numbers that one plan item became, in order; empty if it became none."""
         return tuple(seq for seq, item in sorted(self.plan_item_of.items()) if item == plan_item_id)
 
+    def is_return(self, seq: int) -> bool:
+        """Whether this is the return to launch. PX4 says that it is reached when it begins, not at home."""
+        return seq < len(self.items) and self.items[seq].command is MavCmd.NAV_RETURN_TO_LAUNCH
+
 
 def mission_hash(mission: Mission) -> str:
     """SHA-256 (hex) over mission, fence and rally points, each item packed as MISSION_ITEM_INT's fields, little-endian.
