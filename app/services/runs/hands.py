@@ -7,25 +7,24 @@ from app.domain.vehicle import FlightMode
 
 
 class HandsSign:
-    """The way into offboard control asks for a pause; who leaves it to Hold asks again, and the dead-man does not."""
+    """The way into offboard control asks for a pause; who leaves it to Hold asks again, and the dead-man does not.
 
-    def __init__(self) -> None:
-        self.had_it = False
-        """Whether the vehicle was flown by hand since anything was asked for."""
+    `reason`: the run's, by which a restart goes on with what an earlier process has recorded.
+    """
+
+    def __init__(self, reason: str) -> None:
+        self._had_it = is_of_hands(reason)
         self._mode: FlightMode | None = None
-
-    def take_up(self, reason: str) -> None:
-        """Go on with what an earlier process has recorded."""
-        self.had_it = is_of_hands(reason)
 
     def asked(self) -> None:
         """A user asks for something now: what comes of it is as asked, also before the vehicle has obeyed."""
-        self.had_it = False
+        self._had_it = False
 
-    def look(self, mode: FlightMode | None) -> None:
-        """The vehicle's mode, at each look."""
+    def look(self, mode: FlightMode | None) -> bool:
+        """Whether the vehicle was flown by hand since anything was asked for. `mode`: at this look."""
         if mode is FlightMode.OFFBOARD and self._mode is not FlightMode.OFFBOARD:
-            self.had_it = True
+            self._had_it = True
         elif mode not in (FlightMode.OFFBOARD, FlightMode.HOLD, None):
-            self.had_it = False
+            self._had_it = False
         self._mode = mode
+        return self._had_it

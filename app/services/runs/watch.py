@@ -50,7 +50,7 @@ class FlightWatch:
         """A changed mission that is on its way to the vehicle, or may be on board."""
         self.skip_to = 0
         """The item of a changed mission to which the vehicle had come by itself when it arrived."""
-        self.hands = HandsSign()
+        self.hands = HandsSign(recorder.run.reason)
         self._recorder = recorder
         self._settings = settings
         self._clock = clock
@@ -75,7 +75,6 @@ class FlightWatch:
         passed_to = reached if flown and reached is not None else -1  # PX4 repeats what was reached for ten seconds
         self._progress = replace(self._progress, flown=tuple(flown), passed_to=passed_to)
         self._item_clock.take_up(flown)
-        self.hands.take_up(self._recorder.run.reason)
         if current is not None:
             self._advance(self._progress.now_current(current))
             self._recorder.change(item_id=self._progress.item_id)
@@ -238,7 +237,6 @@ class FlightWatch:
             self._advance(self._progress.also_flown(release.record.plan_item_id, through_seq=through))
 
     def _follow_phase(self, seen: Look) -> None:
-        self.hands.look(seen.state.mode)
         view = FlightView(
             state=seen.state,
             vehicle_type=self.leg.plan.vehicle_type,
@@ -247,7 +245,7 @@ class FlightWatch:
             was_airborne=self._was_airborne,
             asked=self._recorder.run.asked,
             was_armed=self._was_armed,
-            after_hands=self.hands.had_it,
+            after_hands=self.hands.look(seen.state.mode),
             was_returning=self._recorder.run.state is RunState.RETURNING,
             rally_point=None if self._recorder.run.rally is None else self._recorder.run.rally.index + 1,
             asks_consent_to=next((r.record.plan_item_id for r in self.leg.supervised if r.is_asking), ""),

@@ -8,7 +8,7 @@ from app.domain.drop import DropOutcome
 from app.domain.errors import LinkTimeoutError
 from app.domain.ports import ItemReached
 from app.domain.run import RunState
-from app.domain.vehicle import FlightMode, LandedState
+from app.domain.vehicle import LandedState
 from tests.unit.services.runs.desk import Desk, desk, restarted
 
 
@@ -32,19 +32,6 @@ async def test_after_a_restart_the_run_goes_on_where_the_vehicle_is() -> None:
         await land(at)
         assert at.run.state is RunState.COMPLETED
         assert at.run.flown_item_ids == ("takeoff", "corner", "clinic", "drop", "home")
-
-
-async def test_after_a_restart_a_run_flown_by_hand_until_then_is_not_said_to_be_paused_as_asked() -> None:
-    async with desk() as at:
-        await at.create()
-        await at.until_state(RunState.FLYING)
-        at.vehicle.put(mission_seq=1, landed=LandedState.IN_AIR)
-        await at.runs.pause(at.run_id, "the way into offboard control")
-        await at.vehicle.enter_offboard()
-        await at.until(lambda: "flown by hand" in at.run.reason, "it must be told")
-        await restarted(at, meanwhile=lambda: at.vehicle.put(mode=FlightMode.HOLD))
-        after = "paused after it was flown by hand: the vehicle holds"
-        await at.until(lambda: at.run.reason == after, "the process that flew it is gone")
 
 
 async def test_after_a_restart_during_the_hold_its_end_is_counted_from_when_it_was_last_seen_waiting() -> None:

@@ -232,27 +232,6 @@ async def test_pause_and_resume() -> None:
             await at.runs.resume(at.run_id, "test")
 
 
-async def test_who_pauses_a_run_is_said_as_it_is_when_its_vehicle_was_flown_by_hand() -> None:
-    async with desk() as at:
-        await at.create()
-        await at.until_state(RunState.FLYING)
-        await at.runs.pause(at.run_id, "the way into offboard control")
-        await at.until(lambda: at.run.reason == "paused, as asked", "it was asked for")
-        await at.vehicle.enter_offboard()
-        await at.until(lambda: "flown by hand" in at.run.reason, "it must be told")
-        at.vehicle.put(mode=FlightMode.HOLD, in_failsafe=True)  # the stream has ended, and nobody asked for this
-        await at.until(lambda: at.run.reason.endswith("a failsafe acts, and the vehicle holds"), "the vehicle says so")
-        at.vehicle.put(in_failsafe=False)
-        after = "paused after it was flown by hand: the vehicle holds"
-        await at.until(lambda: at.run.reason == after, "nobody asked for this pause")
-        await at.vehicle.enter_offboard()
-        await at.until(lambda: "in offboard mode" in at.run.reason, "it must be told again")
-        await at.runs.pause(at.run_id, "who leaves to Hold")
-        await at.until(lambda: at.run.reason == "paused, as asked", "this was asked for")
-        reasons = [event.data["reason"] for event in at.events.events if event.kind == EventKind.RUN_CHANGED]
-        assert reasons.count(after) == 1, "nothing else was said on the way out"
-
-
 async def test_a_command_that_is_broken_off_was_not_asked_for_and_its_result_is_not_known() -> None:
     async with desk() as at:
         await at.create()
