@@ -30,6 +30,7 @@ from app.services.hang_watch import hang_watch
 from app.services.jobs import Jobs
 from app.services.journal import Journal
 from app.services.offboard import Offboard, OffboardSettings
+from app.services.offboard.left_open import tell_left_open
 from app.services.plans import Plans
 from app.services.proofs import Proofs
 from app.services.rerouting import Rerouting
@@ -137,6 +138,8 @@ async def _journal(storage: Storage, clock: Clock) -> AsyncIterator[Journal]:
         await journal.start()
         stack.push_async_callback(journal.close)
         await _tell(journal, EventKind.SERVICE_STARTED, version=__version__)
+        with suppress(StorageError):  # as in _tell; it is still open at the next start, which tells it
+            await tell_left_open(journal, clock)
         stack.push_async_callback(_tell, journal, EventKind.SERVICE_STOPPED)
         yield journal
 

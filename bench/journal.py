@@ -61,6 +61,10 @@ class CountingStore:
         """See EventStore."""
         return await self._store.last_seq()
 
+    async def last_by_hand(self) -> Sequence[Event]:
+        """See EventStore."""
+        return await self._store.last_by_hand()
+
 
 @dataclass(frozen=True, slots=True)
 class Round:

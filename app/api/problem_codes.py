@@ -59,7 +59,7 @@ _KINDS: Final = (
     ProblemKind("drop.consent_too_late", 409, "The time to consent is over"),
     ProblemKind("drop.consent_answered", 409, "The other answer came first"),
     ProblemKind("setpoint.refused", 422, "The setpoint is not sent"),
-    ProblemKind("tasks.refused", 422, "The task is not queued"),
+    ProblemKind("tasks.refused", 422, "The task is refused"),
     ProblemKind("tasks.full", 409, "The task queue is full"),
     ProblemKind("tasks.under_way", 409, "The task is flown already"),
     ProblemKind("offboard.lease_held", 409, "Another client has the lease"),

@@ -237,7 +237,7 @@ class AuditFailedError(OffboardNotReadyError):
 
 
 class TaskRefusedError(RefusalError):
-    """The task is not queued: this vehicle cannot fly it, or it leads beyond a limit.
+    """The task is neither queued nor changed: this vehicle cannot fly it, or it leads beyond a limit.
 
     `refusal` is such as `tasks.no_length` or `limit.fence`.
     """

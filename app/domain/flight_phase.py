@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode, LandedState, VehicleState, VehicleType
 
 STOPPED_M_S = 0.3
+_BY_HAND: Final = "flown by hand in offboard mode: the mission waits, and Waydrop drops nothing"
+_AFTER_HANDS: Final = "paused after it was flown by hand: the vehicle holds"
+_AFTER_HANDS_FAILSAFE: Final = "paused after it was flown by hand: a failsafe acts, and the vehicle holds"
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,7 +20,7 @@ class FlightView:
     says that the plan itself asked to return after a failed drop. `was_armed` is False while a HEARTBEAT that says
     armed may still be on its way (they come at 1 Hz). `asks_consent_to` is the drop that waits for an operator,
     `rally_point` the number (from 1) of the one to which "return" goes, `was_returning` whether the run was on its way
-    back when it was last looked at.
+    back when it was last looked at. `after_hands`: it was flown by hand since anything was asked for.
     """
 
     state: VehicleState
@@ -29,6 +33,7 @@ class FlightView:
     asks_consent_to: str = ""
     rally_point: int | None = None
     was_returning: bool = False
+    after_hands: bool = False
 
 
 def phase_of(view: FlightView) -> tuple[RunState, str]:
@@ -56,14 +61,14 @@ def phase_of(view: FlightView) -> tuple[RunState, str]:
     if state.mode is FlightMode.HOLD and view.asked == "refused":
         return RunState.PAUSED, "the vehicle refused its changed mission, and holds; resume flies the one before"
     if state.mode is FlightMode.HOLD and view.asked == "pause":
-        return RunState.PAUSED, "paused, as asked"
+        return RunState.PAUSED, _why_paused(view)
     is_ending = view.mission_done or view.asked in ("return", "land", "contingency")
     if state.mode is FlightMode.HOLD and is_ending and state.landed is LandedState.ON_GROUND:
         return RunState.RETURNING, "on the ground"  # PX4 leaves Return mode as it disarms, and says so one by one
     if state.mode is FlightMode.HOLD and view.mission_done:
         return RunState.FLYING, "the mission is finished: the vehicle holds where it ended"
     if state.mode is FlightMode.OFFBOARD:
-        return RunState.PAUSED, "flown by hand in offboard mode: the mission waits, and Waydrop drops nothing"
+        return RunState.PAUSED, _BY_HAND
     mode = state.mode.value if state.mode is not None else "an unknown"
     cause = "a failsafe acts" if state.in_failsafe else "somebody else has control"
     return RunState.PAUSED, f"the vehicle is in {mode} mode: {cause}; Waydrop commands nothing"
@@ -85,6 +90,11 @@ def why_open(last: RunState, reason: str) -> str:
     return reason or ("the mission was flown to its end" if last is RunState.COMPLETED else last.value)
 
 
+def is_of_hands(reason: str) -> bool:
+    """Whether a run's reason says that its vehicle is, or was until then, flown by hand."""
+    return reason in (_BY_HAND, _AFTER_HANDS, _AFTER_HANDS_FAILSAFE)
+
+
 def is_airborne(state: VehicleState) -> bool:
     """Whether it left the ground. A rover counts when it says so, 0.6 s after arming (px4-traces 25)."""
     return state.landed in (LandedState.IN_AIR, LandedState.TAKING_OFF, LandedState.LANDING)
@@ -92,6 +102,13 @@ def is_airborne(state: VehicleState) -> bool:
 
 def _has_stopped(state: VehicleState) -> bool:
     return state.ground_speed_m_s is not None and state.ground_speed_m_s < STOPPED_M_S
+
+
+def _why_paused(view: FlightView) -> str:
+    """The pause on the way into offboard mode was asked for; that it goes on when control has ended was not."""
+    if not view.after_hands:
+        return "paused, as asked"
+    return _AFTER_HANDS_FAILSAFE if view.state.in_failsafe else _AFTER_HANDS
 
 
 def _why_returning(view: FlightView) -> str:

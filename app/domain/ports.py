@@ -187,6 +187,9 @@ class EventStore(Protocol):
     async def last_seq(self) -> int:
         """The highest seq stored; 0 if none."""
 
+    async def last_by_hand(self) -> Sequence[Event]:
+        """The newest offboard.lease, offboard.changed and tasks.changed of each vehicle, in order."""
+
 
 class RunStore(Protocol):
     """Runs as last stored."""

@@ -25,7 +25,7 @@ from app.domain.ports import (
     Unsubscribe,
     VehicleLink,
 )
-from app.domain.vehicle import VehicleFacts
+from app.domain.vehicle import LandedState, VehicleFacts, VehicleState
 from app.services.journal import Journal
 from app.services.offboard_view import OffboardView
 from app.services.views import StateView, VehicleView
@@ -156,6 +156,8 @@ class Fleet:
         self._vehicles[vehicle_id] = vehicle
         vehicle.unsubscribe = link.subscribe(lambda fact: self._heard(vehicle, fact))
         self._announce(vehicle)
+        if not _is_at_rest(link.state()):
+            self._tell_state(vehicle)  # its first message was heard before anybody listened: no change tells it
 
     def _heard(self, vehicle: FleetVehicle, fact: LinkFact) -> None:
         match fact:
@@ -226,6 +228,12 @@ class Fleet:
             finally:
                 for _ in events:
                     self._waiting.task_done()
+
+
+def _is_at_rest(state: VehicleState) -> bool:
+    """Disarmed and on the ground without a failsafe, as far as it has been told."""
+    on_ground = state.landed in (LandedState.ON_GROUND, LandedState.UNDEFINED)
+    return not state.armed and not state.in_failsafe and on_ground
 
 
 def _by_number(vehicle_id: str) -> tuple[int, str]:

@@ -19,10 +19,19 @@ from app.storage.documents import to_json, unreadable
 from app.storage.jobs import upsert_jobs
 from app.storage.plans import plan_row
 from app.storage.runs import upsert_runs
-from app.storage.schema import EVENTS, PLANS
+from app.storage.schema import BY_HAND, EVENTS, PLANS
 
 _LAST_SEQ = sa.select(sa.func.coalesce(sa.func.max(EVENTS.c.seq), 0).label("last_seq"))
 _HEAD = sa.select(EVENTS.c.seq, EVENTS.c.hash).order_by(EVENTS.c.seq.desc()).limit(1)
+_LAST_BY_HAND = (
+    sa.select(EVENTS)
+    .where(
+        EVENTS.c.seq.in_(
+            sa.select(sa.func.max(EVENTS.c.seq)).where(BY_HAND).group_by(EVENTS.c.kind, EVENTS.c.vehicle_id)
+        )
+    )
+    .order_by(EVENTS.c.seq)
+)
 
 
 class SqliteEventStore:
@@ -73,6 +82,10 @@ class SqliteEventStore:
     async def last_seq(self) -> int:
         """See EventStore."""
         return int((await self._database.read(_LAST_SEQ))[0]["last_seq"])
+
+    async def last_by_hand(self) -> Sequence[Event]:
+        """See EventStore."""
+        return tuple([self._stored(row) for row in await self._database.read(_LAST_BY_HAND)])
 
     def _chained(self, head: JournalHead, rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
         chained, previous = [], head.hash

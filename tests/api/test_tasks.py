@@ -72,6 +72,7 @@ async def test_the_order_is_changed_and_one_task_is_taken_out_over_rest(service:
         assert (status, problem["code"]) == (404, "not_found")
     status, _, problem = await service.call("DELETE", f"{PATH}/t1", json={"lease": "another"})
     assert (status, problem["code"]) == (409, "offboard.lease_lost")
+    assert problem["detail"] == "no such lease of vehicle v1, or it has ended"
     assert ids((await service.call("GET", PATH))[2]) == ["t2", "t1"], "what was refused changed nothing"
 
 
@@ -97,6 +98,7 @@ async def test_a_task_is_mended_over_rest_before_its_turn_and_refused_once_it_is
     assert "replace_current" in problem["hint"]
     for task_id, change, wanted in (
         ("t2", {}, (422, "request.invalid")),
+        ("t2", {"radius_m": None}, (422, "request.invalid")),
         ("t2", {"radius_m": 30}, (422, "tasks.refused")),
         ("t2", {"relative_altitude_m": 900}, (422, "tasks.refused")),
         ("t9", {"duration_s": 5}, (404, "not_found")),

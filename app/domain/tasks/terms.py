@@ -37,7 +37,8 @@ class TaskTerms(AltitudeTerms):
 
     @model_validator(mode="after")
     def _says_something(self) -> Self:
-        if not self.model_fields_set:
+        says_nothing = {"radius_m"} if self.radius_m is None else set()  # the only null that means "as it is"
+        if not self.model_fields_set - says_nothing:
             raise PydanticCustomError("change_is_empty", "give at least one thing to change")
         return self
 

@@ -61,7 +61,8 @@ class LeaseSlot:
         held = self.lease
         if held is None or now_s >= held.expires_s or not hmac.compare_digest(held.id.encode(), lease_id.encode()):
             raise LeaseLostError(
-                f"this lease of vehicle {self.vehicle_id} has ended", hint="take the lease again, then enter again"
+                f"no such lease of vehicle {self.vehicle_id}, or it has ended",
+                hint="take the lease again, then enter again",
             )
         return held
 

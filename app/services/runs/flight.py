@@ -113,6 +113,7 @@ class RunFlight:
             self.changer.break_off()  # one may have begun while an earlier command was under way
             run = self._recorder.run
             before = {"asked": run.asked, "rally": run.rally}
+            self._watch.hands.asked()
             self._recorder.change(asked=asked, rally=rally)
             where = {} if rally is None else {"rally": rally.model_dump(mode="json")}
             self._recorder.note(EventKind.RUN_COMMAND, command=asked, **where)

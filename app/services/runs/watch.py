@@ -17,6 +17,7 @@ from app.domain.vehicle import FlightMode, VehicleState
 from app.domain.vehicle_clock import VehicleClock
 from app.services.clock import Clock
 from app.services.runs.evidence import Look
+from app.services.runs.hands import HandsSign
 from app.services.runs.item_clock import ItemClock
 from app.services.runs.leg import Leg
 from app.services.runs.orders import Order, Release
@@ -49,6 +50,7 @@ class FlightWatch:
         """A changed mission that is on its way to the vehicle, or may be on board."""
         self.skip_to = 0
         """The item of a changed mission to which the vehicle had come by itself when it arrived."""
+        self.hands = HandsSign(recorder.run.reason)
         self._recorder = recorder
         self._settings = settings
         self._clock = clock
@@ -243,6 +245,7 @@ class FlightWatch:
             was_airborne=self._was_airborne,
             asked=self._recorder.run.asked,
             was_armed=self._was_armed,
+            after_hands=self.hands.look(seen.state.mode),
             was_returning=self._recorder.run.state is RunState.RETURNING,
             rally_point=None if self._recorder.run.rally is None else self._recorder.run.rally.index + 1,
             asks_consent_to=next((r.record.plan_item_id for r in self.leg.supervised if r.is_asking), ""),

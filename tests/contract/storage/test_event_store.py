@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import pytest
 
 from app.domain.errors import InvalidInputError, StorageError
-from app.domain.events import Event
+from app.domain.events import Event, EventKind
 from app.domain.run import RunState
 from tests.contract.storage.conftest import ADAPTERS, Opener, Stores
 from tests.contract.storage.samples import event, plan, run
@@ -58,6 +58,19 @@ async def test_read_of_a_run_gives_only_its_events(stores: Stores) -> None:
     assert seqs(await stores.events.read(after=1, limit=10, run_id="run-1")) == [4]
     assert seqs(await stores.events.read(after=0, limit=1, run_id="run-1")) == [1]
     assert seqs(await stores.events.read(after=0, limit=10, run_id="nobody")) == []
+
+
+async def test_the_last_of_flying_by_hand_is_the_newest_of_each_kind_per_vehicle(stores: Stores) -> None:
+    lease, changed, tasks = EventKind.OFFBOARD_LEASE, EventKind.OFFBOARD_CHANGED, EventKind.TASKS_CHANGED
+    told = [(lease, "v1"), (lease, "v2"), (changed, "v1"), (changed, "v1"), (tasks, "v2"), (lease, "v1")]
+    others = [(EventKind.VEHICLE_SEEN, "v1"), (EventKind.TASKS_GRIPPER, "v1")]
+    of = event()
+    await stores.events.append(
+        [of.model_copy(update={"kind": kind, "vehicle_id": vehicle_id}) for kind, vehicle_id in told + others]
+    )
+    last = await stores.events.last_by_hand()
+    assert seqs(last) == [2, 4, 5, 6]
+    assert list(last) == [one for one in await stores.events.read(after=0, limit=10) if one.seq in (2, 4, 5, 6)]
 
 
 async def test_runs_are_stored_with_their_events(stores: Stores) -> None:

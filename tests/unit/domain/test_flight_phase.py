@@ -18,6 +18,8 @@ FLYING = FlightView(
     was_airborne=True,
     asked="",
 )
+HANDS = dataclasses.replace(FLYING, asked="pause", after_hands=True)
+"""The pause was asked for on the way into offboard control."""
 
 
 def seen(view: FlightView = FLYING, **state: object) -> FlightView:
@@ -34,6 +36,9 @@ def seen(view: FlightView = FLYING, **state: object) -> FlightView:
         (seen(dataclasses.replace(FLYING, asked="return"), mode=FlightMode.RETURN), RunState.RETURNING, "as asked"),
         (seen(dataclasses.replace(FLYING, mission_done=True), mode=FlightMode.RETURN), RunState.RETURNING, "done"),
         (seen(dataclasses.replace(FLYING, asked="pause"), mode=FlightMode.HOLD), RunState.PAUSED, "as asked"),
+        (seen(HANDS, mode=FlightMode.OFFBOARD), RunState.PAUSED, "flown by hand in offboard mode"),
+        (seen(HANDS, mode=FlightMode.HOLD), RunState.PAUSED, "after it was flown by hand: the vehicle holds"),
+        (seen(HANDS, mode=FlightMode.HOLD, in_failsafe=True), RunState.PAUSED, "flown by hand: a failsafe acts"),
         (seen(mode=FlightMode.HOLD), RunState.PAUSED, "somebody else"),
         (seen(mode=FlightMode.MANUAL), RunState.PAUSED, "manual"),
         (seen(mode=FlightMode.LAND), RunState.RETURNING, "lands"),

@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Callable, Sequence
 
 from app.domain.errors import WaydropError
-from app.domain.events import Event, NewEvent
+from app.domain.events import Event, EventKind, NewEvent
 from app.domain.jobs.job import Job
 from app.domain.jobs.port import JobRecord
 from app.domain.jobs.vehicle_queue import VehicleQueue
@@ -27,6 +27,9 @@ class ManualClock:
     def monotonic(self) -> float:
         """See Clock."""
         return self.time_s
+
+
+BY_HAND = (EventKind.OFFBOARD_LEASE, EventKind.OFFBOARD_CHANGED, EventKind.TASKS_CHANGED)
 
 
 class MemoryEventStore:
@@ -87,6 +90,11 @@ class MemoryEventStore:
     async def last_seq(self) -> int:
         """See EventStore."""
         return len(self.events)
+
+    async def last_by_hand(self) -> Sequence[Event]:
+        """See EventStore."""
+        newest = {(event.kind, event.vehicle_id): event for event in self.events if event.kind in BY_HAND}
+        return sorted(newest.values(), key=lambda event: event.seq)
 
     async def _pass_time(self) -> None:
         for _ in range(self._turns()):

@@ -5,13 +5,14 @@ from __future__ import annotations
 import asyncio
 import contextlib
 from collections.abc import AsyncIterator, Callable, Sequence
+from typing import Any
 
 import pytest
 
 from app.domain.errors import ConflictError, NotFoundError, VehicleQuarantinedError, VehicleRefusedError
 from app.domain.events import EventKind
 from app.domain.ports import DuplicateSystem, LinkLost, LinkRestored, StatusText, Unsubscribe, VehicleLink
-from app.domain.vehicle import FlightMode
+from app.domain.vehicle import FlightMode, LandedState
 from app.services.clock import SystemClock
 from app.services.fleet import Fleet
 from app.services.journal import Journal
@@ -81,6 +82,20 @@ async def test_facts_become_events_in_order() -> None:
         EventKind.VEHICLE_STATUS_TEXT,
     ]
     assert events.events[-1].data == {"severity": "critical", "text": "Low battery"}
+
+
+@pytest.mark.parametrize(
+    "state", [{"armed": True}, {"landed": LandedState.IN_AIR}, {"in_failsafe": True, "mode": FlightMode.RETURN}]
+)
+async def test_how_a_vehicle_is_found_is_told_unless_it_is_at_rest(state: dict[str, Any]) -> None:
+    vehicle, at_rest = ScriptedVehicle(), ScriptedVehicle()
+    vehicle.put(**state)
+    async with fleet_of(at_rest, vehicle) as (_, events, _journal):
+        pass
+    told = [(event.kind, event.vehicle_id) for event in events.events]
+    seen = EventKind.VEHICLE_SEEN
+    assert told == [(seen, "v1"), (seen, "v1-2"), (EventKind.VEHICLE_CHANGED, "v1-2")]
+    assert events.events[-1].data.items() >= state.items()
 
 
 async def test_a_quarantined_vehicle_is_shown_and_not_commanded() -> None:

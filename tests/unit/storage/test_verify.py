@@ -194,7 +194,7 @@ async def test_verifying_changes_nothing_and_makes_no_journal(journal: Path, tmp
 async def test_a_journal_from_before_the_chain_is_chained_at_its_upgrade(journal: Path) -> None:
     kept = await head(journal)
     alter(journal, *(f"DROP INDEX ix_runs_{column}_position" for column in ("plan_id", "state")), "DROP TABLE webhooks")
-    alter(journal, "DROP TABLE jobs", "DROP TABLE job_queues")
+    alter(journal, "DROP TABLE jobs", "DROP TABLE job_queues", "DROP INDEX ix_events_by_hand")
     alter(journal, *(f"ALTER TABLE runs DROP COLUMN {column}" for column in ("state", "created_at")))
     alter(journal, "ALTER TABLE events DROP COLUMN hash", "UPDATE alembic_version SET version_num = 'v0001'")
     with pytest.raises(StorageError, match="did not chain") as refused:

@@ -8226,7 +8226,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `tasks.refused`: The task is not queued; `request.invalid`: The body does not fit this request; `idempotency.key_reused`: The Idempotency-Key was used for another request */
+            /** @description `tasks.refused`: The task is refused; `request.invalid`: The body does not fit this request; `idempotency.key_reused`: The Idempotency-Key was used for another request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -8361,7 +8361,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `tasks.refused`: The task is not queued; `request.invalid`: The body does not fit this request */
+            /** @description `tasks.refused`: The task is refused; `request.invalid`: The body does not fit this request */
             422: {
                 headers: {
                     [name: string]: unknown;
@@ -8631,7 +8631,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `tasks.refused`: The task is not queued; `request.invalid`: The body does not fit this request */
+            /** @description `tasks.refused`: The task is refused; `request.invalid`: The body does not fit this request */
             422: {
                 headers: {
                     [name: string]: unknown;

@@ -136,6 +136,7 @@ describe("sentences", () => {
     expect(["append", "prepend", "replace_current", "replace_all", "later_mode"].map(queued)).toEqual(["v1: task t2 is queued at the end of the queue.", "v1: task t2 is queued before the current one.", "v1: task t2 is queued in place of the current one.", "v1: task t2 is queued in place of all others.", "v1: task t2 is queued."]);
     expect(say("tasks.changed", { change: "dropped", task_id: "t3", reason: "not renewed for 10 s" })).toEqual({ text: "v1: task t3 and what came after it are dropped: not renewed for 10 s.", tone: "warn" });
     expect(say("tasks.changed", { change: "cleared", task_id: null, reason: "" })).toEqual({ text: "v1: the task queue was cleared.", tone: "info" });
+    expect(say("tasks.changed", { change: "dropped", task_id: null, reason: "the service was restarted" })).toEqual({ text: "v1: the task queue was dropped: the service was restarted.", tone: "warn" });
     expect(say("tasks.gripper", { task_id: "t3", action: "release", result: "FAILED" }).tone).toBe("danger");
   });
 

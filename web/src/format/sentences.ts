@@ -90,7 +90,7 @@ function sayTasks(event: StreamEvent, vehicle: string): Sentence {
   const task = change === "changed" ? toldTask(event.data["task"]) : null;
   if (task !== null) return { text: `${vehicle}: task ${str(id)} was changed to: ${taskTitle(task)}, ${taskSummary(task)}.`, tone };
   if (change === "inserted" && typeof id === "string") return { text: `${vehicle}: task ${id} is queued${QUEUED[str(event.data["reason"])] ?? ""}.`, tone };
-  const what = typeof id === "string" ? `task ${id} ${TASK_WORDS[change] ?? "changed"}` : `the task queue ${change === "cleared" ? "was cleared" : "changed"}`;
+  const what = typeof id === "string" ? `task ${id} ${TASK_WORDS[change] ?? "changed"}` : `the task queue ${change === "cleared" || change === "dropped" ? `was ${change}` : "changed"}`;
   return { text: `${vehicle}: ${what}${after(": ", event.data["reason"])}.`, tone };
 }
 

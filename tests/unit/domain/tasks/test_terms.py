@@ -48,6 +48,7 @@ def test_a_circle_has_a_radius_and_nothing_else_has() -> None:
     "terms",
     [
         {},
+        {"radius_m": None},
         {"relative_altitude_m": 1.0, "absolute_altitude_m": 2.0},
         {"radius_m": 0.5},
         {"duration_s": None},
