@@ -36,6 +36,8 @@ class RunFold:
             self._document, self._drops = dict(data), {}
         elif kind == EventKind.RUN_DROP:
             self._drops[str(data.get("plan_item_id"))] = data
+        elif kind == EventKind.RUN_UPLOAD_PROGRESS and self._document is not None:
+            self._document["upload_percent"] = data.get("percent")
 
     def run(self) -> Run | None:
         """The run after the newest event; None if nothing told of it, or not as this version can read it."""

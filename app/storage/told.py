@@ -17,7 +17,13 @@ from app.domain.run_fold import RunFold
 
 _PLAN_COLUMNS: Final = ("hash", "name", "vehicle_type", "created_at", "created_by")
 _RUN_KINDS: Final = frozenset(
-    {EventKind.RUN_CREATED, EventKind.RUN_CHANGED, EventKind.RUN_CONTINUED, EventKind.RUN_DROP}
+    {
+        EventKind.RUN_CREATED,
+        EventKind.RUN_CHANGED,
+        EventKind.RUN_CONTINUED,
+        EventKind.RUN_DROP,
+        EventKind.RUN_UPLOAD_PROGRESS,
+    }
 )
 _RUN_COLUMNS: Final = ("plan_id", "vehicle_id", "is_over", "state", "created_at")
 
