@@ -284,16 +284,6 @@ async def test_a_run_that_an_older_version_began_and_this_one_goes_on_with_is_as
     assert (await verify_journal(journal)).alterations == []
 
 
-async def test_a_run_in_the_middle_of_its_upload_is_as_written(journal: Path) -> None:
-    async with open_storage(journal) as storage:
-        stored = await storage.runs.get("run-1")
-        assert stored is not None
-        half = stored.model_copy(update={"upload_percent": 50.0})
-        progress = told(EventKind.RUN_UPLOAD_PROGRESS, mission_type="mission", sent=2, total=4, attempt=1, percent=50.0)
-        await storage.events.append([progress], [half])
-    assert (await verify_journal(journal)).alterations == []
-
-
 async def test_what_a_killed_service_left_is_checked_and_stays_as_it_is(journal: Path, tmp_path: Path) -> None:
     left = tmp_path / "left"
     await asyncio.to_thread(left.mkdir)
