@@ -38,13 +38,13 @@ async def journal(tmp_path: Path) -> Path:
     """Six events: three of no run, then a plan, a run and its drop. As a service would have stored them."""
     path = tmp_path / "journal.db"
     if not _WRITTEN:
-        await _write(path)
+        await write_journal(path)
         _WRITTEN.append(await asyncio.to_thread(path.read_bytes))
     await asyncio.to_thread(path.write_bytes, _WRITTEN[0])
     return path
 
 
-async def _write(path: Path) -> None:
+async def write_journal(path: Path) -> None:
     stored = replace(plan(), hash=document_hash(DOCUMENT), document=DOCUMENT)
     flown = run().model_copy(update={"plan_hash": stored.hash})
     done = flown.drops[0].model_copy(update={"outcome": DropOutcome.RELEASED})
