@@ -44,9 +44,9 @@ types: $(RUNTIME) $(NODE)  ## the page's types from the API's schema
 	$(VENV)/bin/waydrop openapi > web/openapi.json
 	cd web && npm run --silent types
 
-screenshots: $(DEV) $(PAGE)  ## pictures of the page in all its looks into test-results/screenshots, two of them into docs
+screenshots: $(DEV) $(PAGE)  ## pictures of the page in all its looks into docs/screenshots, two of them kept in docs
 	scripts/need-chromium.sh
-	$(PY) -m tests.browser.screenshots test-results/screenshots docs
+	$(PY) -m tests.browser.screenshots docs/screenshots docs
 
 agreement: $(DEV)  ## 10,000 random plans: what the rules accept, the simulated autopilot takes, in process and over UDP
 	$(PY) -m tests.contract.feasibility.many
@@ -67,7 +67,7 @@ image:  ## build the container image; docs/deployment.md tells of IMAGE, BASE an
 	scripts/build-image.sh $(or $(IMAGE),waydrop)
 
 clean:  ## remove all that was built; what flew (var/) stays
-	rm -rf $(VENV) web/node_modules web/dist $(dir $(DIALECT)) dist build test-results .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) web/node_modules web/dist $(dir $(DIALECT)) dist build docs/screenshots .mypy_cache .ruff_cache .pytest_cache .hypothesis
 	find app tests -name __pycache__ -type d -prune -exec rm -rf {} +
 
 help:  ## this list
