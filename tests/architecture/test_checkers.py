@@ -77,9 +77,9 @@ def test_what_is_allowed_passes(check: Checker, path: str, text: str) -> None:
     assert check([source(path, text)]) == []
 
 
-def test_a_file_of_301_lines_is_too_long_and_one_of_300_is_not() -> None:
-    assert shape.long_files({"app/a.py": "x\n" * 301})
-    assert shape.long_files({"app/a.py": "x\n" * 300}) == []
+def test_a_file_of_501_lines_is_too_long_and_one_of_500_is_not() -> None:
+    assert shape.long_files({"app/a.py": "x\n" * 501})
+    assert shape.long_files({"app/a.py": "x\n" * 500}) == []
 
 
 @pytest.mark.parametrize(
