@@ -134,7 +134,7 @@ def _sentence(message: str, assumed: tuple[str, ...], *, for_any: bool) -> str:
     if for_any:
         return f"depends on the vehicle: {message}"
     more = f" and {len(assumed) - MOST_NAMED} more" if len(assumed) > MOST_NAMED else ""
-    return f"{message} (assumed, the vehicle does not tell: {', '.join(assumed[:MOST_NAMED])}{more})"
+    return f"{message} (assumed, for the vehicle does not tell: {', '.join(assumed[:MOST_NAMED])}{more})"
 
 
 def at_item(step: Step, message: str, hint: str, *path: str | int) -> Violation:
