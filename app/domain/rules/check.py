@@ -59,8 +59,8 @@ RULES: tuple[Rule, ...] = (
 def check_plan(plan: Plan, facts: VehicleFacts | None, wind: Wind = CALM) -> tuple[Finding, ...]:
     """All findings, errors first, else in the order of the plan. What is not known of a vehicle is assumed.
 
-    Without a vehicle what rests on an assumption is a warning: the plan is wrong only if no vehicle could fly it. A
-    vehicle that does not tell a fact is held to the strict assumption: what is accepted for it, it accepts.
+    Without a vehicle what rests on an assumption is a warning: the plan is wrong only if no vehicle could fly it. Of a
+    named vehicle that does not tell a fact it is an error: what is accepted for a vehicle, it must accept.
 
     The way over the alternates is checked like the plan itself: an alternate breaks no fence and no limit.
     """

@@ -41,7 +41,7 @@ def test_checked_against_a_vehicle_it_is_an_error(near: NearTheLimits) -> None:
         assert set(errors(parse_plan(near.document), VEHICLES[name])) == ({expected} if expected else set()), name
 
 
-def test_a_vehicle_that_does_not_tell_a_fact_is_held_to_the_strict_side() -> None:
+def test_a_vehicle_that_does_not_tell_a_fact_is_held_to_what_is_assumed() -> None:
     finding = _only(plan("multicopter", takeoff(3), waypoint(), RETURN), VEHICLES["silent"], "takeoff.too_low")
     assert finding.severity == "error"
     assert finding.assumed == ("NAV_ACC_RAD", "firmware")
