@@ -23,8 +23,8 @@ are not known lists them in `assumed`.
   finding that rests on them is a warning that begins with "depends on the vehicle:". The plan is refused only for what
   no vehicle could fly. A run, a job or a check with a vehicle decides by what that one tells. `home` of the plan counts
   as known.
-- **A vehicle is named and does not tell a fact**: PX4's default is assumed, of firmware the oldest unless a rule says
-  otherwise, and the finding stays an error: a plan that is accepted for a vehicle must be accepted by it. The sentence
+- **A vehicle is named and does not tell a fact**: PX4's default is assumed (where firmware versions differ, what the
+  rule says), and the finding stays an error: a plan that is accepted for a vehicle must be accepted by it. The sentence
   says what was assumed. A parameter that does not answer refuses nothing by itself, for old firmware lacks some.
 - **Nobody knows home**: heights of absolute altitudes are not checked, and that is said
   (`vehicle.altitudes_not_comparable`). A vehicle without a home is refused (`vehicle.home_unknown`).
