@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from app.domain.finding import Finding
 from app.domain.plan import Plan, parse_plan
-from app.domain.rules import check_plan
+from app.domain.rules import RULES, check_plan
 from app.domain.vehicle import GlobalPosition, VehicleFacts
 from tests.contract.feasibility.plans_and_vehicles import PARAMS
 from tests.unit.domain.plan_pieces import RETURN, at, facts, plan, takeoff, waypoint
@@ -18,7 +18,23 @@ from tests.unit.domain.plan_strategies import PLANS as ANY_PLANS
 from tests.unit.domain.plan_strategies import sensible_plans, vehicle_facts
 from tests.unit.domain.rules.case import codes, errors
 from tests.unit.domain.rules.near_the_limits import PLANS, VEHICLES, NearTheLimits
+from tests.unit.domain.rules.test_every_rule import CASES
 
+DEPENDENT = {
+    "drop.offset_not_reachable",
+    "fixed_wing.glide_too_steep",
+    "geofence.leg_outside",
+    "landing.required",
+    "limits.duration",
+    "limits.first_waypoint_too_far",
+    "limits.speed",
+    "speed.not_flyable",
+    "takeoff.too_low",
+    "target.not_caught",
+    "vehicle.altitudes_not_comparable",
+    "wind.too_strong",
+}
+"""Rules whose errors may rest on a default. Where the default allows what others forbid, there is no finding."""
 BY_PLAN = pytest.mark.parametrize("near", PLANS, ids=str)
 
 
@@ -39,6 +55,18 @@ def test_checked_against_a_vehicle_it_is_an_error(near: NearTheLimits) -> None:
     for name in near.vehicles:
         expected = near.code_for(name)
         assert set(errors(parse_plan(near.document), VEHICLES[name])) == ({expected} if expected else set()), name
+
+
+def test_an_error_of_any_other_rule_rests_on_the_plan_alone() -> None:
+    errors_of = {rule.code for rule in RULES if rule.severity == "error"}
+    found = [
+        finding
+        for case in CASES
+        for finding in check_plan(case.wrong, None, case.wrong_wind)
+        if finding.code == case.code in errors_of
+    ]
+    assert {finding.code for finding in found if finding.severity == "warning"} == DEPENDENT
+    assert all((finding.severity == "warning") == bool(finding.assumed) for finding in found)
 
 
 def test_a_vehicle_that_does_not_tell_a_fact_is_held_to_what_is_assumed() -> None:
