@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+import app.domain
 from app.domain.finding import Finding
 from app.domain.plan import Plan, parse_plan
 from app.domain.rules import RULES, check_plan
@@ -35,6 +38,7 @@ DEPENDENT = {
     "wind.too_strong",
 }
 """Rules whose errors may rest on a default. Where the default allows what others forbid, there is no finding."""
+DOMAIN = Path(app.domain.__file__).parent
 BY_PLAN = pytest.mark.parametrize("near", PLANS, ids=str)
 
 
@@ -102,6 +106,15 @@ def test_a_warning_depends_on_the_vehicle_too() -> None:
     far = plan("multicopter", takeoff(**at(10_100, 0)), RETURN)
     finding = _only(far, None, "limits.first_waypoint_too_far")
     assert (finding.severity, finding.assumed) == ("warning", ("MIS_DIST_1WP", "firmware"))
+
+
+def test_facts_that_may_be_unknown_are_read_where_that_is_noted() -> None:
+    readers = {
+        path.name
+        for path in DOMAIN.rglob("*.py")
+        if re.search(r"\bfacts\.(firmware|home|parameters)\b", path.read_text(encoding="utf-8"))
+    }
+    assert readers <= {"default_facts.py", "walk.py", "usable_facts.py", "registry.py"}
 
 
 @settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
