@@ -13,6 +13,8 @@ from app.domain.finding import Finding, Severity
 from app.domain.plan import Plan
 from app.domain.prediction import PredictedAlternate, PredictedDrop, Timeline
 
+MOST_NAMED = 3
+"""Assumed facts that are shown of a finding."""
 _STYLES = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow"}
 
 
@@ -25,8 +27,15 @@ def show_findings(console: Console, findings: Iterable[Finding]) -> None:
         item = f" ({finding.item_id})" if finding.item_id else ""
         console.print(f"[{style}]{finding.severity.value}[/] [bold]{escape(finding.code)}[/] at {escape(place + item)}")
         console.print(f"  {escape(finding.message)}")
+        if finding.assumed:
+            console.print(f"  [dim]assumed: {escape(_assumed(finding))}[/]")
         if finding.hint:
             console.print(f"  [green]→[/] {escape(finding.hint)}")
+
+
+def _assumed(finding: Finding) -> str:
+    more = len(finding.assumed) - MOST_NAMED
+    return ", ".join(finding.assumed[:MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
 
 
 def findings_of(error: WaydropError) -> list[Finding]:

@@ -32,8 +32,9 @@ def validate(
 ) -> None:
     """Check a plan: its timeline, and every finding with its rule code.
 
-    Exit status 0: it can be flown. 1: it has errors. 2: the file is no plan. Without --vehicle the usual parameters of
-    the plan's vehicle type are assumed, and no service is needed. Without --wind the air is calm.
+    Exit status 0: it can be flown. 1: it has errors. 2: the file is no plan. Without --vehicle no service is needed,
+    the usual parameters of the plan's vehicle type are assumed, and what depends on them is a warning. Without --wind
+    the air is calm.
     """
     given = wind_given(wind)
     try:
@@ -54,7 +55,7 @@ def validate(
             }
         )
     else:
-        _show(plan, findings, timeline)
+        _show(plan, findings, timeline, for_any=vehicle is None)
     wrong = any(finding.severity is Severity.ERROR for finding in findings)
     raise typer.Exit(ExitStatus.NOT_ACHIEVED if wrong else ExitStatus.OK)
 
@@ -76,7 +77,7 @@ async def _ask(
     return findings, None if answer["timeline"] is None else Timeline.model_validate(answer["timeline"])
 
 
-def _show(plan: Plan, findings: list[Finding], timeline: Timeline | None) -> None:
+def _show(plan: Plan, findings: list[Finding], timeline: Timeline | None, *, for_any: bool) -> None:
     if timeline is not None:
         show_timeline(out(), plan, timeline)
     show_findings(out(), findings)
@@ -87,3 +88,7 @@ def _show(plan: Plan, findings: list[Finding], timeline: Timeline | None) -> Non
         if errors
         else f"[bold green]it can be flown[/], {count(warnings, 'warning')}"
     )
+    depends = sum(bool(finding.assumed) for finding in findings)
+    if for_any and depends:
+        verb = "depends" if depends == 1 else "depend"
+        err().print(f"{count(depends, 'finding')} {verb} on the vehicle: check it with --vehicle")

@@ -5,7 +5,7 @@ Source: PX4 mission_block.cpp and its fixed-wing guidance; figures flown in SITL
 
 from __future__ import annotations
 
-from app.domain.default_facts import parameter
+from app.domain.default_facts import firmware, parameter
 from app.domain.plan.walk import Carried
 from app.domain.vehicle import FirmwareVersion, VehicleFacts
 
@@ -27,7 +27,8 @@ def switch_distance_m(facts: VehicleFacts, ground_speed_m_s: float) -> float:
     An unknown firmware gets the current law; `parameter` fills in the defaults.
     """
     radius_m = parameter(facts, "NAV_ACC_RAD")
-    if facts.firmware is not None and facts.firmware < NPFG_SINCE:
+    version = firmware(facts)
+    if version is not None and version < NPFG_SINCE:
         return max(radius_m, L1_SWITCH_S * ground_speed_m_s)
     seconds = parameter(facts, "NPFG_PERIOD") * parameter(facts, "NPFG_DAMPING") * parameter(facts, "NPFG_SW_DST_MLT")
     return max(radius_m, min(MAX_SWITCH_DISTANCE_M, ground_speed_m_s * seconds))

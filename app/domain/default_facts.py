@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Final
 
-from app.domain.vehicle import VehicleFacts, VehicleType
+from app.domain.vehicle import FirmwareVersion, VehicleFacts, VehicleType
+
+FIRMWARE: Final = "firmware"
+HOME: Final = "home"
+"""Names of facts that are no parameters."""
 
 _COMMON: Mapping[str, float | int] = {
     "BAT_CRIT_THR": 0.07,
@@ -78,5 +83,14 @@ def parameter(facts: VehicleFacts, name: str) -> float:
     """A PX4 parameter as read from the vehicle, else its default. 0 if the vehicle type has none."""
     value = facts.parameters.get(name)
     if value is None:
-        value = default_facts(facts.vehicle_type).parameters.get(name, 0)
-    return float(value)
+        value = default_facts(facts.vehicle_type).parameters.get(name)
+        if value is not None:
+            facts.assuming(name)
+    return float(value or 0)
+
+
+def firmware(facts: VehicleFacts) -> FirmwareVersion | None:
+    """The version; None if the vehicle does not tell it: what is assumed then is up to who asks."""
+    if facts.firmware is None:
+        facts.assuming(FIRMWARE)
+    return facts.firmware

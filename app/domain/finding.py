@@ -18,7 +18,11 @@ class Severity(StrEnum):
 
 
 class Finding(BaseModel):
-    """`code` is stable, `pointer` a JSON pointer (RFC 6901) into the plan, `hint` says how to mend it."""
+    """`code` is stable, `pointer` a JSON pointer (RFC 6901) into the plan, `hint` says how to mend it.
+
+    `assumed` names the facts of the vehicle that are not known and were assumed: parameters, `firmware`, `home` ...
+    Such a finding depends on the vehicle: while none is named it is a warning.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -28,6 +32,7 @@ class Finding(BaseModel):
     message: str
     hint: str = ""
     item_id: str | None = None
+    assumed: tuple[str, ...] = ()
 
 
 class UnfitDocumentError(InvalidInputError):

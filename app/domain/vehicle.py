@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 
@@ -94,6 +94,10 @@ class GlobalPosition:
     altitude_m: float
 
 
+def _nobody_listens(_name: str) -> None:
+    pass
+
+
 @dataclass(frozen=True, slots=True)
 class VehicleFacts:
     """What a plan is checked against. Unknown things are None; rules must then take the strict side.
@@ -101,7 +105,7 @@ class VehicleFacts:
     `parameters` holds PX4 parameters by name as read from the vehicle (`NAV_ACC_RAD`, `MIS_TKO_LAND_REQ` ...).
     `least_clock_rate`: see VehicleClock.least_rate. `in_flight`: it flies now, and the mission begins there; None: it
     begins on the ground, at home. `performance` is what the operator declares of it, `battery_percent` its charge as
-    the facts were read.
+    the facts were read. `assuming` is called with the name of each fact that is asked for, is not known and is assumed.
     """
 
     vehicle_type: VehicleType
@@ -109,13 +113,14 @@ class VehicleFacts:
     uid: str | None = None
     home: GlobalPosition | None = None
     parameters: Mapping[str, float | int] = field(default_factory=dict)
-    max_mission_items: int = 500
-    max_fence_items: int = 64
-    max_rally_points: int = 32
+    max_mission_items: int | None = None
+    max_fence_items: int | None = None
+    max_rally_points: int | None = None
     least_clock_rate: float | None = None
     in_flight: InFlight | None = None
     performance: Performance | None = None
     battery_percent: float | None = None
+    assuming: Callable[[str], None] = field(default=_nobody_listens, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)

@@ -60,6 +60,8 @@ class ItemReader:
             self.report.refuse("conversion.command", item.pointer, message, HINTS.get(item.command, ""))
         elif item.command == MavCmd.DO_CHANGE_SPEED and item.param(2) == _NO_CHANGE:
             self._skip("conversion.no_change", item, "this DO_CHANGE_SPEED (178) to -1 changes nothing")
+        elif item.command == MavCmd.DO_JUMP and item.param(2) == 0:
+            self._skip("conversion.no_change", item, "this DO_JUMP (177) is followed no time at all")
         elif not self._is_helper(item):
             self._add(item, read_draft(item, form, self.report))
 

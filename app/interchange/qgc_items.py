@@ -85,7 +85,7 @@ def _simple(item: FileObject, number: int, altitude_mode: int | None, report: Re
 def _check_altitude(
     item: FileObject, frame: int, given_m: float | None, altitude_mode: int | None, report: Report
 ) -> None:
-    """QGroundControl shows `Altitude` and sends param7: a file in which they differ says two things."""
+    """QGroundControl shows `Altitude` and `AltitudeMode`, and sends param7 and the frame as they were loaded."""
     mode = item.whole("AltitudeMode", required=False) if "AltitudeMode" in item.value else altitude_mode
     shown_m = item.value.get("Altitude")
     if shown_m is not None and not is_number(shown_m):
@@ -97,11 +97,12 @@ def _check_altitude(
         message = "the altitude was computed from a height above terrain; the plan has the altitude alone"
         report.lose("conversion.above_terrain", item.at("AltitudeMode"), message)
     elif shown_m is not None and given_m is not None and abs(shown_m - given_m) > _SAME_M:
-        message = f"Altitude says {shown_m:g} m and the parameter {given_m:g} m"
-        report.refuse("conversion.two_altitudes", item.at("Altitude"), message, "make them equal")
+        message = f"Altitude says {shown_m:g} m; {given_m:g} m is taken (param7), as QGroundControl would send it"
+        report.assume("conversion.two_altitudes", item.at("Altitude"), message, "make them equal if that is not meant")
     elif "AltitudeMode" in item.value and frame in _OTHER_REFERENCE.get(mode or 0, ()):
-        message = f"AltitudeMode {mode} and frame {frame} are different references"
-        report.refuse("conversion.two_altitudes", item.at("AltitudeMode"), message, "make them agree")
+        message = f"AltitudeMode {mode} is not that of frame {frame}, which is taken, as QGroundControl would send it"
+        hint = "make them agree if that is not meant"
+        report.assume("conversion.two_altitudes", item.at("AltitudeMode"), message, hint)
 
 
 def read_extra(item: FileObject, report: Report) -> ItemExtra | None:

@@ -1,7 +1,8 @@
 """The waypoint text of Mission Planner and of QGroundControl's older versions (`QGC WPL`) to the fields of a plan.
 
-One item a line, twelve columns: index, current, frame, command, param1 to param7, autocontinue. In version 110 line 0
-is the home position. Pointers are `/<line>/<column>`, lines counted from 1 as editors count them.
+One item a line, twelve columns: index, current, frame, command, param1 to param7, autocontinue. In version 110 item 0
+is the home position. Blank lines and comments (#) count for nothing. Pointers are
+`/<line>/<column>`, lines counted from 1 as editors count them.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from app.domain.mission import MavCmd
 from app.domain.plan.size_limits import MAX_ITEMS
 from app.interchange.file_item import TEXT_COLUMNS, FileItem
 from app.interchange.findings import Report
-from app.interchange.item_draft import ABSOLUTE
+from app.interchange.item_draft import ABSOLUTE, form_of
 from app.interchange.item_reader import ItemReader
 from app.interchange.open_yaw import without_zero_yaws
 from app.interchange.plan_draft import PlanDraft
@@ -33,7 +34,6 @@ _LINE_END: Final = re.compile(r"\r\n|\n|\r")
 """What ends a line for editors too; splitlines() also splits at U+2028, U+0085 and vertical tabs."""
 _WHOLE: Final = re.compile(r"[+-]?\d{1,9}(\.0*)?")
 _NUMBER: Final = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
-_WAYPOINT: Final = frozenset({MavCmd.NAV_WAYPOINT, MavCmd.NAV_LAND, MavCmd.NAV_VTOL_LAND})
 
 
 def read_waypoints(text: str, unsaid: Unsaid, report: Report) -> PlanDraft:
@@ -45,6 +45,11 @@ def read_waypoints(text: str, unsaid: Unsaid, report: Report) -> PlanDraft:
         report.refuse("conversion.too_large", "", f"{len(lines)} lines; a plan has at most {MAX_ITEMS} items")
         return draft
     written = [(number, line) for number, line in enumerate(lines[1:], start=2) if line.strip()]
+    comments = [number for number, line in written if _is_comment(line)]
+    if comments:
+        message = f"a plan has no place for comments: this one and {len(comments) - 1} more are lost"
+        report.lose("conversion.comment", f"/{comments[0]}", message)
+    written = [(number, line) for number, line in written if not _is_comment(line)]
     read = [_read_line(line, number, index, report) for index, (number, line) in enumerate(written)]
     items = [item for item in read if item is not None]
     if items and version == _HOME_FIRST:
@@ -57,6 +62,11 @@ def read_waypoints(text: str, unsaid: Unsaid, report: Report) -> PlanDraft:
     reader.read(without_zero_yaws(items, "", report))
     draft.items = reader.drafts
     return draft
+
+
+def _is_comment(line: str) -> bool:
+    """As MAVProxy and pymavlink have them."""
+    return line.lstrip().startswith("#")
 
 
 def _version(header: str, report: Report) -> int:
@@ -126,6 +136,7 @@ def _take_home(items: list[FileItem], draft: PlanDraft, report: Report) -> list[
 
 def _refuse_open_place(item: FileItem, report: Report) -> None:
     """0, 0 in these files is "where the vehicle is then": a plan says where."""
-    if item.command in _WAYPOINT and item.param(5) == item.param(6) == 0:
+    form = form_of(item)
+    if form is not None and form.positioned and form.type != "takeoff" and item.param(5) == item.param(6) == 0:
         message = "0, 0 is the place where the vehicle will be; a plan leaves no place open"
         report.refuse("conversion.missing", item.at(5), message, "write the coordinates out")

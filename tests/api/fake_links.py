@@ -61,6 +61,7 @@ class FakeLink:
         self._listeners: list[Callable[[LinkFact], None]] = []
         self.setpoints: list[SetpointMessage] = []
         self.parameters: dict[str, float | int] = {"COM_OBL_RC_ACT": 5, "COM_OF_LOSS_T": 1.0, "COM_RC_IN_MODE": 4}
+        self.facts: VehicleFacts | None = None
         self.refusal: WaydropError | None = None
         self.upload_refusal: WaydropError | None = None
         self.uploads = 0
@@ -94,6 +95,8 @@ class FakeLink:
 
     async def read_facts(self) -> VehicleFacts:
         self._refuse()
+        if self.facts is not None:
+            return self.facts
         return VehicleFacts(VehicleType.MULTICOPTER, self.identity.firmware, self.identity.uid, HOME)
 
     async def upload(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:

@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
+from app.domain.default_facts import HOME
 from app.domain.in_flight import InFlight
 from app.domain.plan.document import Plan
 from app.domain.plan.fields import Altitude
@@ -111,6 +112,8 @@ def reference_home(plan: Plan, facts: VehicleFacts | None) -> GlobalPosition:
         return facts.home
     if plan.home is not None:
         return GlobalPosition(plan.home.latitude_deg, plan.home.longitude_deg, plan.home.absolute_altitude_m)
+    if facts is not None:
+        facts.assuming(HOME)
     positions = [item for item in plan.items if isinstance(item, (Takeoff, Waypoint, Loiter, Land))]
     ground_m = min((item.absolute_altitude_m for item in positions if item.absolute_altitude_m is not None), default=0)
     for item in positions:

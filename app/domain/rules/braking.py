@@ -119,7 +119,8 @@ def _expected_offset_m(context: RuleContext, drop: DropUse) -> float:
     if drop.stopped and drop.carried is Carried.ROTARY_WING:
         return STOP_RADIUS_M
     radius_m = item.acceptance_radius_m if isinstance(item, Waypoint) else None
-    return reach_m(context.facts, drop.carried, context.speeds_m_s[drop.step.index], radius_m)
+    speed_m_s = context.speeds_m_s[drop.step.index] if drop.carried is Carried.FIXED_WING else 0.0
+    return reach_m(context.facts, drop.carried, speed_m_s, radius_m)
 
 
 RULES = (

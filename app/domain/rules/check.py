@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from functools import cache
+from dataclasses import replace
 
-from app.domain.default_facts import default_facts
+from app.domain.default_facts import firmware
 from app.domain.fence_area import FenceArea, fence_area, needs_all_inclusions
 from app.domain.finding import Finding, Severity
 from app.domain.geo import LocalProjection
@@ -31,6 +31,7 @@ from app.domain.rules import (
     vtol,
     wind_limits,
 )
+from app.domain.rules.assumptions import Assumptions
 from app.domain.rules.detour import detour_findings
 from app.domain.rules.registry import Rule, RuleContext
 from app.domain.speeds import speeds_along
@@ -56,13 +57,16 @@ RULES: tuple[Rule, ...] = (
 
 
 def check_plan(plan: Plan, facts: VehicleFacts | None, wind: Wind = CALM) -> tuple[Finding, ...]:
-    """All findings, errors first, else in the order of the plan. Without facts the type's defaults are assumed.
+    """All findings, errors first, else in the order of the plan. What is not known of a vehicle is assumed.
+
+    Without a vehicle what rests on an assumption is a warning: the plan is wrong only if no vehicle could fly it. Of a
+    named vehicle that does not tell a fact it is an error: what is accepted for a vehicle, it must accept.
 
     The way over the alternates is checked like the plan itself: an alternate breaks no fence and no limit.
     """
     context = context_of(plan, facts, wind)
     findings = _broken(context)
-    detour = over_alternates(plan, context.home, context.facts.in_flight)
+    detour = over_alternates(plan, context.origin, context.facts.in_flight)
     if detour is not None:
         over = _broken(context_of(detour.plan, facts, wind))
         findings |= set(detour_findings(detour, over, findings))
@@ -75,30 +79,37 @@ def _broken(context: RuleContext) -> set[Finding]:
 
 def context_of(plan: Plan, vehicle: VehicleFacts | None, wind: Wind = CALM) -> RuleContext:
     """What the rules look at, computed once. A vehicle of another type is one finding of its own."""
-    facts = vehicle if vehicle is not None else default_facts(plan.vehicle_type)
-    if facts.vehicle_type is not plan.vehicle_type:
-        facts = default_facts(plan.vehicle_type)
+    assumptions = Assumptions()
+    known = vehicle if vehicle is not None and vehicle.vehicle_type is plan.vehicle_type else None
+    facts = replace(known or VehicleFacts(plan.vehicle_type), assuming=assumptions.add)
     home = reference_home(plan, facts)
     steps = walk(plan, home, in_flight=facts.in_flight)
     projection = LocalProjection(home.latitude_deg, home.longitude_deg)
-    fenced = plan.geofence.polygons or plan.geofence.circles
     return RuleContext(
         plan=plan,
         vehicle=vehicle,
         facts=facts,
-        home=home,
+        assumptions=assumptions,
+        origin=home,
         steps=steps,
-        speeds_m_s=speeds_along(plan, facts, steps),
         drops=drops_of(steps),
         projection=projection,
-        fence=_fence(plan, facts, projection) if fenced else None,
+        fence_area=assumptions.remembered(lambda: _fence(plan, facts, projection)),
+        flown_speeds_m_s=assumptions.remembered(lambda: speeds_along(plan, facts, steps)),
         wind=wind,
-        timeline=cache(lambda: predict(plan, facts, wind)),
+        timeline=assumptions.remembered(lambda: predict(plan, facts, wind)),
     )
 
 
-def _fence(plan: Plan, facts: VehicleFacts, projection: LocalProjection) -> FenceArea:
-    return fence_area(plan.geofence, projection, all_of_home=needs_all_inclusions(facts.firmware))
+def _fence(plan: Plan, facts: VehicleFacts, projection: LocalProjection) -> FenceArea | None:
+    fence = plan.geofence
+    kinds = [*(polygon.kind for polygon in fence.polygons), *(circle.kind for circle in fence.circles)]
+    if not kinds:
+        return None
+    if kinds.count("inclusion") < 2:
+        return fence_area(fence, projection)
+    reference_home(plan, facts)  # it decides which inclusions count
+    return fence_area(fence, projection, all_of_home=needs_all_inclusions(firmware(facts)))
 
 
 def _order(finding: Finding) -> tuple[bool, list[tuple[bool, int, str]], str]:

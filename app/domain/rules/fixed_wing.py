@@ -79,8 +79,14 @@ def _patterns(context: RuleContext) -> Iterator[tuple[Step, LandingPattern]]:
     if context.plan.vehicle_type is not VehicleType.FIXED_WING:
         return
     for step in context.steps:
-        if isinstance(step.item, Land):
-            yield step, landing_pattern(step.item, step.start, context.home, context.facts)
+        if isinstance(step.item, Land) and _knows_drop(context, step.item):
+            yield step, landing_pattern(step.item, step.start, context.origin, context.facts)
+
+
+def _knows_drop(context: RuleContext, item: Land) -> bool:
+    """How far its approach goes down: both altitudes are of one kind, or home is known."""
+    alike = item.approach is None or (item.approach.relative_altitude_m is None) is (item.relative_altitude_m is None)
+    return alike or context.knows_home
 
 
 _APPROACH = "PX4 FeasibilityChecker, fixed-wing landing approach"

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from app.domain.acceptance import switch_distance_m
+from app.domain.default_facts import HOME
 from app.domain.fence_area import FenceArea, GroundPath, ground_paths, is_simple_polygon, point_of, polygon_shape
 from app.domain.finding import Severity, json_pointer
-from app.domain.plan.items import Jump, Loiter, ReturnToLaunch, Waypoint
+from app.domain.plan.items import Jump, Land, Loiter, ReturnToLaunch, Takeoff, Waypoint
 from app.domain.plan.walk import Carried, Place
-from app.domain.rules.places import planned_places
+from app.domain.rules.places import from_home_m, planned_places
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 
+_WITH_PLACE = (Takeoff, Waypoint, Loiter, Land)
 _ONLY_WATCHES = {0: "flies on", 1: "only warns and flies on"}
 """GF_ACTION."""
 
@@ -36,6 +39,7 @@ def _legs_inside(context: RuleContext) -> Iterator[Violation]:
     if area is None:
         return
     broken: set[int] = set()
+    first = min((step.index for step in context.steps if isinstance(step.item, _WITH_PLACE)), default=0)
     for path in _paths(context):
         step = path.step
         if step.index in broken or area.allows(path.shape):
@@ -48,11 +52,9 @@ def _legs_inside(context: RuleContext) -> Iterator[Violation]:
             message = f"the way of the return leaves the fence (RTL_TYPE {rtl_type} and the rally points say where to)"
         if isinstance(step.item, Jump):
             message = "the way back to the jump's target leaves the fence"
-        yield at_item(
-            step,
-            message,
-            "stay in the inclusions and out of the exclusions: add a waypoint that goes round, or change the fence",
-        )
+        hint = "stay in the inclusions and out of the exclusions: add a waypoint that goes round, or change the fence"
+        from_home = step.index <= first and not context.knows_home
+        yield replace(at_item(step, message, hint), assumed=(HOME,) if from_home else ())
 
 
 def _rally_inside(context: RuleContext) -> Iterator[Violation]:
@@ -89,22 +91,22 @@ def _fence_enforced(context: RuleContext) -> Iterator[Violation]:
 def _vehicle_distance(context: RuleContext) -> Iterator[Violation]:
     most_m = context.parameter("GF_MAX_HOR_DIST")
     for planned in planned_places(context):
-        if 0 < most_m < planned.from_home_m:
-            message = f"{planned.from_home_m:.0f} m from home; the vehicle allows {most_m:g} m (GF_MAX_HOR_DIST)"
+        if 0 < most_m < (away_m := from_home_m(context, planned.place)):
+            message = f"{away_m:.0f} m from home; the vehicle allows {most_m:g} m (GF_MAX_HOR_DIST)"
             yield at_item(planned.step, message, "stay nearer, or change the parameter")
 
 
 def _vehicle_height(context: RuleContext) -> Iterator[Violation]:
     most_m = context.parameter("GF_MAX_VER_DIST")
     for planned in planned_places(context):
-        height_m = planned.place.relative_altitude_m
-        if 0 < most_m < height_m:
+        height_m = planned.height_m
+        if height_m is not None and 0 < most_m < height_m:
             message = f"{height_m:g} m above home; the vehicle allows {most_m:g} m (GF_MAX_VER_DIST)"
             yield at_item(planned.step, message, "stay lower, or change the parameter")
 
 
 def _paths(context: RuleContext) -> Iterator[GroundPath]:
-    return ground_paths(context.plan, context.steps, context.home, context.facts, context.projection)
+    return ground_paths(context.plan, context.steps, context.origin, context.facts, context.projection)
 
 
 def _allows(context: RuleContext, area: FenceArea, place: Place) -> bool:

@@ -81,7 +81,7 @@ def _gripper_enabled(context: RuleContext) -> Iterator[Violation]:
 
 
 def _firmware_takes_items(context: RuleContext) -> Iterator[Violation]:
-    firmware = context.facts.firmware
+    firmware = context.firmware
     if firmware is None or firmware >= PAYLOAD_ITEMS_SINCE:
         return
     for drop in context.drops:

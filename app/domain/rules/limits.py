@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Final
 
 from app.domain.compiler import compile_plan
 from app.domain.errors import PlanRejectedError
 from app.domain.finding import Severity
+from app.domain.plan.fields import Altitude
 from app.domain.plan.items import ChangeSpeed, Loiter, ReturnToLaunch, Takeoff, Waypoint
 from app.domain.plan.walk import Carried, Step
-from app.domain.rules.places import planned_places
+from app.domain.rules.places import from_home_m, planned_places
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 from app.domain.speeds import speed_range_m_s
 from app.domain.vehicle import FirmwareVersion
@@ -17,13 +19,17 @@ from app.domain.vehicle import FirmwareVersion
 FIRST_WAYPOINT_WARNS_SINCE = FirmwareVersion(1, 16, 0)
 """Older firmware refuses a mission whose first waypoint is farther than MIS_DIST_1WP, newer only warns."""
 
+USUALLY_STORED: Final[Mapping[str, int]] = {"max_mission_items": 500, "max_fence_items": 64, "max_rally_points": 32}
+"""By PX4's defaults; no message of a vehicle tells."""
+
 
 def _mission_items(context: RuleContext) -> Iterator[Violation]:
     try:
         count = len(compile_plan(context.plan, context.facts).items)
     except PlanRejectedError:
         return  # another rule says why it has no items
-    most = context.facts.max_mission_items
+    context.assumptions.clear()  # how many they are does not depend on what a vehicle tells
+    most = _most(context, "max_mission_items", context.facts.max_mission_items)
     if count > most:
         message = f"the plan becomes {count} mission items; the vehicle stores {most}"
         yield Violation("/items", message, "split the plan")
@@ -32,26 +38,35 @@ def _mission_items(context: RuleContext) -> Iterator[Violation]:
 def _fence_items(context: RuleContext) -> Iterator[Violation]:
     fence = context.plan.geofence
     count = sum(len(polygon.vertices) for polygon in fence.polygons) + len(fence.circles)
-    if count > context.facts.max_fence_items:
-        message = f"the fence has {count} corners and circles; the vehicle stores {context.facts.max_fence_items}"
+    most = _most(context, "max_fence_items", context.facts.max_fence_items)
+    if count > most:
+        message = f"the fence has {count} corners and circles; the vehicle stores {most}"
         yield Violation("/geofence", message, "draw it with fewer corners")
 
 
 def _rally_points(context: RuleContext) -> Iterator[Violation]:
     count = len(context.plan.rally_points)
-    if count > context.facts.max_rally_points:
-        message = f"{count} rally points; the vehicle stores {context.facts.max_rally_points}"
+    most = _most(context, "max_rally_points", context.facts.max_rally_points)
+    if count > most:
+        message = f"{count} rally points; the vehicle stores {most}"
         yield Violation("/rally_points", message, "leave some out")
 
 
+def _most(context: RuleContext, name: str, known: int | None) -> int:
+    if known is None:
+        context.facts.assuming(name)
+        return USUALLY_STORED[name]
+    return known
+
+
 def _first_waypoint_refused(context: RuleContext) -> Iterator[Violation]:
-    firmware = context.facts.firmware
+    firmware = context.firmware
     if firmware is None or firmware < FIRST_WAYPOINT_WARNS_SINCE:
         yield from _first_waypoint(context)
 
 
 def _first_waypoint_warned(context: RuleContext) -> Iterator[Violation]:
-    firmware = context.facts.firmware
+    firmware = context.firmware
     if firmware is not None and firmware >= FIRST_WAYPOINT_WARNS_SINCE:
         yield from _first_waypoint(context)
 
@@ -59,14 +74,17 @@ def _first_waypoint_warned(context: RuleContext) -> Iterator[Violation]:
 def _first_waypoint(context: RuleContext) -> Iterator[Violation]:
     most_m = context.parameter("MIS_DIST_1WP")
     first = next(planned_places(context), None)
-    if first is not None and 0 < most_m <= first.from_home_m:
-        message = f"the first position is {first.from_home_m:.0f} m from home, more than {most_m:g} m (MIS_DIST_1WP)"
+    away_m = 0.0 if first is None else from_home_m(context, first.place)
+    if first is not None and 0 < most_m <= away_m:
+        message = f"the first position is {away_m:.0f} m from home, more than {most_m:g} m (MIS_DIST_1WP)"
         yield at_item(first.step, message, "is this the right place? else put a waypoint nearer to home first")
 
 
 def _below_home(context: RuleContext) -> Iterator[Violation]:
     for step in context.steps:
-        if isinstance(step.item, (Waypoint, Loiter)) and step.end.relative_altitude_m < 0:
+        if not isinstance(step.item, (Waypoint, Loiter)) or not context.knows_height(step.item):
+            continue
+        if step.end.relative_altitude_m < 0:
             message = f"{-step.end.relative_altitude_m:g} m below home"
             yield at_item(step, message, "check the altitude, and whether it is relative or absolute")
 
@@ -74,8 +92,8 @@ def _below_home(context: RuleContext) -> Iterator[Violation]:
 def _own_altitude(context: RuleContext) -> Iterator[Violation]:
     most_m = context.plan.limits.max_relative_altitude_m
     for planned in planned_places(context):
-        height_m = planned.place.relative_altitude_m
-        if most_m is not None and height_m > most_m:
+        height_m = planned.height_m
+        if most_m is not None and height_m is not None and height_m > most_m:
             message = f"{height_m:g} m above home; the plan's own limit is {most_m:g} m"
             yield at_item(planned.step, message, "fly lower, or raise limits.max_relative_altitude_m")
 
@@ -83,8 +101,8 @@ def _own_altitude(context: RuleContext) -> Iterator[Violation]:
 def _own_distance(context: RuleContext) -> Iterator[Violation]:
     most_m = context.plan.limits.max_distance_m
     for planned in planned_places(context):
-        if most_m is not None and planned.from_home_m > most_m:
-            message = f"{planned.from_home_m:.0f} m from home; the plan's own limit is {most_m:g} m"
+        if most_m is not None and (away_m := from_home_m(context, planned.place)) > most_m:
+            message = f"{away_m:.0f} m from home; the plan's own limit is {most_m:g} m"
             yield at_item(planned.step, message, "stay nearer, or raise limits.max_distance_m")
 
 
@@ -100,6 +118,10 @@ def _own_speed(context: RuleContext) -> Iterator[Violation]:
 def _own_drop_height(context: RuleContext) -> Iterator[Violation]:
     most_m = context.plan.limits.max_drop_height_m
     for drop in context.drops:
+        if drop.anchor is None or not isinstance(drop.anchor.item, Altitude):
+            continue  # it has no place: another rule's business
+        if not context.knows_height(drop.anchor.item):
+            continue
         height_m = drop.step.start.relative_altitude_m
         in_air = drop.carried not in (Carried.GROUND, Carried.WHEELS)
         if most_m is not None and drop.releases and in_air and height_m > most_m:

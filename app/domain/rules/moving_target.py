@@ -73,13 +73,13 @@ def _outside(context: RuleContext) -> Iterator[Violation]:
 
 
 def _too_far(context: RuleContext) -> Iterator[Violation]:
-    bounds = [context.plan.limits.max_distance_m or 0.0, context.parameter("GF_MAX_HOR_DIST")]
-    most_m = min((bound for bound in bounds if bound > 0), default=None)
+    own_m = context.plan.limits.max_distance_m
     for drop, target, anchor in _following(context):
         planned, home = _planned(target, anchor), context.home
         away_m = distance_m(home.latitude_deg, home.longitude_deg, planned.latitude_deg, planned.longitude_deg)
         farthest_m = away_m + target.max_move_m
-        if most_m is not None and farthest_m > most_m:
+        most_m = own_m if own_m is not None and farthest_m > own_m else context.parameter("GF_MAX_HOR_DIST")
+        if 0 < most_m < farthest_m:
             message = f"the target may lead {farthest_m:.0f} m from home; {most_m:g} m are allowed"
             hint = "make max_move_m smaller; or raise limits.max_distance_m and GF_MAX_HOR_DIST"
             yield at_item(drop.step, message, hint, "target", "max_move_m")

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from app.domain.geo import distance_m
 from app.domain.landing_pattern import landing_pattern
+from app.domain.plan.fields import Altitude
 from app.domain.plan.items import Land, Loiter, Takeoff, Waypoint
 from app.domain.plan.walk import Place, Step
 from app.domain.rules.registry import RuleContext
@@ -15,25 +16,30 @@ from app.domain.vehicle import VehicleType
 
 @dataclass(frozen=True, slots=True)
 class PlannedPlace:
-    """A place with a position on the wire, and how far from home it lies."""
+    """A place with a position on the wire. `height_m` is that above home, None if nobody knows it."""
 
     step: Step
     place: Place
-    from_home_m: float
+    height_m: float | None
 
 
 def planned_places(context: RuleContext) -> Iterator[PlannedPlace]:
     """In flying order; the circle of a fixed wing's approach before its landing."""
-    home = context.home
     for step in context.steps:
-        for place in _places(context, step):
-            away_m = distance_m(home.latitude_deg, home.longitude_deg, place.latitude_deg, place.longitude_deg)
-            yield PlannedPlace(step, place, away_m)
+        for place, altitude in _places(context, step):
+            yield PlannedPlace(step, place, place.relative_altitude_m if context.knows_height(altitude) else None)
 
 
-def _places(context: RuleContext, step: Step) -> Iterator[Place]:
+def from_home_m(context: RuleContext, place: Place) -> float:
+    """How far from home it lies, over ground."""
+    home = context.home
+    return distance_m(home.latitude_deg, home.longitude_deg, place.latitude_deg, place.longitude_deg)
+
+
+def _places(context: RuleContext, step: Step) -> Iterator[tuple[Place, Altitude]]:
     item = step.item
     if isinstance(item, Land) and context.plan.vehicle_type is VehicleType.FIXED_WING:
-        yield landing_pattern(item, step.start, context.home, context.facts).circle
+        circle = landing_pattern(item, step.start, context.origin, context.facts).circle
+        yield circle, item.approach or item
     if isinstance(item, (Takeoff, Waypoint, Loiter, Land)):
-        yield step.end
+        yield step.end, item

@@ -4,38 +4,81 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Final
 
-from app.domain.default_facts import parameter
+from app.domain.default_facts import firmware, parameter
 from app.domain.fence_area import FenceArea
 from app.domain.finding import Finding, Severity, json_pointer
 from app.domain.geo import LocalProjection
 from app.domain.plan.document import Plan
 from app.domain.plan.drops import DropUse
+from app.domain.plan.fields import Altitude
 from app.domain.plan.items import PlanItem
-from app.domain.plan.walk import Step
+from app.domain.plan.walk import Step, reference_home
 from app.domain.prediction import Timeline
 from app.domain.prediction.wind import Wind
-from app.domain.vehicle import GlobalPosition, VehicleFacts
+from app.domain.rules.assumptions import Assumptions
+from app.domain.vehicle import FirmwareVersion, GlobalPosition, VehicleFacts
+
+MOST_NAMED: Final = 3
+"""Assumed facts that a sentence names."""
 
 
 @dataclass(frozen=True, slots=True)
 class RuleContext:
-    """What every rule looks at. `facts` are the vehicle's, or the defaults of its type when `vehicle` is None.
+    """What every rule looks at. `facts` are the vehicle's; of None, and of a vehicle of another type, nothing is known.
 
-    `fence` is None when the plan has none; `projection` is around home. `timeline` predicts when it is first called.
+    `origin` is `home` without asking for it, `projection` is around it. What depends on the vehicle is asked for here,
+    or of the facts by `parameter` and `firmware`: so `assumptions` knows what was assumed. What takes long is worked
+    out when it is first asked for.
     """
 
     plan: Plan
     vehicle: VehicleFacts | None
     facts: VehicleFacts
-    home: GlobalPosition
+    assumptions: Assumptions
+    origin: GlobalPosition
     steps: tuple[Step, ...]
-    speeds_m_s: tuple[float, ...]
     drops: tuple[DropUse, ...]
     projection: LocalProjection
-    fence: FenceArea | None
+    fence_area: Callable[[], FenceArea | None]
+    flown_speeds_m_s: Callable[[], tuple[float, ...]]
     wind: Wind
     timeline: Callable[[], Timeline]
+
+    @property
+    def is_for_any(self) -> bool:
+        """No vehicle of the plan's type is named."""
+        return self.vehicle is None or self.vehicle.vehicle_type is not self.plan.vehicle_type
+
+    @property
+    def knows_home(self) -> bool:
+        """Whether the vehicle or the plan tells it."""
+        return self.facts.home is not None or self.plan.home is not None
+
+    @property
+    def home(self) -> GlobalPosition:
+        """Where it starts; assumed at the first place of the plan if nobody tells it."""
+        return reference_home(self.plan, self.facts)
+
+    @property
+    def firmware(self) -> FirmwareVersion | None:
+        """None: not known."""
+        return firmware(self.facts)
+
+    @property
+    def fence(self) -> FenceArea | None:
+        """None when the plan has none."""
+        return self.fence_area()
+
+    @property
+    def speeds_m_s(self) -> tuple[float, ...]:
+        """At the end of each step, over ground without wind."""
+        return self.flown_speeds_m_s()
+
+    def knows_height(self, altitude: Altitude) -> bool:
+        """Whether it can be said how high above home this is: nobody guesses how high home lies."""
+        return altitude.relative_altitude_m is not None or self.knows_home
 
     def parameter(self, name: str) -> float:
         """A PX4 parameter of the vehicle, or its strict default."""
@@ -44,12 +87,16 @@ class RuleContext:
 
 @dataclass(frozen=True, slots=True)
 class Violation:
-    """Where a rule is broken and how to mend it; code and severity are the rule's."""
+    """Where a rule is broken and how to mend it; code and severity are the rule's.
+
+    `assumed`: what this one rests on besides what the rule asked for until now.
+    """
 
     pointer: str
     message: str
     hint: str
     item_id: str | None = None
+    assumed: tuple[str, ...] = ()
 
 
 Check = Callable[[RuleContext], Iterator[Violation]]
@@ -67,15 +114,27 @@ class Rule:
 
     def findings(self, context: RuleContext) -> Iterator[Finding]:
         """All places where the plan breaks this rule."""
+        context.assumptions.clear()
         for broken in self.check(context):
+            assumed = tuple(sorted({*context.assumptions.names, *broken.assumed}))
             yield Finding(
                 code=self.code,
-                severity=self.severity,
+                severity=Severity.WARNING if assumed and context.is_for_any else self.severity,
                 pointer=broken.pointer,
-                message=broken.message,
+                message=_sentence(broken.message, assumed, for_any=context.is_for_any),
                 hint=broken.hint,
                 item_id=broken.item_id,
+                assumed=assumed,
             )
+
+
+def _sentence(message: str, assumed: tuple[str, ...], *, for_any: bool) -> str:
+    if not assumed:
+        return message
+    if for_any:
+        return f"depends on the vehicle: {message}"
+    more = f" and {len(assumed) - MOST_NAMED} more" if len(assumed) > MOST_NAMED else ""
+    return f"{message} (assumed, for the vehicle does not tell: {', '.join(assumed[:MOST_NAMED])}{more})"
 
 
 def at_item(step: Step, message: str, hint: str, *path: str | int) -> Violation:

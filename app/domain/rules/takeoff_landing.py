@@ -55,16 +55,22 @@ def _airship_stays_afloat(context: RuleContext) -> Iterator[Violation]:
 
 
 def _takeoff_above_home(context: RuleContext) -> Iterator[Violation]:
-    firmware = context.facts.firmware
-    lowest_m = 0.0
-    if firmware is None or firmware < TAKEOFF_ABOVE_HOME_ONLY_SINCE:
-        lowest_m = context.parameter("NAV_ACC_RAD") + 1.0
     for step in context.steps:
+        if not isinstance(step.item, Takeoff) or not context.knows_height(step.item):
+            continue
         altitude_m = step.end.relative_altitude_m
-        if isinstance(step.item, Takeoff) and (altitude_m <= 0 or altitude_m < lowest_m):
+        lowest_m = 0.0 if altitude_m <= 0 else _lowest_takeoff_m(context)
+        if altitude_m <= 0 or altitude_m < lowest_m:
             message = f"a takeoff to {altitude_m:g} m above home is too low"
             hint = f"take off to at least {lowest_m:g} m" if lowest_m else "take off to above home"
             yield at_item(step, message, hint, *_altitude_field(step.item))
+
+
+def _lowest_takeoff_m(context: RuleContext) -> float:
+    firmware = context.firmware
+    if firmware is not None and firmware >= TAKEOFF_ABOVE_HOME_ONLY_SINCE:
+        return 0.0
+    return context.parameter("NAV_ACC_RAD") + 1.0
 
 
 def _fixed_wing_takeoff_direction(context: RuleContext) -> Iterator[Violation]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from app.domain.default_facts import HOME
 from app.domain.finding import Severity
 from app.domain.geo import distance_m
 from app.domain.live_control import MAX_LIVE_RATE, TOO_FAST_HINT, is_too_fast, too_fast_words
@@ -40,17 +41,13 @@ def _home_near(context: RuleContext) -> Iterator[Violation]:
 
 
 def _altitudes_comparable(context: RuleContext) -> Iterator[Violation]:
-    if context.plan.home is not None or context.facts.home is not None:
-        return
-    kinds = {
-        item.relative_altitude_m is None: (index, item)
-        for index, item in enumerate(context.plan.items)
-        if isinstance(item, Altitude)
-    }
-    if len(kinds) == 2:
-        index, _ = max(kinds.values(), key=lambda found: found[0])
-        message = "relative and absolute altitudes together, and nobody knows how high home is"
-        yield at_item(context.steps[index], message, "give the plan a home, or use one kind of altitude")
+    absolute = [
+        step for step in context.steps if isinstance(step.item, Altitude) and not context.knows_height(step.item)
+    ]
+    if absolute:
+        context.facts.assuming(HOME)
+        message = "an absolute altitude, and nobody knows how high home is: heights above home are not checked"
+        yield at_item(absolute[0], message, "give the plan a home, or use relative altitudes")
 
 
 def _link_loss(context: RuleContext) -> Iterator[Violation]:

@@ -74,8 +74,6 @@ CASES: list[tuple[Change, str, str]] = [
     (item(params=[0] * 6), "conversion.wrong_type", f"{ITEM}/params"),
     (item(frame=10), "conversion.frame", ITEM),
     (item(frame=2), "conversion.frame", ITEM),
-    (item(Altitude=50), "conversion.two_altitudes", f"{ITEM}/Altitude"),
-    (item(AltitudeMode=2), "conversion.two_altitudes", f"{ITEM}/AltitudeMode"),
     (param(1, "5"), "conversion.wrong_type", f"{ITEM}/params/0"),
     (param(1, -5), "plan.out_of_range", f"{ITEM}/params/0"),
     (param(5, 91), "plan.out_of_range", f"{ITEM}/params/4"),
@@ -131,6 +129,22 @@ def test_what_is_wrong_is_refused_at_its_place(change: Change, code: str, pointe
         assert code in {found_code for found_code, _ in found}
     else:
         assert (code, pointer) in found
+
+
+@pytest.mark.parametrize(
+    ("change", "pointer"),
+    [(item(Altitude=50), f"{ITEM}/Altitude"), (item(AltitudeMode=2), f"{ITEM}/AltitudeMode")],
+)
+def test_of_two_altitudes_the_one_that_qgroundcontrol_would_send_is_taken_and_that_is_said(
+    change: Change, pointer: str
+) -> None:
+    plan = copy.deepcopy(GOOD)
+    change(plan)
+    conversion = convert_to_plan(json.dumps(plan).encode())
+    assert conversion.plan == convert_to_plan(json.dumps(GOOD).encode()).plan
+    assert [
+        (finding.kind, finding.pointer) for finding in conversion.findings if finding.code == "conversion.two_altitudes"
+    ] == [("assumed", pointer)]
 
 
 @pytest.mark.parametrize(

@@ -65,6 +65,21 @@ def test_a_takeoff_at_0_0_is_above_home() -> None:
     assert (takeoff.latitude_deg, takeoff.relative_altitude_m) == (None, 20.0)
 
 
+def test_comments_and_blank_lines_count_for_nothing_and_comments_are_lost_aloud() -> None:
+    conversion = converted("# from the runway", HOME, "", TAKEOFF, "   ", "  # and back", RETURN, "#")
+    assert conversion.plan == converted(HOME, TAKEOFF, RETURN).plan
+    (lost,) = (finding for finding in conversion.findings if finding.code == "conversion.comment")
+    assert (lost.kind, lost.pointer) == ("lost", "/2")
+    assert lost.message.endswith("this one and 2 more are lost")
+
+
+def test_a_jump_that_is_never_followed_is_no_item() -> None:
+    point = "2 0 3 16 0 0 0 0 47.398192 8.545594 20 1"
+    conversion = converted(HOME, TAKEOFF, point, "3 0 0 177 2 0 0 0 0 0 0 1", "4 0 3 20 0 0 0 0 0 0 0 1")
+    assert [item.type for item in conversion.plan.items] == ["takeoff", "waypoint", "return_to_launch"]
+    assert "no_change" in codes(conversion)
+
+
 def test_version_120_has_no_home() -> None:
     conversion = converted("0 1 3 22 0 0 0 0 0 0 20 1", "1 0 3 20 0 0 0 0 0 0 0 1", version=120)
     assert conversion.plan.home is None
@@ -111,6 +126,8 @@ def test_vtol_commands_make_it_a_vtol_and_a_caller_may_say_another_type() -> Non
         ("1 0 3 22 0 0 0 0 0 0 1e999 1", "conversion.wrong_type", "/3/altitude"),
         ("1 0 3 22 0 0 0 0 0 0 nan 1", "conversion.missing", "/3/altitude"),
         ("1 0 3 16 0 0 0 0 0 0 20 1", "conversion.missing", "/3/latitude"),
+        ("1 0 3 19 20 0 0 0 0 0 20 1", "conversion.missing", "/3/latitude"),
+        ("1 0 3 31 0 60 0 0 0 0 20 1", "conversion.missing", "/3/latitude"),
         ("1 0 3 16 0 0 0 0 47 200 20 1", "plan.out_of_range", "/3/longitude"),
         ("1 0 10 16 0 0 0 0 47 8 20 1", "conversion.frame", "/3"),
         ("1 0 3 82 0 0 0 0 47 8 20 1", "conversion.command", "/3"),

@@ -4,7 +4,7 @@ import { asProblem, problemFrom, unreachable } from "./problem";
 it("a problem document keeps its words, its code and its findings", () => {
   const problem = problemFrom(422, { title: "The plan is refused", detail: "1 error", code: "plan.rejected", hint: "mend it", findings: [{ code: "a.b", severity: "warning", pointer: "/items/0", message: "m", hint: "h" }] });
   expect(problem).toMatchObject({ status: 422, title: "The plan is refused", detail: "1 error", code: "plan.rejected", hint: "mend it" });
-  expect(problem.findings).toEqual([{ code: "a.b", severity: "warning", pointer: "/items/0", message: "m", hint: "h", item_id: null }]);
+  expect(problem.findings).toEqual([{ code: "a.b", severity: "warning", pointer: "/items/0", message: "m", hint: "h", item_id: null, assumed: [] }]);
 });
 
 it("an answer that is no problem document still becomes words", () => {

@@ -46,6 +46,7 @@ function findingFrom(doc: Record<string, unknown>): Finding {
     message: text(doc["message"]),
     hint: text(doc["hint"]),
     item_id: text(doc["item_id"]) || null,
+    assumed: Array.isArray(doc["assumed"]) ? doc["assumed"].map(text) : [],
   };
 }
 

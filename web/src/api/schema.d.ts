@@ -2703,6 +2703,9 @@ export interface components {
         /**
          * Finding
          * @description `code` is stable, `pointer` a JSON pointer (RFC 6901) into the plan, `hint` says how to mend it.
+         *
+         *     `assumed` names the facts of the vehicle that are not known and were assumed: parameters, `firmware`, `home` ...
+         *     Such a finding depends on the vehicle: while none is named it is a warning.
          */
         Finding: {
             /** Code */
@@ -2722,6 +2725,11 @@ export interface components {
              * @default null
              */
             item_id: string | null;
+            /**
+             * Assumed
+             * @default []
+             */
+            assumed: string[];
         };
         /**
          * FindingKind

@@ -40,9 +40,18 @@ function Message({ finding: { severity, message } }: { finding: Finding }) {
   );
 }
 
-function WhatToDo({ finding: { hint, code, pointer } }: { finding: Finding }) {
+const MOST_NAMED = 3;
+
+/** Facts of the vehicle that nobody knows: a prediction rests on dozens. */
+function assumedText(names: readonly string[]): string {
+  const more = names.length - MOST_NAMED;
+  return `Assumed: ${names.slice(0, MOST_NAMED).join(", ")}${more > 0 ? ` and ${more} more` : ""}`;
+}
+
+function WhatToDo({ finding: { hint, code, pointer, assumed } }: { finding: Finding }) {
   return (
     <>
+      {assumed.length > 0 && <p class="hint">{assumedText(assumed)}</p>}
       {hint !== "" && <p class="hint">{asSentence(hint)}</p>}
       <code>
         {code}

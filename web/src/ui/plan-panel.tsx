@@ -72,13 +72,14 @@ function PlanSummary() {
 function Verdict() {
   const count = (severity: string) => findings.value.filter((finding) => finding.severity === severity).length;
   const [errors, warnings] = [count("error"), count("warning")];
+  const depends = vehicleId.value === null && findings.value.some(({ assumed }) => assumed.length > 0);
   if (!live.value) return <Badge>Not checked: no connection</Badge>;
   if (check.value.kind === "none" || (checking.value && findings.value.length === 0 && check.value.kind !== "done")) return <Badge>Checking…</Badge>;
   return (
     <span class="verdict" role="status" aria-busy={checking.value}>
       {errors > 0 && <Badge tone="danger">{plural(errors, "error")}</Badge>}
       {warnings > 0 && <Badge tone="warn">{plural(warnings, "warning")}</Badge>}
-      {errors === 0 && check.value.kind === "done" && <Badge tone="ok">Can be flown</Badge>}
+      {errors === 0 && check.value.kind === "done" && (depends ? <Badge tone="warn">Depends on the vehicle</Badge> : <Badge tone="ok">Can be flown</Badge>)}
     </span>
   );
 }
