@@ -32,7 +32,7 @@ class Multicopter:
         self._hover_throttle = hover_throttle
         self._ground = GroundThrust(params, status, hover_throttle)
         self._task = FlightTask(params)
-        self._control = PositionControl()
+        self._control = PositionControl(params)
         self._flying = False
 
     def reset(self, body: Body) -> None:
