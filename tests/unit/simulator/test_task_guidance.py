@@ -20,9 +20,10 @@ from tests.unit.simulator.offboard_sender import Sender
 
 KINDS = {"quad": FlightKind.ROTARY, "vtol": FlightKind.ROTARY, "plane": FlightKind.WING, "rover": FlightKind.ROVER}
 UP_M = {"quad": 10.0, "vtol": 10.0, "plane": 50.0, "rover": 0.0}
-TICK_S = 0.05
+TICK_S = 0.06
+"""A whole number of the simulator's steps."""
 LATE_TICKS = 2
-"""A position is 0.1 s old when it is looked at; the guidance carries it forward."""
+"""A position is 0.06 s old when it is looked at; the guidance carries it forward."""
 CORNER_M = 6.0
 
 
