@@ -21,7 +21,7 @@ class SetpointKind(Enum):
     VELOCITY = auto()
     """A hovering vehicle's horizontal speed is given from cycle to cycle, its height as ever."""
     TRAJECTORY = auto()
-    """A hovering vehicle's controller gets `axes` as they are: OFFBOARD makes no way of its own (trajectory_setpoint)."""
+    """A hovering vehicle's controller gets `axes` as they are (trajectory_setpoint): OFFBOARD makes no way."""
 
 
 @dataclass(slots=True)

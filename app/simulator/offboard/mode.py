@@ -47,10 +47,10 @@ class OffboardMode:
             self._hold_here()
         if self._context.flies_like_plane:
             self._fly_wing(target)
-        elif self._context.airframe.is_rover:
-            self._drive(target)
-        else:
+        elif self._context.hovers:
             self._hover(target)
+        else:
+            self._head_on(target)
 
     def _hold_here(self) -> None:
         self._held = self._context.stop_point()
@@ -83,14 +83,14 @@ class OffboardMode:
         up = _either(up_m_s, up_m_s2)
         return self._held_up_m if math.isnan(up) else self._context.state.body.up_m + up * CLIMB_LOOKAHEAD_S
 
-    def _drive(self, target: OffboardTarget) -> None:
-        """Position, else velocity; no speed stops it. Attitude: nothing moves [21_offboard_rover]."""
-        if target.position is not None and _is_placed(target.position):
-            self._context.set_point(SetpointKind.POSITION, (target.position[0], target.position[1]), 0.0)
-        elif target.velocity is not None:
-            self._drive_on(_either(target.velocity[0], 0.0), _either(target.velocity[1], 0.0))
+    def _head_on(self, target: OffboardTarget) -> None:
+        """Rover and airship: position, else velocity, none stops. An attitude does nothing [21_offboard_rover]."""
+        position, velocity = target.position or NOT_GIVEN, target.velocity or NOT_GIVEN
+        up_m = 0.0 if self._context.airframe.is_rover else _either(position[2], self._held_up_m)
+        if _is_placed(position):
+            self._context.set_point(SetpointKind.POSITION, (position[0], position[1]), up_m)
         else:
-            self._context.set_point(SetpointKind.POSITION, self._held, 0.0)
+            self._go_on(_either(velocity[0], 0.0), _either(velocity[1], 0.0), up_m)
 
     def _fly_wing(self, target: OffboardTarget) -> None:
         """Position with velocity is a path point and its tangent. Position alone: due north, at its height.
@@ -119,15 +119,15 @@ class OffboardMode:
 
     # setpoints ----------------------------------------------------------------------------------------------
 
-    def _drive_on(self, north: float, east: float) -> None:
+    def _go_on(self, north: float, east: float, up_m: float) -> None:
         """With a velocity: towards a point far ahead, renewed all the time."""
-        body, speed, point = self._context.state.body, math.hypot(north, east), self._held
-        if speed > STANDSTILL_M_S:
-            point = (body.north_m + north / speed * AHEAD_M, body.east_m + east / speed * AHEAD_M)
-            self._held = self._context.stop_point()
-        setpoint = self._context.set_point(SetpointKind.POSITION, point, 0.0)
-        if speed > STANDSTILL_M_S:
-            setpoint.cruise_speed_m_s = speed
+        body, speed = self._context.state.body, math.hypot(north, east)
+        if speed <= STANDSTILL_M_S:
+            self._context.set_point(SetpointKind.POSITION, self._held, up_m)
+            return
+        self._held = self._context.stop_point()
+        point = (body.north_m + north / speed * AHEAD_M, body.east_m + east / speed * AHEAD_M)
+        self._context.set_point(SetpointKind.POSITION, point, up_m).cruise_speed_m_s = speed
 
     def _tilted(self, target: OffboardTarget, thrust: float) -> tuple[Vector, Vector]:
         """Velocity and acceleration that an attitude and a thrust make."""

@@ -139,6 +139,19 @@ def test_a_rover_does_not_move_for_an_attitude() -> None:
     assert vehicle.context.setpoint.point == (0.0, 0.0)
 
 
+def test_an_airship_flies_on_with_a_velocity_at_its_height() -> None:
+    vehicle = Cockpit("airship", ready=False).vehicle
+    vehicle.state.body.up_m = 30.0
+    stream = OffboardStream(vehicle.params, vehicle.clock)
+    mode = OffboardMode(vehicle.context, stream)
+    mode.activate()
+    stream.hear(OffboardTarget(velocity=(0.0, 2.0, 0.0)))
+    mode.step()
+    towards = vehicle.context.setpoint
+    assert (towards.north_m, towards.up_m, towards.cruise_speed_m_s) == (0.0, 30.0, 2.0)
+    assert towards.east_m > 100.0
+
+
 @pytest.mark.parametrize(
     ("position", "held"),
     [((NAN, 5.0, 12.0), (20.0, 5.0, 12.0)), ((3.0, NAN, 12.0), (3.0, -7.0, 12.0)), ((3.0, 5.0, NAN), (3.0, 5.0, 9.0))],

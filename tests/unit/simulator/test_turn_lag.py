@@ -56,7 +56,7 @@ def test_a_circle_is_flown_outside_steadily_and_slower_than_told(airframe: str, 
 
 
 def test_hold_within_a_metre_of_a_place_comes_to_rest_on_its_other_side() -> None:
-    """Flown: a goto ended 1.09 m away. It was over at 1 m and 2 m/s; Hold then brakes where it can, not at the place."""
+    """Flown: a goto ended 1.09 m away. It was over at 1 m and 2 m/s; Hold then brakes where it can."""
     flight, place = Flight("quad"), (0.0, 40.0)
     while (left_m := math.dist(flight.here, place)) > 1.0:
         speed = min(SPEED_M_S, 0.45 * left_m) / left_m
