@@ -75,6 +75,8 @@ DEFAULTS: dict[str, Value] = {
     "MPC_XY_ERR_MAX": 2.0,
     "MPC_XY_TRAJ_P": 0.5,
     "MPC_XY_VEL_MAX": 12.0,
+    "MPC_Z_VEL_MAX_DN": 1.5,
+    "MPC_Z_VEL_MAX_UP": 3.0,
     "MPC_Z_V_AUTO_DN": 1.5,
     "MPC_Z_V_AUTO_UP": 3.0,
     "NAV_ACC_RAD": 10.0,

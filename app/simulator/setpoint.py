@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum, auto
 
 
@@ -20,6 +20,21 @@ class SetpointKind(Enum):
     """Down without a position: level, wherever the wind takes it."""
     VELOCITY = auto()
     """A hovering vehicle's horizontal speed is given from cycle to cycle, its height as ever."""
+    TRAJECTORY = auto()
+    """A hovering vehicle's controller gets `axes` as they are (trajectory_setpoint): OFFBOARD makes no way."""
+
+
+@dataclass(slots=True)
+class AxisSetpoint:
+    """One axis of a trajectory; NaN is not given."""
+
+    position_m: float = math.nan
+    velocity_m_s: float = math.nan
+    acceleration_m_s2: float = math.nan
+
+
+def _no_axes() -> tuple[AxisSetpoint, AxisSetpoint, AxisSetpoint]:
+    return AxisSetpoint(), AxisSetpoint(), AxisSetpoint()
 
 
 @dataclass(slots=True)
@@ -47,6 +62,8 @@ class Setpoint:
     velocity: tuple[float, float] = (0.0, 0.0)
     acceleration: tuple[float, float] = (0.0, 0.0)
     """VELOCITY: north and east, m/s and m/s2."""
+    axes: tuple[AxisSetpoint, AxisSetpoint, AxisSetpoint] = field(default_factory=_no_axes)
+    """TRAJECTORY: north, east and up."""
     loiter_radius_m: float = 80.0
     loiter_clockwise: bool = True
     yaw_rad: float = math.nan

@@ -1,7 +1,8 @@
 """From a course to the setpoint of this moment: along it, and back to it, in the forms that the vehicle follows.
 
-What hovers or drives gets a velocity: along the course, plus a share of the way to its nearest point, never more than
-the task's speed. A wing gets that point and the tangent there, which its own path control follows.
+What hovers or drives gets a velocity: along the course, plus a share of the way to its nearest point and, round a
+circle, what makes up for its lag, never more than the task's speed. A wing gets that point and the tangent there, which
+its own path control follows.
 """
 
 from __future__ import annotations
@@ -16,13 +17,14 @@ from app.domain.errors import SetpointRefusedError
 from app.domain.setpoint.capability import FlightKind
 from app.domain.setpoint.forms import PositionNed, PositionVelocityNed, Setpoint, VelocityNed
 from app.domain.tasks.course import CORNERS, CircleCourse, Course, Ground, LegsCourse, PointCourse, Reference, Turn
+from app.domain.tasks.turning import BACK_PER_S, inwards_m_s
 
 CRUISE_M_S: Final = {FlightKind.ROTARY: 5.0, FlightKind.WING: 15.0, FlightKind.ROVER: 1.5, FlightKind.AIRSHIP: 0.0}
 """Of a task that names no speed. A wing flies its own; there it only says how soon it must turn."""
 LEAD_S: Final = {FlightKind.ROTARY: 0.4, FlightKind.WING: 1.0, FlightKind.ROVER: 0.2, FlightKind.AIRSHIP: 0.0}
 """A vehicle follows this much late: the course is looked at from where it will be."""
-CROSS_GAIN_PER_S: Final = 0.9
-SLOWING_PER_S: Final = 0.45
+CROSS_GAIN_PER_S: Final = {FlightKind.ROTARY: BACK_PER_S, FlightKind.ROVER: 0.9}
+SLOWING_PER_S: Final = 0.4
 """So it never leads, in the limiter's LOOK_AHEAD_S, beyond the place where it ends; the climb neither."""
 FASTEST_M_S: Final = 150.0
 """As fast as a task may ask; towards a moving target its speed comes on top, and a setpoint takes 200 m/s."""
@@ -31,8 +33,12 @@ SLOWEST_M_S: Final = 0.5
 CLIMB_GAIN_PER_S: Final = 0.45
 CLIMB_M_S: Final = 2.0
 DESCEND_M_S: Final = 1.5
-ARRIVED_M: Final = 1.0
-ARRIVED_UP_M: Final = 1.0
+ARRIVED_M: Final = 0.4
+ARRIVED_UP_M: Final = 0.5
+RESTS_M_S: Final = 0.3
+"""Faster, it would come to rest beside the place as soon as nothing tells it the place any more."""
+BESIDE_M: Final = 1.0
+"""So near a target that moves counts as reached."""
 NEAR_M: Final = 2.0
 """From here on a standing place is given as a position: the vehicle brakes and stays by itself."""
 WING_SWITCH_S: Final = 2.24
@@ -76,8 +82,8 @@ class Steering:
     arrived: bool
 
 
-def steer(kind: FlightKind, wish: Wish, fix: Fix) -> Steering:
-    """One look at the course. A wing that stays at a place circles it.
+def steer(kind: FlightKind, wish: Wish, fix: Fix, lag_s: float = 0.0) -> Steering:
+    """One look at the course. A wing that stays at a place circles it. `lag_s`: what was learnt of a hovering vehicle.
 
     Raises:
         SetpointRefusedError: it is farther away than a setpoint can say, as a target that moves may come to be.
@@ -94,7 +100,7 @@ def steer(kind: FlightKind, wish: Wish, fix: Fix) -> Steering:
     try:
         if kind is FlightKind.WING:
             return Steering(_path_point(aim, wish.up_m, speed), seen, arrived)
-        return Steering(_velocity(kind, replace(wish, course=course), aim, ahead, speed), seen, arrived)
+        return Steering(_velocity(kind, wish, aim, ahead, speed, lag_s), seen, arrived)
     except ValidationError:
         raise SetpointRefusedError("it leads farther than a setpoint can say", refusal="limit.distance") from None
 
@@ -112,10 +118,16 @@ def has_arrived(kind: FlightKind, wish: Wish, fix: Fix, seen: Reference, turn: T
     is_last = not isinstance(course, LegsCourse) or seen.leg == course.last_leg
     if kind is FlightKind.WING:
         return is_last and seen.left_m <= turn.before_m
-    if isinstance(course, LegsCourse):
-        return is_last and math.dist(fix.ground, course.points[-1]) <= ARRIVED_M
-    at_height = kind is FlightKind.ROVER or abs(fix.up_m - wish.up_m) <= ARRIVED_UP_M
-    return seen.left_m <= ARRIVED_M and at_height
+    if isinstance(course, PointCourse):
+        is_at_height = kind is FlightKind.ROVER or abs(fix.up_m - wish.up_m) <= ARRIVED_UP_M
+        if course.velocity != (0.0, 0.0):
+            return seen.left_m <= BESIDE_M and is_at_height
+        return is_at_height and _rests_at(course.point, fix)
+    return is_last and _rests_at(course.points[-1], fix)
+
+
+def _rests_at(place: Ground, fix: Fix) -> bool:
+    return math.dist(fix.ground, place) <= ARRIVED_M and math.hypot(*fix.velocity) <= RESTS_M_S
 
 
 def _path_point(aim: Reference, up_m: float, speed_m_s: float) -> Setpoint:
@@ -130,7 +142,7 @@ def _path_point(aim: Reference, up_m: float, speed_m_s: float) -> Setpoint:
     )
 
 
-def _velocity(kind: FlightKind, wish: Wish, aim: Reference, fix: Fix, speed_m_s: float) -> Setpoint:
+def _velocity(kind: FlightKind, wish: Wish, aim: Reference, fix: Fix, speed_m_s: float, lag_s: float) -> Setpoint:
     course, is_rover = wish.course, kind is FlightKind.ROVER
     end = _stands_at(course, aim.leg)
     if end is not None and math.dist(fix.ground, end) <= NEAR_M:
@@ -141,7 +153,7 @@ def _velocity(kind: FlightKind, wish: Wish, aim: Reference, fix: Fix, speed_m_s:
             down_m=None if is_rover else -wish.up_m,
             yaw_deg=wish.yaw_deg,
         )
-    north, east = _over_ground(course, aim, fix, speed_m_s)
+    north, east = _over_ground(kind, course, aim, fix, speed_m_s, lag_s)
     missing_m = wish.up_m - fix.up_m
     climb = 0.0 if is_rover else max(-DESCEND_M_S, min(CLIMB_M_S, CLIMB_GAIN_PER_S * missing_m))
     yaw_deg = None if is_rover else wish.yaw_deg
@@ -155,13 +167,20 @@ def _stands_at(course: Course, leg: int) -> Ground | None:
     return course.point if isinstance(course, PointCourse) and course.velocity == (0.0, 0.0) else None
 
 
-def _over_ground(course: Course, aim: Reference, fix: Fix, speed_m_s: float) -> Ground:
+def _over_ground(kind: FlightKind, course: Course, aim: Reference, fix: Fix, speed_m_s: float, lag_s: float) -> Ground:
     along = min(speed_m_s, _slow_enough(aim, speed_m_s))
     if isinstance(course, PointCourse):
         sum_m_s = aim.tangent[0] * along + course.velocity[0], aim.tangent[1] * along + course.velocity[1]
         return _bounded(sum_m_s, FASTEST_M_S)
-    back = [CROSS_GAIN_PER_S * (to - at) for to, at in zip(aim.nearest, fix.ground, strict=True)]
-    north, east = _bounded((back[0], back[1]), speed_m_s)
+    gain = CROSS_GAIN_PER_S[kind]
+    back = gain * (aim.nearest[0] - fix.ground[0]), gain * (aim.nearest[1] - fix.ground[1])
+    if isinstance(course, CircleCourse):
+        share = inwards_m_s(lag_s, speed_m_s, abs(course.radius_m)) / abs(course.radius_m)
+        back = (
+            back[0] + share * (course.center[0] - aim.nearest[0]),
+            back[1] + share * (course.center[1] - aim.nearest[1]),
+        )
+    north, east = _bounded(back, speed_m_s)
     along = min(along, math.sqrt(max(0.0, speed_m_s**2 - north**2 - east**2)))
     return _bounded((aim.tangent[0] * along + north, aim.tangent[1] * along + east), speed_m_s)
 

@@ -45,7 +45,7 @@ class ByCommands:
             self._control.orders.ask_again()
             self._repeat(self._order)
 
-    def fly(self, wish: Wish, kind: FlightKind, fix: Fix) -> Seen:
+    def fly(self, wish: Wish, kind: FlightKind, fix: Fix, seconds: float) -> Seen:
         """The order of this moment. Raises SetpointRefusedError: beyond a limit, or the vehicle refused the last."""
         if self._control.orders.refused:
             raise SetpointRefusedError(self._control.orders.refused, refusal="vehicle.refused")

@@ -10,7 +10,9 @@ from app.domain.setpoint.capability import FlightKind
 from app.domain.setpoint.means import Means
 from app.domain.tasks.course import Ground
 from app.domain.tasks.guidance import CRUISE_M_S, Fix, Wish, stand, steer
+from app.domain.tasks.turning import learnt_lag_s
 from app.services.offboard.control import OffboardControl
+from app.services.offboard_view import OffboardState
 from app.services.tasks.helm import Seen
 
 HARMLESS: Final = frozenset({"limit.speed", "limit.climb", "limit.descend"})
@@ -28,10 +30,11 @@ class BySetpoints:
     def __init__(self, control: OffboardControl) -> None:
         self._control = control
         self._stands: tuple[Ground, float] | None = None
+        self._lag_s = 0.0
 
     def begin(self) -> None:
-        """See Helm."""
-        self._stands = None
+        """See Helm. Another circle has another lag."""
+        self._stands, self._lag_s = None, 0.0
 
     def stand(self, kind: FlightKind, fix: Fix) -> None:
         """At the place chosen before, else where it can stop; if that is refused, as at a fence, where it is now.
@@ -54,15 +57,17 @@ class BySetpoints:
         if refused is not None:
             raise refused
 
-    def fly(self, wish: Wish, kind: FlightKind, fix: Fix) -> Seen:
+    def fly(self, wish: Wish, kind: FlightKind, fix: Fix, seconds: float) -> Seen:
         """As fast as asked, or slower where a velocity would soon lead out of the fence or a limit.
 
         Raises:
             SetpointRefusedError: it leads there however slow it is, or cannot be slower.
         """
         speed = wish.speed_m_s or CRUISE_M_S[kind]
+        if kind is FlightKind.ROTARY and self._control.state is OffboardState.ACTIVE:
+            self._lag_s = learnt_lag_s(self._lag_s, wish.course, fix.ground, fix.velocity, speed, seconds)
         for share in (1.0,) if kind is FlightKind.WING else SLOWER:
-            seen = steer(kind, replace(wish, speed_m_s=speed * share), fix)
+            seen = steer(kind, replace(wish, speed_m_s=speed * share), fix, self._lag_s)
             try:
                 beyond = [clamp for clamp in self._control.steer(seen.setpoint) if clamp.code not in HARMLESS]
             except SetpointRefusedError as refused:

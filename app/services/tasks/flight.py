@@ -149,7 +149,7 @@ class TaskFlight:
             if self.queue.is_over_time:
                 self.finish("time_over")
         if self.phase in (Phase.FLYING, Phase.PAUSED):
-            self._guide(control.surroundings.kind(state), fix, now_s)
+            self._guide(control.surroundings.kind(state), fix, now_s, seconds * state.clock.rate)
 
     def _word(self) -> TaskState:
         if self.phase is not Phase.FLYING:
@@ -160,13 +160,13 @@ class TaskFlight:
 
     # flying ---------------------------------------------------------------------------------------------------
 
-    def _guide(self, kind: FlightKind, fix: Fix, now_s: float) -> None:
+    def _guide(self, kind: FlightKind, fix: Fix, now_s: float, seconds: float) -> None:
         entry, helm = self.queue.current, self._take_helm()
         try:
             if self.phase is Phase.PAUSED or entry is None:
                 helm.stand(kind, fix)
             else:
-                self._fly(helm, entry, kind, fix, now_s)
+                self._fly(helm, entry, kind, fix, now_s, seconds)
         except SetpointRefusedError as error:
             if self.phase is Phase.FLYING and entry is not None:
                 self.stop("blocked", error.detail)
@@ -183,9 +183,9 @@ class TaskFlight:
         if self._helm is not None:
             self._helm.begin()
 
-    def _fly(self, helm: Helm, entry: QueuedTask, kind: FlightKind, fix: Fix, now_s: float) -> None:
+    def _fly(self, helm: Helm, entry: QueuedTask, kind: FlightKind, fix: Fix, now_s: float, seconds: float) -> None:
         up_m = fix.up_m if entry.up_m is None else entry.up_m
-        seen = helm.fly(_wish(entry, up_m, now_s), kind, fix)
+        seen = helm.fly(_wish(entry, up_m, now_s), kind, fix, seconds)
         self.queue, self.seen = self.queue.begun(up_m, seen.reference.leg), seen.reference
         if seen.arrived and self.control.state is OffboardState.ACTIVE:
             self._arrive(entry, fix)

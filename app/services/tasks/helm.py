@@ -26,8 +26,8 @@ class Helm(Protocol):
     def means(self) -> Means:
         """Which of the two it is."""
 
-    def fly(self, wish: Wish, kind: FlightKind, fix: Fix) -> Seen:
-        """On along the course."""
+    def fly(self, wish: Wish, kind: FlightKind, fix: Fix, seconds: float) -> Seen:
+        """On along the course; `seconds` since the last tick."""
 
     def stand(self, kind: FlightKind, fix: Fix) -> None:
         """Stay here; a wing circles. The place is chosen once."""

@@ -7,11 +7,12 @@ a turn that swings out by some metres and a slow leg after it) comes from PX4's 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from app.simulator.dynamics.flight_task import LAND_CRAWL_M_S, FlightTask
 from app.simulator.dynamics.ground_thrust import GroundThrust
 from app.simulator.dynamics.model import Wind
-from app.simulator.dynamics.position_control import PositionControl
+from app.simulator.dynamics.position_control import Axis, PositionControl
 from app.simulator.geo import wrap_pi
 from app.simulator.params import Params
 from app.simulator.setpoint import Setpoint, SetpointKind
@@ -32,7 +33,7 @@ class Multicopter:
         self._hover_throttle = hover_throttle
         self._ground = GroundThrust(params, status, hover_throttle)
         self._task = FlightTask(params)
-        self._control = PositionControl()
+        self._control = PositionControl(params)
         self._flying = False
 
     def reset(self, body: Body) -> None:
@@ -47,8 +48,9 @@ class Multicopter:
         if not self._flying:
             self._stand(body, setpoint, dt_s)
             return
-        self._task.step(body, setpoint, dt_s)
-        self._control.step(body, self._task.axes, dt_s, wind, level=setpoint.kind is SetpointKind.DESCEND)
+        self._control.step(
+            body, self._axes(body, setpoint, dt_s), dt_s, wind, level=setpoint.kind is SetpointKind.DESCEND
+        )
         body.throttle = max(0.1, min(1.0, self._hover_throttle + THROTTLE_PER_M_S * body.v_up_m_s))
         self._turn(body, setpoint, dt_s)
         if body.up_m <= 0.0 and body.climb_command_m_s < 0.0:
@@ -56,6 +58,14 @@ class Multicopter:
 
     def transition(self, wanted: int) -> None:
         """No VTOL."""
+
+    def _axes(self, body: Body, setpoint: Setpoint, dt_s: float) -> Sequence[Axis]:
+        """What the controller follows: the flight task's way, or what comes from outside."""
+        if setpoint.kind is SetpointKind.TRAJECTORY:
+            self._task.reset(body)  # a mode that comes after it begins here
+            return setpoint.axes
+        self._task.step(body, setpoint, dt_s)
+        return self._task.axes
 
     def _stand(self, body: Body, setpoint: Setpoint, dt_s: float) -> None:
         """On the ground: the motors spin up to a takeoff, or push down until the landing is detected."""

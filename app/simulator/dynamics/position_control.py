@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Protocol
 
 from app.simulator.dynamics.model import Wind
-from app.simulator.dynamics.velocity_smoothing import VelocitySmoothing
+from app.simulator.params import Params
 from app.simulator.state import Body
 
 POSITION_GAIN = 0.95  # MPC_XY_P
@@ -17,7 +18,7 @@ HEIGHT_GAIN = 1.0  # MPC_Z_P
 CLIMB_GAIN = 4.0  # MPC_Z_VEL_P_ACC
 CLIMB_INTEGRAL_GAIN = 2.0  # MPC_Z_VEL_I_ACC
 DRAG_PER_S = 1.0  # SIH_KDV over the mass
-ATTITUDE_LAG_S = 0.15  # 1 / MC_ROLL_P
+ATTITUDE_LAG_S = 0.25  # 1 / MC_ROLL_P
 TILT_MAX_M_S2 = 9.81  # MPC_TILTMAX_AIR 45 degrees
 GRAVITY_M_S2 = 9.81
 ANTI_WINDUP_GAIN = 2.0 / VELOCITY_GAIN
@@ -25,10 +26,19 @@ HOVER_ESTIMATE_S = 10.0
 """PX4 takes the drag of a climb for weight and believes in too high a hover thrust for so long [15_hot_swap]."""
 
 
-class PositionControl:
-    """Follows the axes of a trajectory: its acceleration, plus what the errors of speed and place ask for."""
+class Axis(Protocol):
+    """One axis of a trajectory setpoint; NaN is not given."""
 
-    def __init__(self) -> None:
+    position_m: float
+    velocity_m_s: float
+    acceleration_m_s2: float
+
+
+class PositionControl:
+    """Follows three axes: their acceleration, plus what the errors of speed and place ask for."""
+
+    def __init__(self, params: Params) -> None:
+        self._params = params
         self._integral = [0.0, 0.0, 0.0]
         self._thrust = [0.0, 0.0]
         self._hover_excess = 0.0
@@ -41,17 +51,12 @@ class PositionControl:
         self._thrust = [0.0, 0.0]
         self._hover_excess = self._missing_share = 0.0
 
-    def step(
-        self, body: Body, axes: Sequence[VelocitySmoothing], dt_s: float, wind: Wind, *, level: bool = False
-    ) -> None:
+    def step(self, body: Body, axes: Sequence[Axis], dt_s: float, wind: Wind, *, level: bool = False) -> None:
         """Advance speed, place and attitude by `dt_s`. `level`: without a position there is no horizontal control."""
-        north = self._acceleration(0, axes[0], body.north_m, body.v_north_m_s, wind.north_m_s, dt_s)
-        east = self._acceleration(1, axes[1], body.east_m, body.v_east_m_s, wind.east_m_s, dt_s)
         if level:
             north = east = self._integral[0] = self._integral[1] = 0.0
-        size = math.hypot(north, east)
-        if size > TILT_MAX_M_S2:
-            north, east = north * TILT_MAX_M_S2 / size, east * TILT_MAX_M_S2 / size
+        else:
+            north, east = self._tilt(body, axes, dt_s, wind)
         thrust, share = self._thrust, min(dt_s / ATTITUDE_LAG_S, 1.0)
         thrust[0] += share * (north - thrust[0])
         thrust[1] += share * (east - thrust[1])
@@ -64,21 +69,45 @@ class PositionControl:
         body.roll_rad = (-thrust[0] * sin + thrust[1] * cos) / GRAVITY_M_S2
         self._climb(body, axes[2], dt_s)
 
-    def _acceleration(
-        self, index: int, plan: VelocitySmoothing, place_m: float, speed_m_s: float, air_m_s: float, dt_s: float
-    ) -> float:
-        """What one horizontal axis wants."""
-        error = plan.velocity_m_s + POSITION_GAIN * (plan.position_m - place_m) - speed_m_s
-        gained = self._thrust[index] - DRAG_PER_S * (speed_m_s - air_m_s)
-        wanted = plan.acceleration_m_s2 + VELOCITY_GAIN * error + self._integral[index] - VELOCITY_DAMPING * gained
-        missing = wanted * self._missing_share
-        self._integral[index] += VELOCITY_INTEGRAL_GAIN * (error - ANTI_WINDUP_GAIN * missing) * dt_s
-        return wanted
+    def _tilt(self, body: Body, axes: Sequence[Axis], dt_s: float, wind: Wind) -> tuple[float, float]:
+        """The horizontal acceleration that the vehicle leans for; of what it cannot, the integrator unlearns."""
+        integral, thrust = self._integral, self._thrust
+        velocity = self._velocity(body, axes)
+        if velocity is None:  # only accelerations: PX4 resets the integrators
+            integral[0] = integral[1] = error_north = error_east = 0.0
+            north, east = _or_zero(axes[0].acceleration_m_s2), _or_zero(axes[1].acceleration_m_s2)
+        else:
+            error_north, error_east = velocity[0] - body.v_north_m_s, velocity[1] - body.v_east_m_s
+            gained_north = thrust[0] - DRAG_PER_S * (body.v_north_m_s - wind.north_m_s)
+            gained_east = thrust[1] - DRAG_PER_S * (body.v_east_m_s - wind.east_m_s)
+            north = VELOCITY_GAIN * error_north + integral[0] - VELOCITY_DAMPING * gained_north
+            east = VELOCITY_GAIN * error_east + integral[1] - VELOCITY_DAMPING * gained_east
+            north += _or_zero(axes[0].acceleration_m_s2)
+            east += _or_zero(axes[1].acceleration_m_s2)
+        size = math.hypot(north, east)
+        share = TILT_MAX_M_S2 / size if size > TILT_MAX_M_S2 else 1.0
+        missing = ANTI_WINDUP_GAIN * (1.0 - share * (1.0 - self._missing_share))
+        integral[0] += VELOCITY_INTEGRAL_GAIN * (error_north - missing * north) * dt_s
+        integral[1] += VELOCITY_INTEGRAL_GAIN * (error_east - missing * east) * dt_s
+        return share * north, share * east
 
-    def _climb(self, body: Body, plan: VelocitySmoothing, dt_s: float) -> None:
-        body.climb_command_m_s = plan.velocity_m_s + HEIGHT_GAIN * (plan.position_m - body.up_m)
+    def _velocity(self, body: Body, axes: Sequence[Axis]) -> tuple[float, float] | None:
+        """North and east: as given, and back to the place; beyond MPC_XY_VEL_MAX the way back comes first."""
+        north, east = axes[0], axes[1]
+        ahead = _or_zero(north.velocity_m_s), _or_zero(east.velocity_m_s)
+        back = POSITION_GAIN * (north.position_m - body.north_m), POSITION_GAIN * (east.position_m - body.east_m)
+        if all(map(math.isnan, (*back, north.velocity_m_s, east.velocity_m_s))):
+            return None
+        return _constrained((_or_zero(back[0]), _or_zero(back[1])), ahead, float(self._params["MPC_XY_VEL_MAX"]))
+
+    def _climb(self, body: Body, axis: Axis, dt_s: float) -> None:
+        params = self._params
+        back = _or_zero(HEIGHT_GAIN * (axis.position_m - body.up_m))
+        wanted = _or_zero(axis.velocity_m_s) + back
+        fastest, slowest = float(params["MPC_Z_VEL_MAX_UP"]), -float(params["MPC_Z_VEL_MAX_DN"])
+        body.climb_command_m_s = max(slowest, min(fastest, wanted))
         error = body.climb_command_m_s - body.v_up_m_s
-        acceleration = plan.acceleration_m_s2 + CLIMB_GAIN * error + self._integral[2]
+        acceleration = _or_zero(axis.acceleration_m_s2) + CLIMB_GAIN * error + self._integral[2]
         self._integral[2] += CLIMB_INTEGRAL_GAIN * error * dt_s
         gained = acceleration - DRAG_PER_S * body.v_up_m_s
         self._watch_hover_thrust(GRAVITY_M_S2 + acceleration, GRAVITY_M_S2 + gained, dt_s)
@@ -90,3 +119,22 @@ class PositionControl:
         seen = thrust_m_s2 / max(felt_m_s2, 1.0) - 1.0
         self._hover_excess += (seen - self._hover_excess) * dt_s / HOVER_ESTIMATE_S
         self._missing_share = max(0.0, 1.0 - thrust_m_s2 / GRAVITY_M_S2 / (1.0 + self._hover_excess))
+
+
+def _or_zero(part: float) -> float:
+    """What is not given has no influence."""
+    return 0.0 if math.isnan(part) else part
+
+
+def _constrained(first: tuple[float, float], second: tuple[float, float], most: float) -> tuple[float, float]:
+    """The sum, no longer than `most`; what is too much is taken from the second (ControlMath::constrainXY)."""
+    both = first[0] + second[0], first[1] + second[1]
+    if math.hypot(*both) <= most:
+        return both
+    size, length = math.hypot(*first), math.hypot(*second)
+    if size >= most or length == 0.0:
+        return first[0] * most / size, first[1] * most / size
+    unit = second[0] / length, second[1] / length
+    along = unit[0] * first[0] + unit[1] * first[1]
+    share = -along + math.sqrt(along * along - size * size + most * most)
+    return first[0] + share * unit[0], first[1] + share * unit[1]

@@ -25,8 +25,11 @@ class JumpCounter:
         """The item after `seq`, or None at the end of the mission."""
         return self.resolve(items, seq + 1)
 
-    def resolve(self, items: Sequence[Item], seq: int) -> int | None:
-        """`seq` itself, or where the jumps from there lead. None past the end or for jumps in a circle."""
+    def resolve(self, items: Sequence[Item], seq: int, *, counts: bool = True) -> int | None:
+        """`seq` itself, or where the jumps from there lead. None past the end or for jumps in a circle.
+
+        `counts`: they are taken; else it is only looked where they would lead.
+        """
         for _ in range(len(items) + 1):
             if not 0 <= seq < len(items):
                 return None
@@ -35,7 +38,7 @@ class JumpCounter:
                 return seq
             limit = FOREVER if item.param2 < 0 else int(item.param2)
             if self._taken.get(seq, 0) < limit:
-                if limit != FOREVER:
+                if counts and limit != FOREVER:
                     self._taken[seq] = self._taken.get(seq, 0) + 1
                 seq = int(item.param1)
             else:

@@ -6,19 +6,22 @@ from collections.abc import Sequence
 
 from app.simulator.mission.item import TAKEOFF_COMMANDS, Item
 from app.simulator.navigator.context import NavContext
+from app.simulator.navigator.jumps import JumpCounter
 from app.simulator.navigator.target import Target, target_of
 from app.simulator.wire import Cmd
 
 PAYLOAD_COMMANDS = (Cmd.DO_GRIPPER, Cmd.DO_WINCH)
 
 
-def next_target(context: NavContext, items: Sequence[Item], seq: int) -> Target | None:
-    """The next position item, over DO_ items; None makes the vehicle stop at the current one."""
-    item = items[seq]
-    following = items[seq + 1 :]
-    if brakes(context, item, following):
+def next_target(context: NavContext, items: Sequence[Item], seq: int, jumps: JumpCounter) -> Target | None:
+    """The next position item, over DO_ items and by the jumps; None makes the vehicle stop at the current one."""
+    if brakes(context, items[seq], items[seq + 1 :]):
         return None
-    for candidate in following:
+    for _ in items:
+        following = jumps.resolve(items, seq + 1, counts=False)
+        if following is None:
+            return None
+        seq, candidate = following, items[following]
         if candidate.command in TAKEOFF_COMMANDS:
             return None
         if candidate.has_position:

@@ -190,7 +190,7 @@ class MissionMode:
         if item.has_position:
             waits = self._preparation.begin(item, self._target(item))
         else:
-            towards = next_target(context, self._store.mission.items, self._store.current_seq)
+            towards = next_target(context, self._store.mission.items, self._store.current_seq, self.jumps)
             waits = self._preparation.begin_transition(item, towards.point if towards is not None else None)
         if not waits:
             self._execute(item)
@@ -225,7 +225,7 @@ class MissionMode:
         if kind is SetpointKind.POSITION and not self._from_here:
             came_from, came_from_up_m = context.setpoint.point, context.setpoint.up_m  # not where its turn began
         self._from_here = False
-        following = next_target(context, self._store.mission.items, self._store.current_seq)
+        following = next_target(context, self._store.mission.items, self._store.current_seq, self.jumps)
         setpoint = context.set_point(
             kind,
             target.point,

@@ -9,15 +9,12 @@ from app.simulator.geo import wrap_pi
 from app.simulator.navigator.context import NavContext
 from app.simulator.offboard.stream import OffboardStream
 from app.simulator.offboard.target import OffboardTarget, Vector
-from app.simulator.setpoint import SetpointKind
+from app.simulator.setpoint import AxisSetpoint, SetpointKind
 
 AHEAD_M = 1000.0
 """A velocity or a course is flown towards a point this far away, renewed all the time."""
-BESIDE_M = 10.0
-"""The same when one axis has a position: nearer, so that it is taken up on the way."""
 STANDSTILL_M_S = 0.05
 GRAVITY_M_S2 = 9.81
-DRAG_PER_S = 1.0  # of the multicopter's dynamics: a tilt ends in a speed
 CLIMB_PER_THRUST_M_S = 10.0
 CLIMB_LOOKAHEAD_S = 2.0
 NOT_GIVEN: Vector = (math.nan, math.nan, math.nan)
@@ -50,10 +47,10 @@ class OffboardMode:
             self._hold_here()
         if self._context.flies_like_plane:
             self._fly_wing(target)
-        elif self._context.airframe.is_rover:
-            self._drive(target)
-        else:
+        elif self._context.hovers:
             self._hover(target)
+        else:
+            self._head_on(target)
 
     def _hold_here(self) -> None:
         self._held = self._context.stop_point()
@@ -62,22 +59,38 @@ class OffboardMode:
     # by vehicle type ----------------------------------------------------------------------------------------
 
     def _hover(self, target: OffboardTarget) -> None:
-        """Position, velocity, both, axis by axis; attitude and thrust as the speeds they end in."""
-        if target.position is not None or target.velocity is not None:
-            self._move(target.position or NOT_GIVEN, target.velocity or NOT_GIVEN, target.yaw_rad)
-        elif target.thrust is not None:
-            self._move(NOT_GIVEN, self._tilted(target, target.thrust), target.yaw_rad)
-        else:
-            self._context.set_point(SetpointKind.POSITION, self._held, self._held_up_m)
+        """Position, velocity, acceleration, all that is given: straight to the controller. A tilt accelerates."""
+        position, velocity = target.position or NOT_GIVEN, target.velocity or NOT_GIVEN
+        acceleration = target.acceleration or NOT_GIVEN
+        if target.thrust is not None:
+            velocity, acceleration = self._tilted(target, target.thrust)
+        axes = tuple(
+            AxisSetpoint(place, rate, gain)
+            if math.isfinite(place) or math.isfinite(rate) or math.isfinite(gain)
+            else AxisSetpoint(held)  # PX4 wants every axis, and stops for a setpoint that leaves one out
+            for place, rate, gain, held in zip(position, velocity, acceleration, self._held_place, strict=True)
+        )
+        setpoint = self._context.set_point(
+            SetpointKind.TRAJECTORY,
+            (_either(position[0], self._held[0]), _either(position[1], self._held[1])),
+            _either(position[2], self._leads_up_to(velocity[2], acceleration[2])),
+        )
+        setpoint.axes = (axes[0], axes[1], axes[2])
+        setpoint.yaw_rad = target.yaw_rad
 
-    def _drive(self, target: OffboardTarget) -> None:
-        """Position, else velocity; no speed stops it. Attitude: nothing moves [21_offboard_rover]."""
-        if target.position is not None and _is_placed(target.position):
-            self._move(target.position, NOT_GIVEN, math.nan)
-        elif target.velocity is not None:
-            self._move(NOT_GIVEN, target.velocity, math.nan)
+    def _leads_up_to(self, up_m_s: float, up_m_s2: float) -> float:
+        """A height for those who look at the setpoint: above the vehicle if it is to climb."""
+        up = _either(up_m_s, up_m_s2)
+        return self._held_up_m if math.isnan(up) else self._context.state.body.up_m + up * CLIMB_LOOKAHEAD_S
+
+    def _head_on(self, target: OffboardTarget) -> None:
+        """Rover and airship: position, else velocity, none stops. An attitude does nothing [21_offboard_rover]."""
+        position, velocity = target.position or NOT_GIVEN, target.velocity or NOT_GIVEN
+        up_m = 0.0 if self._context.airframe.is_rover else _either(position[2], self._held_up_m)
+        if _is_placed(position):
+            self._context.set_point(SetpointKind.POSITION, (position[0], position[1]), up_m)
         else:
-            self._context.set_point(SetpointKind.POSITION, self._held, 0.0)
+            self._go_on(_either(velocity[0], 0.0), _either(velocity[1], 0.0), up_m)
 
     def _fly_wing(self, target: OffboardTarget) -> None:
         """Position with velocity is a path point and its tangent. Position alone: due north, at its height.
@@ -106,33 +119,28 @@ class OffboardMode:
 
     # setpoints ----------------------------------------------------------------------------------------------
 
-    def _move(self, position: Vector, velocity: Vector, yaw_rad: float) -> None:
-        """Each axis by its position, else by its velocity; with neither it stays as it is."""
-        body = self._context.state.body
-        north, east, up = (
-            0.0 if math.isnan(rate) or not math.isnan(place) else rate
-            for place, rate in zip(position, velocity, strict=True)
-        )
-        speed = math.hypot(north, east)
-        point = self._held
-        if speed > STANDSTILL_M_S:
-            ahead_m = AHEAD_M if math.isnan(position[0]) and math.isnan(position[1]) else BESIDE_M
-            point = (body.north_m + north / speed * ahead_m, body.east_m + east / speed * ahead_m)
-            self._held = self._context.stop_point()
-        if abs(up) > STANDSTILL_M_S:
-            self._held_up_m = body.up_m + up * CLIMB_LOOKAHEAD_S
-        point = (_either(position[0], point[0]), _either(position[1], point[1]))
-        setpoint = self._context.set_point(SetpointKind.POSITION, point, _either(position[2], self._held_up_m))
-        setpoint.yaw_rad = yaw_rad
-        if speed > STANDSTILL_M_S:
-            setpoint.cruise_speed_m_s = speed
+    def _go_on(self, north: float, east: float, up_m: float) -> None:
+        """With a velocity: towards a point far ahead, renewed all the time."""
+        body, speed = self._context.state.body, math.hypot(north, east)
+        if speed <= STANDSTILL_M_S:
+            self._context.set_point(SetpointKind.POSITION, self._held, up_m)
+            return
+        self._held = self._context.stop_point()
+        point = (body.north_m + north / speed * AHEAD_M, body.east_m + east / speed * AHEAD_M)
+        self._context.set_point(SetpointKind.POSITION, point, up_m).cruise_speed_m_s = speed
 
-    def _tilted(self, target: OffboardTarget, thrust: float) -> Vector:
+    def _tilted(self, target: OffboardTarget, thrust: float) -> tuple[Vector, Vector]:
+        """Velocity and acceleration that an attitude and a thrust make."""
         roll, pitch = target.tilt_rad
         yaw = self._context.state.body.yaw_rad
-        ahead, right = (math.tan(angle) * GRAVITY_M_S2 / DRAG_PER_S for angle in (-pitch, roll))
+        ahead, right = (math.tan(angle) * GRAVITY_M_S2 for angle in (-pitch, roll))
         north, east = ahead * math.cos(yaw) - right * math.sin(yaw), ahead * math.sin(yaw) + right * math.cos(yaw)
-        return north, east, (thrust - self._context.airframe.hover_throttle) * CLIMB_PER_THRUST_M_S
+        climb = (thrust - self._context.airframe.hover_throttle) * CLIMB_PER_THRUST_M_S
+        return (math.nan, math.nan, climb), (north, east, math.nan)
+
+    @property
+    def _held_place(self) -> Vector:
+        return self._held[0], self._held[1], self._held_up_m
 
     def _follow_line(self, through: tuple[float, float], course_rad: float, up_m: float) -> None:
         north, east = AHEAD_M * math.cos(course_rad), AHEAD_M * math.sin(course_rad)
@@ -145,7 +153,7 @@ class OffboardMode:
 
 def _kind(target: OffboardTarget) -> tuple[bool, ...]:
     """Which parts are given, axis by axis."""
-    vectors = (target.position or NOT_GIVEN) + (target.velocity or NOT_GIVEN)
+    vectors = (target.position or NOT_GIVEN) + (target.velocity or NOT_GIVEN) + (target.acceleration or NOT_GIVEN)
     return (target.is_attitude, *map(math.isnan, vectors))
 
 

@@ -14,8 +14,8 @@ from app.simulator.wire import VEHICLE_COMPONENT, Severity
 
 LOCAL_NED, BODY_NED = 1, 8
 GLOBAL, GLOBAL_INT, GLOBAL_RELATIVE_ALT_INT, GLOBAL_TERRAIN_ALT_INT = 0, 5, 6, 11
-IGNORE_X, IGNORE_VX, IGNORE_ACCELERATION, IGNORE_YAW = 0x1, 0x8, 0x1C0, 0x400
-"""IGNORE_X and IGNORE_VX: the first bit of three, one an axis."""
+IGNORE_X, IGNORE_VX, IGNORE_AX, IGNORE_YAW = 0x1, 0x8, 0x40, 0x400
+"""But for the yaw the first bit of three, one an axis."""
 IGNORE_ATTITUDE, IGNORE_RATES, IGNORE_THRUST = 0x80, 0x7, 0x40
 
 
@@ -74,17 +74,20 @@ class OffboardReceiver:
         self._stream.hear(OffboardTarget(yaw_rad=yaw, thrust=message.thrust, tilt_rad=(roll, pitch)))
 
     def _take(self, name: str, message: Message, position: Vector | None, velocity: Vector | None) -> None:
-        has_acceleration = message.type_mask & IGNORE_ACCELERATION != IGNORE_ACCELERATION
-        if position is None and velocity is None and not has_acceleration:
+        acceleration = self._turned(message, IGNORE_AX, (message.afx, message.afy, -message.afz))
+        if position is None and velocity is None and acceleration is None:
             self._context.text(Severity.ERROR, f"{name} invalid")
             self._context.event("mavlink_rcv_sp_target_invalid")
             return
         yaw = math.nan if message.type_mask & IGNORE_YAW else message.yaw
-        self._stream.hear(OffboardTarget(position, velocity, has_acceleration, yaw))
+        self._stream.hear(OffboardTarget(position, velocity, acceleration, yaw))
 
     def _velocity(self, message: Message) -> Vector | None:
+        return self._turned(message, IGNORE_VX, (message.vx, message.vy, -message.vz))
+
+    def _turned(self, message: Message, first_bit: int, vector: Vector) -> Vector | None:
         """North, east, up; BODY_NED is turned by the heading, and there one ignored axis is all of them."""
-        given = _given(message.type_mask, IGNORE_VX, (message.vx, message.vy, -message.vz))
+        given = _given(message.type_mask, first_bit, vector)
         if given is None or (message.coordinate_frame == BODY_NED and any(map(math.isnan, given))):
             return None
         north, east, up = given

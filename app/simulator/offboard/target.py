@@ -10,12 +10,11 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class OffboardTarget:
-    """What the type mask leaves; None was masked out. Metres, m/s."""
+    """What the type mask leaves; None was masked out. Metres, m/s, m/s2."""
 
     position: Vector | None = None
     velocity: Vector | None = None
-    acceleration: bool = False
-    """Given; no model follows it."""
+    acceleration: Vector | None = None
     yaw_rad: float = math.nan
     thrust: float | None = None
     """SET_ATTITUDE_TARGET only."""

@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 from app.simulator.mission.item import Item
+from app.simulator.navigator.jumps import JumpCounter
 from app.simulator.navigator.lookahead import brakes, next_target
 from app.simulator.wire import Cmd, VtolState
 from tests.unit.simulator.cockpit import RELEASE, RETURN, Cockpit, Plan, do, takeoff, waypoint
@@ -68,5 +69,25 @@ def test_a_payload_item_behind_brakes_on_older_firmware_only(payload: Plan) -> N
 )
 def test_the_track_goes_on_to_the_next_position_over_commands(following: list[Plan], on: bool) -> None:
     cockpit = Cockpit(ready=False)
-    found = next_target(cockpit.vehicle.context, items(cockpit, waypoint(30, 0, 10), *following), 0)
+    found = next_target(cockpit.vehicle.context, items(cockpit, waypoint(30, 0, 10), *following), 0, JumpCounter())
     assert (found.point if found else None) == (pytest.approx((60, 30), abs=0.1) if on else None)
+
+
+def test_before_a_jump_the_track_goes_on_to_where_it_leads_as_long_as_it_is_taken() -> None:
+    """FollowMissionControlFlow in PX4's findNextPositionIndex; to look does not count."""
+    cockpit, jumps = Cockpit(ready=False), JumpCounter()
+    plan = items(cockpit, takeoff(10), waypoint(30, 0, 10), waypoint(30, 40, 10), do(Cmd.DO_JUMP, 1, 1), ON)
+    for point in ((30, 0), (30, 0)):
+        found = next_target(cockpit.vehicle.context, plan, 2, jumps)
+        assert found is not None
+        assert found.point == pytest.approx(point, abs=0.1)
+    assert jumps.after(plan, 2) == 1
+    found = next_target(cockpit.vehicle.context, plan, 2, jumps)
+    assert found is not None
+    assert found.point == pytest.approx((60, 30), abs=0.1)
+
+
+def test_jumps_over_commands_alone_lead_nowhere() -> None:
+    cockpit = Cockpit(ready=False)
+    plan = items(cockpit, waypoint(30, 0, 10), do(Cmd.DO_JUMP, 2, -1), RELEASE, do(Cmd.DO_JUMP, 2, -1))
+    assert next_target(cockpit.vehicle.context, plan, 0, JumpCounter()) is None

@@ -170,8 +170,45 @@ def test_height_is_taken_up_on_the_way_with_bounded_climb_and_descent(up_m: floa
 def test_a_place_is_not_reached_at_another_height_but_a_rover_has_none() -> None:
     wish = Wish(PointCourse((0.0, 0.0)), 30.0)
     assert not steer(ROTARY, wish, still((0.0, 0.0), 20.0)).arrived
-    assert steer(ROTARY, wish, still((0.5, 0.0), 30.5)).arrived
-    assert steer(ROVER, wish, still((0.5, 0.0), 0.0)).arrived
+    assert steer(ROTARY, wish, still((0.3, 0.0), 30.4)).arrived
+    assert steer(ROVER, wish, still((0.3, 0.0), 0.0)).arrived
+
+
+@pytest.mark.parametrize("flown", [PointCourse((0.0, 0.0)), LegsCourse(((-50.0, 0.0), (0.0, 0.0)))])
+def test_a_place_is_not_reached_beside_it_or_in_passing(flown: Course) -> None:
+    """Flown: ended at 1 m and 2 m/s, a goto came to rest 1.09 m away."""
+    wish = Wish(flown, 30.0)
+    assert steer(ROTARY, wish, still((-0.3, 0.0))).arrived
+    assert not steer(ROTARY, wish, still((-0.9, 0.0))).arrived
+    assert not steer(ROTARY, wish, Fix((-0.3, 0.0), 30.0, (1.0, 0.0))).arrived
+
+
+def test_a_target_that_moves_is_reached_in_passing() -> None:
+    ship = Wish(PointCourse((0.0, 0.0), (3.0, 0.0)), 30.0)
+    assert steer(ROTARY, ship, Fix((-0.9, 0.0), 30.0, (3.0, 0.0))).arrived
+
+
+@given(here=places, kind=st.sampled_from(["goto", "segment", "path"]), lag_s=st.floats(-3.0, 3.0))
+def test_where_nothing_turns_a_lag_changes_nothing(here: Ground, kind: str, lag_s: float) -> None:
+    wish = Wish(course(kind), 30.0, speed_m_s=5.0)
+    assert steer(ROTARY, wish, still(here), lag_s) == steer(ROTARY, wish, still(here))
+
+
+@given(here=places, speed=st.floats(0.5, 12.0), lag_s=st.floats(-3.0, 3.0))
+def test_what_makes_up_for_a_lag_is_never_faster_than_the_task_asks(here: Ground, speed: float, lag_s: float) -> None:
+    wish = Wish(course("circle"), 30.0, speed_m_s=speed)
+    setpoint = steer(ROTARY, wish, still(here), lag_s).setpoint
+    assert isinstance(setpoint, VelocityNed)
+    assert math.hypot(setpoint.north_m_s, setpoint.east_m_s) <= speed * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("radius_m", [20.0, -20.0])
+def test_with_a_lag_it_aims_inside_the_circle(radius_m: float) -> None:
+    circle = Wish(CircleCourse((0.0, 0.0), radius_m), 30.0, speed_m_s=5.0)
+    setpoint = steer(ROTARY, circle, still((20.0, 0.0)), 0.8).setpoint
+    assert isinstance(setpoint, VelocityNed)
+    assert setpoint.north_m_s == pytest.approx(-0.8 * 5.0**2 / 20.0)
+    assert math.copysign(1.0, setpoint.east_m_s) == math.copysign(1.0, radius_m)
 
 
 def test_near_its_place_it_is_told_the_place_and_stays_there_with_the_heading_asked_for() -> None:
