@@ -172,13 +172,17 @@ class MavsdkVehicleLink:
         """See VehicleLink."""
         await self._modes.to(FlightMode.HOLD)
 
+    async def hold_disarmed(self) -> None:
+        """See VehicleLink."""
+        await self._modes.to_hold_disarmed()
+
     async def return_to_launch(self) -> None:
         """See VehicleLink."""
-        await self._modes.to(FlightMode.RETURN)
+        await self._come_down(FlightMode.RETURN)
 
     async def land(self) -> None:
         """See VehicleLink."""
-        await self._modes.to(FlightMode.LAND)
+        await self._come_down(FlightMode.LAND)
 
     async def enter_offboard(self) -> None:
         """See VehicleLink."""
@@ -245,6 +249,10 @@ class MavsdkVehicleLink:
             self._setup.begin_after_reboot()
         elif isinstance(fact, LinkRestored):
             self._setup.begin()
+
+    async def _come_down(self, mode: FlightMode) -> None:
+        through_hold = self._measurements.goes_back_to_offboard
+        await (self._modes.through_hold_to(mode) if through_hold else self._modes.to(mode))
 
     async def _arm(self, *, armed: bool) -> None:
         request = command(
