@@ -127,7 +127,13 @@ class VehicleLink(MissionLink, OffboardLink, Protocol):
         """Version, home and the parameters that rules need. Cached until a reboot; unknown ones are absent."""
 
     async def arm(self) -> None:
-        """Arm once. VehicleRefusedError while the vehicle's checks fail; `extra["texts"]` has its reasons."""
+        """Arm: sent once, right after a HEARTBEAT that says disarmed.
+
+        Raises:
+            VehicleRefusedError: the vehicle's checks fail; `extra["texts"]` has its reasons.
+            VehicleTakenError: it is armed; CommandExpiredError: no HEARTBEAT came in time. Nothing was sent.
+            LinkTimeoutError: no ack: it may be armed now.
+        """
 
     async def disarm(self) -> None:
         """Disarm; refused in flight."""

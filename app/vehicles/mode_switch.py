@@ -10,20 +10,17 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Final
 
-from app.domain.arming import armed_by_others
 from app.domain.errors import CommandExpiredError, LinkError, LinkTimeoutError
 from app.domain.mission import MavCmd
 from app.domain.vehicle import FlightMode
 from app.vehicles.command_sender import CommandSender, command
 from app.vehicles.custom_mode import COMMANDED, flight_mode
 from app.vehicles.decoders import CurrentMode, Heartbeat
+from app.vehicles.disarmed import heard_disarmed
 from app.vehicles.inbox import Inbox
 from app.vehicles.settings import LinkSettings
 
 _CUSTOM_MODE_ENABLED: Final = 1
-_ARMED: Final = 0x80
-_LEAVES_WITHIN_S: Final = 0.3
-"""After a HEARTBEAT that says disarmed. Who arms then has not taken off yet: PX4 spools motors up for longer."""
 
 
 class ModeSwitch:
@@ -54,18 +51,18 @@ class ModeSwitch:
         await self.to(mode)
 
     async def to_hold_disarmed(self) -> None:
-        """Hold for a vehicle that stands disarmed. PX4 takes a mode from anybody, armed or not, so each attempt leaves
-        right after a HEARTBEAT that says disarmed.
+        """Hold for a vehicle that stands disarmed: each attempt leaves right after a HEARTBEAT that says so.
 
         Raises:
-            VehicleTakenError: it says armed; nothing was sent. VehicleRefusedError, LinkTimeoutError as `to`.
+            VehicleTakenError: it says armed; CommandExpiredError: it says nothing. VehicleRefusedError and
+            LinkTimeoutError as `to`.
         """
         mode = FlightMode.HOLD
         with self._watching(mode) as seen:
             for left in reversed(range(self._settings.command_attempts)):
-                heard_s = await self._heard_disarmed()
+                send_before_s = await heard_disarmed(self._inbox, self._settings.mode_seen_timeout_s)
                 try:
-                    await self._accepted(mode, attempts=1, send_before_s=heard_s + _LEAVES_WITHIN_S)
+                    await self._accepted(mode, attempts=1, send_before_s=send_before_s)
                     break
                 except (LinkTimeoutError, CommandExpiredError):
                     if not left:
@@ -98,26 +95,6 @@ class ModeSwitch:
                 hint="the vehicle may have left it again: look at its mode and texts",
                 mode=mode.value,
             ) from error
-
-    async def _heard_disarmed(self) -> float:
-        """Return with the next HEARTBEAT, when it was received. Raises VehicleTakenError, LinkTimeoutError."""
-        beats: asyncio.Queue[tuple[Heartbeat, float]] = asyncio.Queue(1)
-
-        def take(message: Heartbeat, received_s: float) -> None:
-            if beats.empty():
-                beats.put_nowait((message, received_s))
-
-        end = self._inbox.on(Heartbeat, take)
-        try:
-            async with asyncio.timeout(self._settings.mode_seen_timeout_s):
-                beat, received_s = await beats.get()
-        except TimeoutError as error:
-            raise LinkTimeoutError("no HEARTBEAT came to command Hold after", hint="look at the link") from error
-        finally:
-            end()
-        if beat.base_mode & _ARMED:
-            raise armed_by_others("the vehicle", flight_mode(beat.custom_mode))
-        return received_s
 
     @contextmanager
     def _watching(self, mode: FlightMode) -> Iterator[asyncio.Event]:

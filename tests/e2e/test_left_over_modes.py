@@ -107,7 +107,7 @@ async def test_after_manual_control_the_vehicle_comes_home_and_flies_again(
         if way == "killed, return":
             service.start()
             await dispatcher.until_vehicles(1)
-            await dispatcher.until_run(run_id, lambda run: run["state"] == "paused", "it must be taken up", 30.0)
+            await _until_vehicle(dispatcher, "v1", lambda now: now["run_id"] == run_id, "its run must be taken up")
             await dispatcher.post(f"/runs/{run_id}/return")
         assert (await dispatcher.until_over(run_id, 90.0))["state"] == "aborted"
         landed = await truth(simulated)

@@ -9,6 +9,7 @@ from typing import Final
 from app.domain.arming import armed_by_others, arming_obstacle, hold_hint, name_of
 from app.domain.commands import CommandRequest, MavResult
 from app.domain.errors import (
+    CommandExpiredError,
     LinkError,
     LinkTimeoutError,
     StorageError,
@@ -163,28 +164,31 @@ class Preparation:
         await self._said("hold", "accepted")
 
     async def _arm(self) -> None:
+        """Ask until it arms. Found armed after an arming that nobody answered, it is armed by that one."""
         deadline_s = self._clock.monotonic() + self._settings.armable_s
         while True:
             await self._say("arm")
             self._refuse_taken()
+            if self._link.state().armed:
+                break
             before, self.may_fly = self.may_fly, True
             try:
                 await self._link.arm()
-            except (VehicleRefusedError, LinkTimeoutError) as error:
+                break
+            except VehicleTakenError:
+                self.may_fly = before
+                if not before:
+                    raise
+            except (VehicleRefusedError, LinkTimeoutError, CommandExpiredError) as error:
                 await self._said("arm", error.detail)
-                if isinstance(error, VehicleRefusedError):
-                    self.may_fly = before
+                self.may_fly = before or isinstance(error, LinkTimeoutError)
                 if self._clock.monotonic() >= deadline_s:
                     raise self._because_of_mode(error) from error
                 await asyncio.sleep(self._settings.arm_again_s)
-                continue
-            await self._said("arm", "accepted")
-            return
+        await self._said("arm", "accepted")
 
     def _refuse_taken(self) -> None:
-        """PX4 answers an armed vehicle's arming with ACCEPTED, so whose it is must be known before. It is in Hold by
-        our command: who changed that has it. Raises VehicleTakenError.
-        """
+        """It stands in Hold, perhaps by our command: who changed that has it. Raises VehicleTakenError."""
         state = self._link.state()
         if state.armed and not self.may_fly:
             raise armed_by_others("the vehicle", state.mode)

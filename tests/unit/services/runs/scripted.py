@@ -74,7 +74,7 @@ class ScriptedVehicle:
         self.upload_gate.set()
         self.upload_closed = False
         self.arm_refusals = 0
-        self.arm_errors: list[LinkError] = []
+        self.arm_errors: list[WaydropError] = []
         self.start_error: LinkError | None = None
         self.hold_error: WaydropError | None = None
         self.disarm_error: LinkError | None = None

@@ -77,6 +77,31 @@ async def test_a_vehicle_armed_by_an_arming_without_an_answer_is_ours() -> None:
         await at.until_state(RunState.FLYING)
 
 
+async def test_so_it_is_when_the_next_try_finds_it_armed_and_it_is_not_asked_for_the_third_time() -> None:
+    async with desk() as at:
+
+        async def arm() -> None:
+            at.vehicle.sent.append("arm")
+            if at.vehicle.sent.count("arm") == 1:
+                raise LinkTimeoutError("no ack")
+            at.vehicle.put(armed=True)
+            raise VehicleTakenError("it is armed")
+
+        at.vehicle.arm = arm  # type: ignore[method-assign]
+        await at.create()
+        await at.until_state(RunState.FLYING)
+        assert at.vehicle.sent.count("arm") == 2
+
+
+async def test_who_arms_in_the_moment_of_the_first_try_keeps_the_vehicle() -> None:
+    async with desk() as at:
+        at.vehicle.arm_errors = [VehicleTakenError("it is armed in POSITION mode")]
+        await at.create()
+        await at.until_state(RunState.FAILED)
+        assert "armed in POSITION mode" in at.run.reason
+        assert not {"start", "disarm"} & set(at.vehicle.sent)
+
+
 async def test_taken_before_hold_could_be_commanded_it_is_left_alone() -> None:
     async with desk() as at:
         at.vehicle.put(mode=FlightMode.POSITION)
