@@ -71,14 +71,14 @@ async def test_a_vehicle_that_somebody_else_arms_meanwhile_is_neither_started_no
 
 
 async def test_a_vehicle_armed_by_an_arming_without_an_answer_is_ours() -> None:
-    async with desk() as at:
+    async with desk(settings=PATIENT) as at:
         at.vehicle.arm_errors = [LinkTimeoutError("no ack"), VehicleRefusedError("not yet")]
         await at.create()
         await at.until_state(RunState.FLYING)
 
 
 async def test_so_it_is_when_the_next_try_finds_it_armed_and_it_is_not_asked_for_the_third_time() -> None:
-    async with desk() as at:
+    async with desk(settings=PATIENT) as at:
 
         async def arm() -> None:
             at.vehicle.sent.append("arm")
