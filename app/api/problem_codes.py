@@ -43,6 +43,7 @@ _KINDS: Final = (
     ProblemKind("not_found", 404, "It does not exist"),
     ProblemKind("conflict", 409, "Not now"),
     ProblemKind("vehicle.busy", 409, "The vehicle is busy with a run"),
+    ProblemKind("vehicle.taken", 409, "Somebody else has the vehicle"),
     ProblemKind("vehicle.quarantined", 409, "The vehicle is quarantined"),
     ProblemKind("vehicle.refused", 409, "The vehicle refused"),
     ProblemKind("run.wrong_state", 409, "The run is in another state"),

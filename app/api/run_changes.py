@@ -137,8 +137,8 @@ ROUTES: tuple[AnyRoute, ...] = (
         answers=(ACCEPTED,),
         errors=(
             *("not_found", "conflict", "run.not_over", "run.nothing_left", "run.continued", "run.changing"),
-            *("plan.rejected", "vehicle.busy", "vehicle.quarantined", "vehicle.refused", "vehicle.link"),
-            *("vehicle.timeout", "storage.failed"),
+            *("plan.rejected", "vehicle.busy", "vehicle.taken", "vehicle.quarantined", "vehicle.refused"),
+            *("vehicle.link", "vehicle.timeout", "storage.failed"),
         ),
         idempotent=True,
     ),

@@ -107,7 +107,7 @@ _ACTION_ERRORS = (
     "vehicle.timeout",
     "storage.failed",
 )
-_MORE_ERRORS = {"start": ("plan.rejected",), "rally": ("run.rally_refused",)}
+_MORE_ERRORS = {"start": ("plan.rejected", "vehicle.taken"), "rally": ("run.rally_refused",)}
 
 ROUTES: tuple[AnyRoute, ...] = (
     Route(
@@ -121,7 +121,7 @@ ROUTES: tuple[AnyRoute, ...] = (
         body=json_body(RunRequest),
         answers=(ACCEPTED,),
         errors=(
-            *("not_found", "vehicle.busy", "vehicle.quarantined", "plan.rejected"),
+            *("not_found", "vehicle.busy", "vehicle.taken", "vehicle.quarantined", "plan.rejected"),
             *("vehicle.link", "vehicle.timeout", "storage.failed"),
         ),
         idempotent=True,

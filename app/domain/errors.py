@@ -35,6 +35,15 @@ class VehicleBusyError(ConflictError):
     code = "vehicle.busy"
 
 
+class VehicleTakenError(ConflictError):
+    """Somebody else has the vehicle: it is armed, or was put into another mode, and not by Waydrop.
+
+    `extra["mode"]` is its mode, `extra["armed"]` whether it is armed.
+    """
+
+    code = "vehicle.taken"
+
+
 class VehicleQuarantinedError(ConflictError):
     """Two vehicles use one system id: commands could reach the wrong one, so none are sent."""
 

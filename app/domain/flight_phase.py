@@ -13,14 +13,22 @@ _BY_HAND: Final = "flown by hand in offboard mode: the mission waits, and Waydro
 _AFTER_HANDS: Final = "paused after it was flown by hand: the vehicle holds"
 _AFTER_HANDS_FAILSAFE: Final = "paused after it was flown by hand: a failsafe acts, and the vehicle holds"
 
+_THROUGH_HOLD: Final = {
+    "return": "returning, as asked",
+    "land": "landing, as asked",
+    "contingency": "a drop failed: returning, as the plan says",
+}
+"""A vehicle comes down out of OFFBOARD by way of Hold."""
+
 
 @dataclass(frozen=True, slots=True)
 class FlightView:
     """`asked` is what a user asked for in flight: "pause", "resume", "return", "land" or "" for nothing; "contingency"
-    says that the plan itself asked to return after a failed drop. `was_armed` is False while a HEARTBEAT that says
-    armed may still be on its way (they come at 1 Hz). `asks_consent_to` is the drop that waits for an operator,
-    `rally_point` the number (from 1) of the one to which "return" goes, `was_returning` whether the run was on its way
-    back when it was last looked at. `after_hands`: it was flown by hand since anything was asked for.
+    says that the plan itself asked to return after a failed drop. `command` is what the vehicle is being told now, in
+    the same words. `was_armed` is False while a HEARTBEAT that says armed may still be on its way (they come at 1 Hz).
+    `asks_consent_to` is the drop that waits for an operator, `rally_point` the number (from 1) of the one to which
+    "return" goes, `was_returning` whether the run was on its way back when it was last looked at. `after_hands`: it was
+    flown by hand since anything was asked for.
     """
 
     state: VehicleState
@@ -30,6 +38,7 @@ class FlightView:
     was_airborne: bool
     asked: str
     was_armed: bool = True
+    command: str = ""
     asks_consent_to: str = ""
     rally_point: int | None = None
     was_returning: bool = False
@@ -56,6 +65,8 @@ def phase_of(view: FlightView) -> tuple[RunState, str]:
         return RunState.RETURNING, _why_returning(view)
     if state.mode is FlightMode.LAND:
         return RunState.RETURNING, "landing, as asked" if view.asked == "land" else "the vehicle lands"
+    if state.mode is FlightMode.HOLD and view.command in _THROUGH_HOLD:
+        return RunState.PAUSED, _THROUGH_HOLD[view.command]
     if state.mode is FlightMode.HOLD and view.asked == "resume":
         return RunState.PAUSED, "resuming, as asked"
     if state.mode is FlightMode.HOLD and view.asked == "refused":

@@ -127,7 +127,13 @@ class VehicleLink(MissionLink, OffboardLink, Protocol):
         """Version, home and the parameters that rules need. Cached until a reboot; unknown ones are absent."""
 
     async def arm(self) -> None:
-        """Arm once. VehicleRefusedError while the vehicle's checks fail; `extra["texts"]` has its reasons."""
+        """Arm: sent once, right after a HEARTBEAT that says disarmed.
+
+        Raises:
+            VehicleRefusedError: the vehicle's checks fail; `extra["texts"]` has its reasons.
+            VehicleTakenError: it is armed; CommandExpiredError: no HEARTBEAT came in time. Nothing was sent.
+            LinkTimeoutError: no ack: it may be armed now.
+        """
 
     async def disarm(self) -> None:
         """Disarm; refused in flight."""
@@ -138,11 +144,19 @@ class VehicleLink(MissionLink, OffboardLink, Protocol):
     async def hold(self) -> None:
         """Hold mode (AUTO.LOITER), seen in the HEARTBEAT."""
 
+    async def hold_disarmed(self) -> None:
+        """As `hold`, for a vehicle that stands disarmed: commanded only right after a HEARTBEAT that says so.
+
+        Raises VehicleTakenError: it is armed; nothing was sent.
+        """
+
     async def return_to_launch(self) -> None:
-        """Return mode, seen in the HEARTBEAT."""
+        """Return mode, seen in the HEARTBEAT. Out of OFFBOARD through Hold, or PX4 would go back to OFFBOARD when it
+        disarms, and not arm again.
+        """
 
     async def land(self) -> None:
-        """Land mode, seen in the HEARTBEAT."""
+        """Land mode, seen in the HEARTBEAT; out of OFFBOARD as `return_to_launch`."""
 
     def command(self, request: CommandRequest) -> AsyncGenerator[CommandAck, None]:
         """Send a command and yield each ack to us; the last one is final.

@@ -29,7 +29,7 @@ async def hold_here(link: VehicleLink) -> None:
 def _flies_as_wing_in_hold(link: VehicleLink, state: VehicleState) -> bool:
     vehicle_type = link.identity.vehicle_type
     is_wing = vehicle_type is not None and flight_kind(vehicle_type, state.vtol_state) is FlightKind.WING
-    return is_wing and state.mode is FlightMode.HOLD
+    return is_wing and state.mode is FlightMode.HOLD and state.armed is not False
 
 
 async def _accepted(link: VehicleLink, request: CommandRequest) -> None:

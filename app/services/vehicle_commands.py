@@ -21,7 +21,7 @@ _ACTIONS: Final[dict[str, Callable[[VehicleLink], Awaitable[None]]]] = {
 
 
 class VehicleCommands:
-    """Refuses while a run owns the vehicle, and on the ground where nothing is flying."""
+    """Refuses while a run owns the vehicle. Disarmed it only holds: so it leaves a mode in which it does not arm."""
 
     def __init__(self, fleet: Fleet, journal: Journal) -> None:
         self._fleet = fleet
@@ -46,8 +46,10 @@ class VehicleCommands:
             raise ConflictError(
                 f"vehicle {vehicle_id} flies run {run_id}", hint=f"use POST /api/v1/runs/{run_id}/{action}"
             )
-        if not link.state().armed:
-            raise ConflictError(f"vehicle {vehicle_id} is not armed: there is nothing to {action}")
+        if not link.state().armed and action != "hold":
+            raise ConflictError(
+                f"vehicle {vehicle_id} is not armed: it cannot {action}", hint="disarmed it can only hold"
+            )
         with contextlib.suppress(StorageError):  # logged by the journal; bringing a vehicle home waits for no disk
             await self._record(vehicle_id, action, by, "sent")
         self._fleet.vehicle(vehicle_id).commanded(action)

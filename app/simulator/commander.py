@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 
 from app.simulator.clock import VehicleClock
-from app.simulator.mode_checks import ModeChecks
+from app.simulator.mode_checks import PREVENT_ARMING, ModeChecks
 from app.simulator.navigator.mission_mode import MissionResult
 from app.simulator.offboard.stream import OffboardStream
 from app.simulator.options import MAX_LIVE_SPEED
@@ -19,8 +19,8 @@ HOME_MOVED_M = 1.0
 FORCE_MAGIC = 21196.0
 BY_COMMAND, BY_LANDING, BY_PREFLIGHT, BY_FAILSAFE = 4, 6, 7, 14
 """ARM_DISARM_REASON, the argument of the events."""
-MODES_TO_COME_DOWN = frozenset({Mode.RTL, Mode.LAND})
-"""One cannot arm in them: disarming leaves them for the mode that was wanted before."""
+FORGOTTEN_AFTER_DISARMING = (PREVENT_ARMING - {Mode.TERMINATION}) | {Mode.TAKEOFF}
+"""Disarming leaves them for the mode that was wanted before (UserModeIntention.cpp)."""
 
 MODE_NAMES = {Mode.LOITER: "Hold", Mode.RTL: "Return", Mode.POSCTL: "Position", Mode.ALTCTL: "Altitude"}
 
@@ -29,7 +29,7 @@ Text = Callable[[Severity, str], None]
 
 
 class Commander:
-    """Owns `status.mode` and `status.armed`. `intended` is the user's mode; a failsafe may fly another."""
+    """Owns `status.mode`, `status.intended` and `status.armed`."""
 
     def __init__(
         self,
@@ -52,7 +52,7 @@ class Commander:
         self._event = event
         self.mode_changes = 0
         """Counts what users and the ends of modes changed; failsafes do not count."""
-        self.intended = self._mode_after_disarming = Mode.LOITER
+        self._mode_after_disarming = Mode.LOITER
         self._terminated = False
         self._flown = False
         """Taken off since arming."""
@@ -68,7 +68,7 @@ class Commander:
         status.failsafe = False
         status.home = None
         status.system_status = SystemStatus.UNINIT
-        status.mode = self.intended = self._mode_after_disarming = Mode.LOITER
+        status.mode = status.intended = self._mode_after_disarming = Mode.LOITER
         self._terminated = False
 
     # modes --------------------------------------------------------------------------------------------------
@@ -95,8 +95,8 @@ class Commander:
     def change_mode(self, mode: Mode) -> None:
         """Change without a question: the user's intention, a command already checked, or the end of a mode."""
         self.mode_changes += 1
-        self.intended = mode
-        if mode not in MODES_TO_COME_DOWN:
+        self._state.status.intended = mode
+        if mode not in FORGOTTEN_AFTER_DISARMING:
             self._mode_after_disarming = mode
         self.resume(mode)
 
@@ -142,22 +142,28 @@ class Commander:
         return Result.TEMPORARILY_REJECTED
 
     @property
+    def intended(self) -> Mode:
+        """The user's mode; a failsafe may fly another."""
+        return self._state.status.intended
+
+    @property
     def flies_blind(self) -> bool:
         """The mode flown now needs no position."""
         return self._checks.flies_blind
 
     def mission_start(self) -> Result:
-        """MISSION_START: mission mode, and arm."""
+        """MISSION_START: mission mode, and arm, if that was possible in the mode before; refused, the mode stays so
+        [26_offboard_then_return].
+        """
         if not self._mission.valid:
             self._text(Severity.CRITICAL, "Mission start denied! No valid mission")
             self._event("commander_mission_start_denied_no_mission")
             return Result.DENIED
-        before = self._state.status.mode
+        checks_good = self.checks_good
         self.change_mode(Mode.MISSION)
-        if not self._state.status.armed and self.arm(force=False) is not Result.ACCEPTED:
-            self.change_mode(before)
-            return Result.TEMPORARILY_REJECTED
-        return Result.ACCEPTED
+        if self._arm(checks_good) is Result.ACCEPTED:
+            return Result.ACCEPTED
+        return self._not_available(Mode.MISSION)
 
     # arming -------------------------------------------------------------------------------------------------
 
@@ -168,10 +174,13 @@ class Commander:
 
     def arm(self, force: bool) -> Result:
         """COMPONENT_ARM_DISARM 1."""
+        return self._arm(force or self.checks_good)
+
+    def _arm(self, allowed: bool) -> Result:
         status = self._state.status
         if status.armed:
             return Result.ACCEPTED
-        if not force and not self.checks_good:
+        if not allowed:
             self._text(Severity.CRITICAL, "Arming denied: Resolve system health failures first")
             self._event("commander_arm_denied_resolve_failures")
             return Result.TEMPORARILY_REJECTED
@@ -204,7 +213,7 @@ class Commander:
         status.failsafe = False
         self._text(Severity.INFO, f"Disarmed by {by}")
         self._event("commander_disarmed_by", reason)
-        self.intended = self._mode_after_disarming
+        status.intended = self._mode_after_disarming
         status.mode = Mode.TERMINATION if self._terminated else self.intended
 
     # every cycle --------------------------------------------------------------------------------------------

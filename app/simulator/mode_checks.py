@@ -12,6 +12,8 @@ from app.simulator.wire import Mode
 CHECKS_GOOD_S = 4.6
 NEED_STICKS = frozenset({Mode.MANUAL, Mode.ALTCTL, Mode.POSCTL, Mode.ACRO, Mode.STABILIZED})
 """mode_req_manual_control. There are no sticks here, as with COM_RC_IN_MODE 4."""
+PREVENT_ARMING = frozenset({Mode.RTL, Mode.LAND, Mode.ORBIT, Mode.TERMINATION})
+"""mode_req_prevent_arming: nobody takes off in them."""
 WITHOUT_POSITION = frozenset({Mode.MANUAL, Mode.ALTCTL, Mode.ACRO, Mode.STABILIZED, Mode.TERMINATION})
 
 
@@ -42,7 +44,7 @@ class ModeChecks:
     def may_arm(self, mode: Mode) -> bool:
         """Whether all checks pass for arming in `mode`."""
         status = self._status
-        if self._clock.now_s < CHECKS_GOOD_S or status.home is None:
+        if mode in PREVENT_ARMING or self._clock.now_s < CHECKS_GOOD_S or status.home is None:
             return False
         if status.gps_lost and self._params.integer("COM_ARM_WO_GPS") == 0:
             return False

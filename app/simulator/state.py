@@ -89,6 +89,8 @@ class Status:
     """What the commander knows."""
 
     mode: Mode = Mode.LOITER
+    intended: Mode = Mode.LOITER
+    """What the user asked for last, or what followed it by itself; a failsafe may fly another."""
     armed: bool = False
     armed_at_s: float = 0.0
     failsafe: bool = False

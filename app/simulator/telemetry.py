@@ -89,8 +89,8 @@ class Telemetry:
 
     def current_mode(self) -> Message:
         """CURRENT_MODE."""
-        mode = self._state.status.mode
-        return mavlink.MAVLink_current_mode_message(STANDARD_MODES.get(mode, 0), mode, mode)
+        status = self._state.status
+        return mavlink.MAVLink_current_mode_message(STANDARD_MODES.get(status.mode, 0), status.mode, status.intended)
 
     def sys_status(self) -> Message:
         """SYS_STATUS."""

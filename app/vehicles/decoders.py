@@ -27,6 +27,7 @@ class CurrentMode:
     """CURRENT_MODE (v1.15 and later)."""
 
     custom_mode: int
+    intended_custom_mode: int
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,6 +7,7 @@ import logging
 import time
 from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
 from contextlib import aclosing
+from dataclasses import replace
 from typing import Final
 
 from app.domain.commands import CommandAck, CommandRequest
@@ -28,6 +29,7 @@ from app.domain.vehicle import FlightMode, VehicleFacts, VehicleState
 from app.vehicles.command_sender import CommandSender, command
 from app.vehicles.current_item import CurrentItem
 from app.vehicles.decoders import Heartbeat
+from app.vehicles.disarmed import heard_disarmed
 from app.vehicles.encoders import GroundHeartbeat, Outgoing
 from app.vehicles.fact_reader import FactReader
 from app.vehicles.fact_stream import FactStream
@@ -158,11 +160,13 @@ class MavsdkVehicleLink:
 
     async def arm(self) -> None:
         """See VehicleLink."""
-        await self._arm(armed=True)
+        self._refuse_if_closed()
+        send_before_s = await heard_disarmed(self._inbox, self._settings.mode_seen_timeout_s)
+        await self._arm(armed=True, attempts=1, send_before_s=send_before_s)
 
     async def disarm(self) -> None:
         """See VehicleLink."""
-        await self._arm(armed=False)
+        await self._arm(armed=False, attempts=self._settings.command_attempts)
 
     async def start_mission(self) -> None:
         """See VehicleLink."""
@@ -172,13 +176,18 @@ class MavsdkVehicleLink:
         """See VehicleLink."""
         await self._modes.to(FlightMode.HOLD)
 
+    async def hold_disarmed(self) -> None:
+        """See VehicleLink."""
+        self._refuse_if_closed()
+        await self._modes.to_hold_disarmed()
+
     async def return_to_launch(self) -> None:
         """See VehicleLink."""
-        await self._modes.to(FlightMode.RETURN)
+        await self._come_down(FlightMode.RETURN)
 
     async def land(self) -> None:
         """See VehicleLink."""
-        await self._modes.to(FlightMode.LAND)
+        await self._come_down(FlightMode.LAND)
 
     async def enter_offboard(self) -> None:
         """See VehicleLink."""
@@ -246,23 +255,31 @@ class MavsdkVehicleLink:
         elif isinstance(fact, LinkRestored):
             self._setup.begin()
 
-    async def _arm(self, *, armed: bool) -> None:
+    async def _come_down(self, mode: FlightMode) -> None:
+        through_hold = self._measurements.goes_back_to_offboard
+        await (self._modes.through_hold_to(mode) if through_hold else self._modes.to(mode))
+
+    async def _arm(self, *, armed: bool, attempts: int, send_before_s: float | None = None) -> None:
         request = command(
             MavCmd.COMPONENT_ARM_DISARM,
             float(armed),
             0.0,
             timeout_s=self._settings.command_timeout_s,
-            attempts=self._settings.command_attempts,
+            attempts=attempts,
         )
+        request = replace(request, send_before_s=send_before_s)
         await self._sender.accepted(
             request, "arm" if armed else "disarm", text_window_s=self._settings.refusal_text_window_s
         )
 
     def _send(self, message: Outgoing) -> None:
-        if self._closed:
-            raise LinkError("the link is closed")
+        self._refuse_if_closed()
         self._refuse_if_quarantined()
         self._system.send(message)
+
+    def _refuse_if_closed(self) -> None:
+        if self._closed:
+            raise LinkError("the link is closed")
 
     def _refuse_if_quarantined(self) -> None:
         if self._facts.duplicate is not None:

@@ -45,6 +45,7 @@ class Measurements:
     heartbeat: Heartbeat | None = None
     heartbeat_s: float | None = None
     mode: FlightMode | None = None
+    intended_mode: FlightMode | None = None
     system: ExtendedSysState | None = None
     position: GlobalPositionInt | None = None
     position_s: float | None = None
@@ -65,6 +66,8 @@ class Measurements:
         old, before = self.heartbeat, self.mode
         self.heartbeat, self.heartbeat_s = message, received_s
         self.mode = flight_mode(message.custom_mode)
+        if message.system_status != _CRITICAL:
+            self.intended_mode = self.mode
         same = (
             old is not None
             and (old.base_mode ^ message.base_mode) & _ARMED == 0
@@ -77,7 +80,17 @@ class Measurements:
         """CURRENT_MODE: the mode, sooner than the next HEARTBEAT."""
         before = self.mode
         self.mode = flight_mode(message.custom_mode)
+        if message.intended_custom_mode:  # 0 is "not known"
+            self.intended_mode = flight_mode(message.intended_custom_mode)
         return None if before is self.mode else StateChanged()
+
+    @property
+    def goes_back_to_offboard(self) -> bool:
+        """Whether OFFBOARD is, or may be, what the user asked for last: a failsafe may fly another mode."""
+        if FlightMode.OFFBOARD in (self.mode, self.intended_mode):
+            return True
+        in_failsafe = self.heartbeat is not None and self.heartbeat.system_status == _CRITICAL
+        return in_failsafe and self.intended_mode is None
 
     def take_system(self, message: ExtendedSysState) -> LinkFact | None:
         """EXTENDED_SYS_STATE: landed_state, vtol_state."""

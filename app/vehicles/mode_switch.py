@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Final
 
-from app.domain.errors import LinkTimeoutError
+from app.domain.errors import CommandExpiredError, LinkError, LinkTimeoutError
 from app.domain.mission import MavCmd
 from app.domain.vehicle import FlightMode
 from app.vehicles.command_sender import CommandSender, command
 from app.vehicles.custom_mode import COMMANDED, flight_mode
 from app.vehicles.decoders import CurrentMode, Heartbeat
+from app.vehicles.disarmed import heard_disarmed
 from app.vehicles.inbox import Inbox
 from app.vehicles.settings import LinkSettings
 
@@ -35,6 +38,38 @@ class ModeSwitch:
             VehicleRefusedError: the vehicle cannot enter the mode; `extra` has its texts.
             LinkTimeoutError: no ack, or acknowledged and then not seen.
         """
+        with self._watching(mode) as seen:
+            await self._accepted(mode, attempts=self._settings.command_attempts)
+            await self._until(seen, mode)
+
+    async def through_hold_to(self, mode: FlightMode) -> None:
+        """As `to`, with Hold asked for before: PX4 goes back to the mode before Return or Land when it disarms
+        [recordings 26, 26b]. Not waited for: the vehicle must not stay in Hold, nor be kept from coming down.
+        """
+        with contextlib.suppress(LinkError):
+            await self._accepted(FlightMode.HOLD, attempts=1)
+        await self.to(mode)
+
+    async def to_hold_disarmed(self) -> None:
+        """Hold for a vehicle that stands disarmed: each attempt leaves right after a HEARTBEAT that says so.
+
+        Raises:
+            VehicleTakenError: it says armed; CommandExpiredError: it says nothing. VehicleRefusedError and
+            LinkTimeoutError as `to`.
+        """
+        mode = FlightMode.HOLD
+        with self._watching(mode) as seen:
+            for left in reversed(range(self._settings.command_attempts)):
+                send_before_s = await heard_disarmed(self._inbox, self._settings.mode_seen_timeout_s)
+                try:
+                    await self._accepted(mode, attempts=1, send_before_s=send_before_s)
+                    break
+                except (LinkTimeoutError, CommandExpiredError):
+                    if not left:
+                        raise
+            await self._until(seen, mode)
+
+    async def _accepted(self, mode: FlightMode, *, attempts: int, send_before_s: float | None = None) -> None:
         main, sub = COMMANDED[mode]
         request = command(
             MavCmd.DO_SET_MODE,
@@ -42,20 +77,24 @@ class ModeSwitch:
             main,
             sub,
             timeout_s=self._settings.command_timeout_s,
-            attempts=self._settings.command_attempts,
+            attempts=attempts,
         )
-        what = f"enter {mode.value} mode"
-        with self._watching(mode) as seen:
-            await self._sender.accepted(request, what, text_window_s=self._settings.refusal_text_window_s)
-            try:
-                async with asyncio.timeout(self._settings.mode_seen_timeout_s):
-                    await seen.wait()
-            except TimeoutError as error:
-                raise LinkTimeoutError(
-                    f"{mode.value} mode was acknowledged but not seen within {self._settings.mode_seen_timeout_s:g} s",
-                    hint="the vehicle may have left it again: look at its mode and texts",
-                    mode=mode.value,
-                ) from error
+        await self._sender.accepted(
+            replace(request, send_before_s=send_before_s),
+            f"enter {mode.value} mode",
+            text_window_s=self._settings.refusal_text_window_s,
+        )
+
+    async def _until(self, seen: asyncio.Event, mode: FlightMode) -> None:
+        try:
+            async with asyncio.timeout(self._settings.mode_seen_timeout_s):
+                await seen.wait()
+        except TimeoutError as error:
+            raise LinkTimeoutError(
+                f"{mode.value} mode was acknowledged but not seen within {self._settings.mode_seen_timeout_s:g} s",
+                hint="the vehicle may have left it again: look at its mode and texts",
+                mode=mode.value,
+            ) from error
 
     @contextmanager
     def _watching(self, mode: FlightMode) -> Iterator[asyncio.Event]:

@@ -152,6 +152,9 @@ class FakeLink:
     async def hold(self) -> None:
         self._switch(FlightMode.HOLD)
 
+    async def hold_disarmed(self) -> None:
+        self._switch(FlightMode.HOLD)
+
     async def return_to_launch(self) -> None:
         self._switch(FlightMode.RETURN)
 

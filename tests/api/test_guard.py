@@ -85,7 +85,7 @@ async def test_our_own_page_a_configured_page_and_programs_may_post(tmp_path: Pa
             {"Origin": "https://desk.example", "Sec-Fetch-Site": "cross-site"},
             {"Sec-Fetch-Site": "none"},
         ):
-            status, _, problem = await service.call("POST", "/api/v1/vehicles/v1/hold", headers=headers)
+            status, _, problem = await service.call("POST", "/api/v1/vehicles/v1/land", headers=headers)
             assert (status, problem["code"]) == (409, "conflict"), headers  # it got through to the vehicle
 
 

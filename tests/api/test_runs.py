@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from app.domain.vehicle import LandedState
+from app.domain.vehicle import FlightMode, LandedState
 from tests.api.service import LOOK_AGAIN_S, Service
 
 
@@ -92,6 +92,22 @@ async def test_a_second_run_of_a_vehicle_is_409(service: Service, plan_id: str) 
     first = await create(service, plan_id)
     status, _, problem = await service.call("POST", "/api/v1/runs", json={"plan": plan_id, "vehicle": "v1"})
     assert (status, problem["code"], problem["run_id"]) == (409, "vehicle.busy", first["id"])
+
+
+async def test_a_vehicle_that_somebody_else_has_armed_takes_no_run_and_starts_none(
+    service: Service, plan_id: str
+) -> None:
+    run = await create(service, plan_id)
+    await reaches(service, run["id"], "uploaded")
+    for link in service.links:
+        link.change(armed=True, mode=FlightMode.POSITION)
+    body = {"plan": plan_id, "vehicle": "v2", "start": True}
+    for path, asked in (("/api/v1/runs", body), (f"/api/v1/runs/{run['id']}/start", {})):
+        status, _, problem = await service.call("POST", path, json=asked)
+        assert (status, problem["code"], problem["mode"]) == (409, "vehicle.taken", "position")
+        assert "armed in POSITION mode" in problem["detail"]
+        assert "disarm" in problem["hint"]
+    await reaches(service, run["id"], "uploaded")
 
 
 async def test_an_unknown_plan_vehicle_or_run_is_404(service: Service, plan_id: str) -> None:

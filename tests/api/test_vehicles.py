@@ -6,6 +6,7 @@ import pytest
 
 from app.domain.errors import LinkError, LinkTimeoutError, VehicleRefusedError, WaydropError
 from app.domain.ports import DuplicateSystem
+from app.domain.vehicle import FlightMode
 from tests.api.service import Service, until
 
 
@@ -31,9 +32,17 @@ async def test_a_vehicle_does_what_it_is_told(service: Service, action: str, mod
     assert body["state"]["mode"] == mode
 
 
-async def test_a_vehicle_on_the_ground_has_nothing_to_hold(service: Service) -> None:
-    status, _, problem = await service.call("POST", "/api/v1/vehicles/v1/hold")
+async def test_a_vehicle_that_was_left_in_offboard_is_told_to_hold_on_the_ground(service: Service) -> None:
+    service.links[0].change(mode=FlightMode.OFFBOARD)
+    status, _, body = await service.call("POST", "/api/v1/vehicles/v1/hold")
+    assert (status, body["state"]["mode"], body["state"]["armed"]) == (202, "hold", False)
+
+
+@pytest.mark.parametrize("action", ["return", "land"])
+async def test_a_vehicle_on_the_ground_neither_returns_nor_lands(service: Service, action: str) -> None:
+    status, _, problem = await service.call("POST", f"/api/v1/vehicles/v1/{action}")
     assert (status, problem["code"]) == (409, "conflict")
+    assert "hold" in problem["hint"]
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from app.domain.errors import LeaseLostError, OffboardNotReadyError, SetpointRefusedError, WaydropError
 from app.domain.events import EventKind
-from app.domain.ports import LinkFact, Unsubscribe, VehicleLink
+from app.domain.ports import LinkFact, StateChanged, Unsubscribe, VehicleLink
 from app.domain.setpoint.forms import Setpoint
 from app.domain.setpoint.limiter import Clamp
 from app.domain.setpoint.means import Means
@@ -49,6 +49,8 @@ class OffboardControl:
         self._holding = Holding(vehicle.id, self.hold, self._hold_unconfirmed)
         self._listeners: list[Callable[[], None]] = []
         self.guide: Guide | None = None
+        self.commanded = ""
+        """What a person has commanded beside the lease, since it was taken."""
         self._unsubscribe = vehicle.link.subscribe(self._heard)
         vehicle.offboard = self.view_if_used
 
@@ -78,6 +80,7 @@ class OffboardControl:
             return lease
         self.surroundings = Surroundings.of(who.vehicle_type, who.firmware, self.settings.fresh_s)
         self.means = self.surroundings.means(self.link.state()) or Means.SETPOINTS
+        self.commanded = ""
         self.flow.start(rate_hz)
         self._ticking.start(rate_hz)
         self._tell_lease("taken", holder, "")
@@ -267,7 +270,14 @@ class OffboardControl:
         """Somebody else's mode is never fought for: stream and last word end at once, or they would pull it back."""
         if self._is_commanded and self._holding.is_under_way and who_acts(self.link.state()):
             self._holding.cancel()
-        if self.state is not _S.IDLE and (reason := ended_by(fact, self.state, self.means, self.link)):
+        self._end_if_taken(fact)
+
+    def look_again(self) -> None:
+        """A leaving has failed: the vehicle may have left OFFBOARD all the same."""
+        self._end_if_taken(StateChanged())
+
+    def _end_if_taken(self, fact: LinkFact) -> None:
+        if self.state is not _S.IDLE and (reason := ended_by(fact, self.state, self.means, self.link, self.commanded)):
             self.end("revoked", reason)
 
     def _stood_still(self) -> None:

@@ -8,8 +8,8 @@ from app.services.offboard.modes import taken_away
 from app.services.offboard_view import OffboardState
 
 
-def ended_by(fact: LinkFact, state: OffboardState, means: Means, link: VehicleLink) -> str:
-    """Why the vehicle is not ours any more, in words; empty if it is."""
+def ended_by(fact: LinkFact, state: OffboardState, means: Means, link: VehicleLink, commanded: str) -> str:
+    """Why the vehicle is not ours any more, in words; empty if it is. `commanded`: by a person, beside the lease."""
     match fact:
         case LinkLost():
             return "the link to the vehicle is lost"
@@ -18,6 +18,6 @@ def ended_by(fact: LinkFact, state: OffboardState, means: Means, link: VehicleLi
         case DuplicateSystem():
             return "the vehicle is quarantined"
         case StateChanged():
-            return taken_away(state, means, link.state())
+            return taken_away(state, means, link.state(), commanded)
         case _:
             return ""

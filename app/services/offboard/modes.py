@@ -18,7 +18,14 @@ COMMANDED: Final = frozenset({FlightMode.HOLD})
 """While it is flown by commands."""
 
 
-def taken_away(state: OffboardState, means: Means, vehicle: VehicleState) -> str:
+_ON_THE_WAY: Final = {
+    "return": frozenset({FlightMode.HOLD, FlightMode.RETURN}),
+    "land": frozenset({FlightMode.HOLD, FlightMode.LAND}),
+}
+"""A person's command: out of OFFBOARD it goes through Hold."""
+
+
+def taken_away(state: OffboardState, means: Means, vehicle: VehicleState, commanded: str = "") -> str:
     """Why the vehicle is not ours any more, in words; empty if it is."""
     expected = MAY_BE_IN.get(state)
     if expected is None:
@@ -26,6 +33,8 @@ def taken_away(state: OffboardState, means: Means, vehicle: VehicleState) -> str
     if means is Means.COMMANDS:
         expected = COMMANDED
     if vehicle.mode not in expected:
+        if vehicle.mode in _ON_THE_WAY.get(commanded, ()):
+            return f"{commanded.capitalize()} was commanded"
         mode = "an unknown" if vehicle.mode is None else vehicle.mode.value
         cause = "a failsafe acts" if vehicle.in_failsafe else "commanded by somebody else"
         return f"the vehicle is in {mode} mode: {cause}"

@@ -120,6 +120,7 @@ class Passage:
         except BaseException:
             if control.lease is not None and control.state is _S.LEAVING:
                 control.move(_S.ACTIVE, f"leaving to {to} failed")
+                control.look_again()
             raise
         if self._has_lease(lease_id):
             control.end("released", f"left to {to}")
@@ -211,6 +212,7 @@ class Passage:
     def _commanded_by_others(self, action: str) -> None:
         """A commanded wing is in Hold, so that the mode tells nothing of Hold; on the way in and out it is ours."""
         control = self._control
+        control.commanded = action
         if action != "hold":
             control.say_no_last_word()
         elif control.means is Means.COMMANDS and control.state is _S.ACTIVE:

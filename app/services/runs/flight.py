@@ -9,6 +9,7 @@ from typing import Final
 
 import structlog
 
+from app.domain.arming import armed_by_others
 from app.domain.errors import ChangeUnderWayError, StorageError, WaydropError, WrongStateError
 from app.domain.events import EventKind
 from app.domain.ports import LinkFact, VehicleLink
@@ -77,14 +78,16 @@ class RunFlight:
             await self._sender.close()
 
     def ask_start(self) -> None:
-        """Start an uploaded run. Raises WrongStateError."""
+        """Start an uploaded run. Raises as require_startable."""
         self.require_startable()
         self._start_asked.set()
 
     def require_startable(self) -> None:
-        """Raises WrongStateError unless it may be asked to start."""
+        """Raises WrongStateError unless it may be asked to start, VehicleTakenError if somebody else has armed it."""
         if self._recorder.run.state not in NOT_STARTED:
             raise self._wrong("start")
+        if self._link.state().armed:
+            raise armed_by_others(f"vehicle {self._recorder.run.vehicle_id}", self._link.state().mode)
 
     async def abort(self) -> None:
         """Before take-off: cancel and disarm. In flight: return. Raises WrongStateError, LinkError."""
@@ -120,7 +123,8 @@ class RunFlight:
             try:
                 with contextlib.suppress(StorageError):  # a person's command does not wait for the disk
                     await self._recorder.flush()
-                await command()
+                with self._watch.commanding(asked):
+                    await command()
             except asyncio.CancelledError:
                 self._recorder.change(**before)
                 self._recorder.note(EventKind.RUN_ACK, command=asked, result="not known: broken off")

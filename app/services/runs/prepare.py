@@ -6,13 +6,15 @@ import asyncio
 import contextlib
 from typing import Final
 
+from app.domain.arming import armed_by_others, arming_obstacle, hold_hint, name_of
 from app.domain.commands import CommandRequest, MavResult
 from app.domain.errors import (
-    ConflictError,
+    CommandExpiredError,
     LinkError,
     LinkTimeoutError,
     StorageError,
     VehicleRefusedError,
+    VehicleTakenError,
     WaydropError,
 )
 from app.domain.events import EventKind
@@ -20,6 +22,7 @@ from app.domain.mission import NAN, MavCmd, Mission
 from app.domain.mission_port import UploadProgress
 from app.domain.ports import VehicleLink
 from app.domain.run import RunState
+from app.domain.vehicle import FlightMode
 from app.services.clock import Clock
 from app.services.runs.clock_gate import refuse_fast_clock
 from app.services.runs.recorder import RunRecorder
@@ -74,17 +77,19 @@ class Preparation:
         await self._recorder.flush()
 
     async def start(self) -> None:
-        """Ready, secure the parcel, arm, start. If anything fails on the ground the vehicle is disarmed.
+        """Ready, secure the parcel, arm in Hold, start. If anything fails on the ground the vehicle is disarmed.
 
         Raises:
-            ConflictError: somebody else has armed it, or its clock runs too fast for supervised drops.
-            LinkError: with the vehicle's reason; StorageError.
+            VehicleTakenError: somebody else has armed it, or changed its mode meanwhile.
+            ConflictError: its clock runs too fast for supervised drops. LinkError: with the vehicle's reason.
+            StorageError.
         """
         if self._link.state().armed:
-            raise ConflictError("the vehicle is armed, and not by Waydrop", hint="land and disarm it, then start again")
+            raise armed_by_others("the vehicle", self._link.state().mode)
         self._recorder.move(RunState.STARTING)
         await self._recorder.flush()
         await refuse_fast_clock(self._link, self._mission, self._clock)
+        await self._hold()
         await self._link.wait_mission_ready(
             mission_id=self._recorder.run.mission_id, rerun=False, timeout_s=self._settings.ready_s
         )
@@ -145,21 +150,64 @@ class Preparation:
                 hint="PD_GRIPPER_TYPE must be 0 or more, and the gripper's output assigned (PWM_MAIN_FUNCn = 430)",
             )
 
+    async def _hold(self) -> None:
+        """Whoever flew it last may have left it in a mode in which PX4 does not arm, or takes off as it arms."""
+        mode = self._link.state().mode
+        if mode is FlightMode.HOLD:
+            return
+        await self._say("hold", because=f"it was left in {name_of(mode)} mode")
+        try:
+            await self._link.hold_disarmed()
+        except LinkError as error:
+            await self._said("hold", error.detail)
+            raise self._because_of_mode(error) from error
+        await self._said("hold", "accepted")
+
     async def _arm(self) -> None:
+        """Ask until it arms. Found armed after an arming that nobody answered, it is armed by that one."""
         deadline_s = self._clock.monotonic() + self._settings.armable_s
         while True:
             await self._say("arm")
-            self.may_fly = True
+            self._refuse_taken()
+            if self._link.state().armed:
+                break
+            before, self.may_fly = self.may_fly, True
             try:
                 await self._link.arm()
-            except (VehicleRefusedError, LinkTimeoutError) as error:
-                await self._said("arm", error.detail)
-                if self._clock.monotonic() >= deadline_s:
+                break
+            except VehicleTakenError:
+                self.may_fly = before
+                if not before:
                     raise
+            except (VehicleRefusedError, LinkTimeoutError, CommandExpiredError) as error:
+                await self._said("arm", error.detail)
+                self.may_fly = before or isinstance(error, LinkTimeoutError)
+                if self._clock.monotonic() >= deadline_s:
+                    raise self._because_of_mode(error) from error
                 await asyncio.sleep(self._settings.arm_again_s)
-                continue
-            await self._said("arm", "accepted")
+        await self._said("arm", "accepted")
+
+    def _refuse_taken(self) -> None:
+        """It stands in Hold, perhaps by our command: who changed that has it. Raises VehicleTakenError."""
+        state = self._link.state()
+        if state.armed and not self.may_fly:
+            raise armed_by_others("the vehicle", state.mode)
+        if state.mode is FlightMode.HOLD:
             return
+        self.may_fly = False  # not ours any more, and so not ours to disarm
+        raise VehicleTakenError(
+            arming_obstacle(state.mode) or f"the vehicle was put into {name_of(state.mode)} mode, and not by Waydrop",
+            hint=hold_hint(self._recorder.run.vehicle_id),
+            mode=None if state.mode is None else state.mode.value,
+            armed=state.armed,
+        )
+
+    def _because_of_mode(self, error: LinkError) -> LinkError:
+        """The same refusal with the mode as its cause, if it is one."""
+        obstacle = arming_obstacle(self._link.state().mode)
+        if not obstacle:
+            return error
+        return type(error)(f"{obstacle}: {error.detail}", hint=hold_hint(self._recorder.run.vehicle_id), **error.extra)
 
     async def _disarm(self) -> None:
         """PX4 refuses to disarm in flight, so this can only ever act on the ground. Asked of a disarmed one too: the

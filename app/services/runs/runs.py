@@ -125,7 +125,8 @@ class Runs:
         `last_look` is called when all else is done, and nothing is awaited after it: if it raises, nothing starts.
 
         Raises:
-            NotFoundError, WrongStateError, PlanRejectedError, LinkError, StorageError; what `last_look` raises.
+            NotFoundError, WrongStateError, VehicleTakenError, PlanRejectedError, LinkError, StorageError; what
+            `last_look` raises.
         """
         flight = await self._flight(run_id)
         flight.require_startable()

@@ -71,7 +71,8 @@ class OrderSender:
         self._recorder.change(asked=asked)
         self._recorder.note(EventKind.RUN_COMMAND, command=order.action, because=f"{order.plan_item_id} failed")
         try:
-            await (self._link.return_to_launch() if returns else self._link.hold())
+            with self._watch.commanding(asked):
+                await (self._link.return_to_launch() if returns else self._link.hold())
             result = "accepted"
         except WaydropError as error:
             result = error.detail

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from app.domain.arming import armed_by_others
 from app.domain.errors import ConflictError, VehicleBusyError
 from app.domain.ports import VehicleLink
 from app.domain.run import Run
@@ -10,7 +11,7 @@ from app.services.fleet import FleetVehicle
 
 
 def refuse_unfit_vehicle(vehicle: FleetVehicle, taken_by: str | None) -> None:
-    """Raises VehicleBusyError, ConflictError. `taken_by` is the run that has the vehicle."""
+    """Raises VehicleBusyError, VehicleTakenError, ConflictError. `taken_by` is the run that has the vehicle."""
     state = vehicle.link.state()
     if taken_by is not None:
         raise VehicleBusyError(
@@ -21,9 +22,7 @@ def refuse_unfit_vehicle(vehicle: FleetVehicle, taken_by: str | None) -> None:
     if not state.connected:
         raise ConflictError(f"the link to vehicle {vehicle.id} is lost", hint="wait until it is connected")
     if state.armed:
-        raise ConflictError(
-            f"vehicle {vehicle.id} is armed, and not by Waydrop", hint="land and disarm it first, then post the run"
-        )
+        raise armed_by_others(f"vehicle {vehicle.id}", state.mode)
 
 
 def refuse_other_or_moving(run: Run, link: VehicleLink) -> None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -46,6 +47,8 @@ class FlightWatch:
         self.leg = leg
         self.moving_on = 0
         """Commands that make another item current and are not answered yet: their numbers are of this mission."""
+        self._command = ""
+        """What the vehicle is being told now and has not obeyed yet; as `Run.asked`."""
         self.change: PendingChange | None = None
         """A changed mission that is on its way to the vehicle, or may be on board."""
         self.skip_to = 0
@@ -79,6 +82,15 @@ class FlightWatch:
             self._advance(self._progress.now_current(current))
             self._recorder.change(item_id=self._progress.item_id)
         self._was_airborne = self._was_armed = self._was_away = True
+
+    @contextlib.contextmanager
+    def commanding(self, asked: str) -> Iterator[None]:
+        """While the vehicle is told this: modes on the way are nobody else's."""
+        self._command = asked
+        try:
+            yield
+        finally:
+            self._command = ""
 
     @property
     def progress(self) -> Progress:
@@ -244,6 +256,7 @@ class FlightWatch:
             mission_done=self._mission_done,
             was_airborne=self._was_airborne,
             asked=self._recorder.run.asked,
+            command=self._command,
             was_armed=self._was_armed,
             after_hands=self.hands.look(seen.state.mode),
             was_returning=self._recorder.run.state is RunState.RETURNING,

@@ -43,14 +43,12 @@ class MissionReporter:
         self._reached = -1
         self._repeats = 0
         self._was_finished = False
-        self._was_active = False
 
     def boot(self) -> None:
         """Power-up."""
         self._slot_s = SLOT_S
         self._reached = -1
         self._was_finished = False
-        self._was_active = False
 
     def poll(self) -> None:
         """Send what is new or due."""
@@ -80,8 +78,8 @@ class MissionReporter:
             return MissionState.NO_MISSION
         if result.finished:
             return MissionState.COMPLETE
-        if self._in_mission and (self._status.armed or self._was_active):
-            return MissionState.ACTIVE  # disarming in mission mode does not end it [14_infeasible_quad]
+        if self._in_mission:
+            return MissionState.ACTIVE  # disarmed too [14_infeasible_quad, 26_offboard_then_return]
         if not result.started or result.seq_current == 0:
             return MissionState.NOT_STARTED
         # a second pause of the same mission is not shown as one [16_pause_resume_jump, 24_link_loss]
@@ -97,13 +95,11 @@ class MissionReporter:
 
     def _send_current(self) -> None:
         total = len(self._store.mission)
-        state = self.mission_state
-        self._was_active = self._in_mission and state is MissionState.ACTIVE
         ids = (self._store.mission.plan_id, self._store.fence.plan_id, self._store.rally.plan_id)
         message = mavlink.MAVLink_mission_current_message(
             self._result.seq_current,
             total or NO_MISSION_TOTAL,
-            state,
+            self.mission_state,
             (MODE_IN_MISSION if self._in_mission else MODE_SUSPENDED) if self._profile.reports_mission_ids else 0,
             *(ids if self._profile.reports_mission_ids else (0, 0, 0)),
         )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
 from typing import Any
 
@@ -21,6 +21,8 @@ class ListeningVehicle(asyncio.DatagramProtocol):
         self.url = f"udpin://127.0.0.1:{port}"
         self.heard: list[Any] = []
         self.times_s: list[float] = []
+        self.base_mode = self.custom_mode = 0
+        self.on_heard: Callable[[Any], None] = lambda _message: None
         self._remote = ("127.0.0.1", port)
         self._mavlink = mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
         self._mavlink.robust_parsing = True
@@ -36,11 +38,12 @@ class ListeningVehicle(asyncio.DatagramProtocol):
         for message in self._mavlink.parse_buffer(data) or ():
             self.heard.append(message)
             self.times_s.append(asyncio.get_running_loop().time())
+            self.on_heard(message)
 
     async def beat(self) -> None:
         """HEARTBEAT five times a second."""
         while True:
-            beat = mavlink.MAVLink_heartbeat_message(2, 12, 0, 0, 4, 3)
+            beat = mavlink.MAVLink_heartbeat_message(2, 12, self.base_mode, self.custom_mode, 4, 3)
             assert self._transport is not None
             self._transport.sendto(bytes(beat.pack(self._mavlink)), self._remote)
             await asyncio.sleep(0.2)

@@ -135,7 +135,7 @@ async def test_commands_outside_a_run_are_recorded_with_who_gave_them() -> None:
     async with fleet_of(vehicle) as (fleet, events, journal):
         commands = VehicleCommands(fleet, journal)
         with pytest.raises(ConflictError, match="not armed"):
-            await commands.hold("v1", "anna")
+            await commands.land("v1", "anna")
         vehicle.put(armed=True, mode=FlightMode.MISSION)
         fleet.vehicle("v1").commanded = lambda action: vehicle.sent.append(f"the hands are told: {action}")
         await commands.hold("v1", "anna")

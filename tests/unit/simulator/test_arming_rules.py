@@ -77,12 +77,13 @@ def test_a_mode_request_without_the_custom_flag_is_refused() -> None:
     assert Cockpit().command(Cmd.DO_SET_MODE, 0, 4, 3) == [Result.TEMPORARILY_REJECTED]
 
 
-def test_a_mission_start_that_cannot_arm_leaves_the_mode_as_it_was() -> None:
+def test_a_mission_start_that_cannot_arm_changes_the_mode_all_the_same() -> None:
+    """Recording 26."""
     cockpit = Cockpit(params={"NAV_DLL_ACT": 2}, heartbeats=False)
     cockpit.upload([takeoff(5), RETURN])
     cockpit.fly(0.1)
     assert cockpit.command(Cmd.MISSION_START) == [Result.TEMPORARILY_REJECTED]
-    assert (cockpit.armed, cockpit.vehicle.state.status.mode) == (False, Mode.LOITER)
+    assert (cockpit.armed, cockpit.vehicle.state.status.mode) == (False, Mode.MISSION)
 
 
 # disarming --------------------------------------------------------------------------------------------------

@@ -100,7 +100,7 @@ def test_a_start_without_a_valid_mission_is_denied_and_changes_nothing() -> None
     assert (air.status.armed, air.status.mode) == (False, Mode.LOITER)
 
 
-def test_a_start_arms_or_leaves_the_mode_as_it_was() -> None:
+def test_a_start_arms_or_changes_the_mode_alone() -> None:
     air = standing()
     assert air.commander.mission_start() is Result.ACCEPTED
     assert (air.status.armed, air.status.mode) == (True, Mode.MISSION)
@@ -108,7 +108,7 @@ def test_a_start_arms_or_leaves_the_mode_as_it_was() -> None:
     other = standing()
     other.status.gps_lost = True
     assert other.commander.mission_start() is Result.TEMPORARILY_REJECTED
-    assert (other.status.armed, other.status.mode, other.commander.intended) == (False, Mode.LOITER, Mode.LOITER)
+    assert (other.status.armed, other.status.mode, other.commander.intended) == (False, Mode.MISSION, Mode.MISSION)
 
 
 # termination ------------------------------------------------------------------------------------------------

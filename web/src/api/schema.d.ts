@@ -10492,7 +10492,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `vehicle.busy`: The vehicle is busy with a run; `vehicle.quarantined`: The vehicle is quarantined */
+            /** @description `vehicle.busy`: The vehicle is busy with a run; `vehicle.taken`: Somebody else has the vehicle; `vehicle.quarantined`: The vehicle is quarantined */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -10826,7 +10826,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `conflict`: Not now; `run.wrong_state`: The run is in another state; `vehicle.quarantined`: The vehicle is quarantined; `vehicle.refused`: The vehicle refused */
+            /** @description `conflict`: Not now; `run.wrong_state`: The run is in another state; `vehicle.quarantined`: The vehicle is quarantined; `vehicle.refused`: The vehicle refused; `vehicle.taken`: Somebody else has the vehicle */
             409: {
                 headers: {
                     [name: string]: unknown;
@@ -12278,7 +12278,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `conflict`: Not now; `run.not_over`: The run is not over; `run.nothing_left`: Nothing is left to fly; `run.continued`: The run was continued already; `run.changing`: The mission is being changed; `vehicle.busy`: The vehicle is busy with a run; `vehicle.quarantined`: The vehicle is quarantined; `vehicle.refused`: The vehicle refused */
+            /** @description `conflict`: Not now; `run.not_over`: The run is not over; `run.nothing_left`: Nothing is left to fly; `run.continued`: The run was continued already; `run.changing`: The mission is being changed; `vehicle.busy`: The vehicle is busy with a run; `vehicle.taken`: Somebody else has the vehicle; `vehicle.quarantined`: The vehicle is quarantined; `vehicle.refused`: The vehicle refused */
             409: {
                 headers: {
                     [name: string]: unknown;

@@ -31,7 +31,7 @@ export function HandsAbilities({ vehicle }: { vehicle: Vehicle }) {
           <Icon name="check" size={16} />
           <span>
             <b>Hold, return and land</b>
-            <small>{inRun ? "The run panel has those that fit its run." : vehicle.state.armed === true ? "Held to confirm." : `As soon as ${vehicle.id} is armed.`}</small>
+            <small>{inRun ? "The run panel has those that fit its run." : vehicle.state.armed === true ? "Held to confirm." : `Return and land as soon as ${vehicle.id} is armed.`}</small>
           </span>
         </li>
       </ul>

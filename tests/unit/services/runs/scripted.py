@@ -74,10 +74,13 @@ class ScriptedVehicle:
         self.upload_gate.set()
         self.upload_closed = False
         self.arm_refusals = 0
+        self.arm_errors: list[WaydropError] = []
         self.start_error: LinkError | None = None
+        self.hold_error: WaydropError | None = None
         self.disarm_error: LinkError | None = None
         self.says_armed = True
-        self.start_gate, self.hold_gate = asyncio.Event(), asyncio.Event()
+        self.start_gate, self.hold_gate, self.return_gate = asyncio.Event(), asyncio.Event(), asyncio.Event()
+        self.return_gate.set()
         self.start_gate.set()
         self.hold_gate.set()
 
@@ -161,6 +164,8 @@ class ScriptedVehicle:
 
     async def arm(self) -> None:
         self.sent.append("arm")
+        if self.arm_errors:
+            raise self.arm_errors.pop(0)
         if self.arm_refusals:
             self.arm_refusals -= 1
             raise VehicleRefusedError("arming denied", texts=["Preflight Fail: no GNSS"])
@@ -184,8 +189,17 @@ class ScriptedVehicle:
         await self.hold_gate.wait()
         self.put(mode=FlightMode.HOLD)
 
+    async def hold_disarmed(self) -> None:
+        self.sent.append("hold_disarmed")
+        if self.hold_error is not None:
+            raise self.hold_error
+        self.put(mode=FlightMode.HOLD)
+
     async def return_to_launch(self) -> None:
         self.sent.append("return")
+        if self.truth.mode is FlightMode.OFFBOARD:
+            self.put(mode=FlightMode.HOLD)
+            await self.return_gate.wait()
         self.put(mode=FlightMode.RETURN)
 
     async def land(self) -> None:

@@ -7,7 +7,7 @@ import asyncio
 import pytest
 
 from app.domain.drop import DropOutcome
-from app.domain.errors import LinkTimeoutError, VehicleRefusedError
+from app.domain.errors import LinkTimeoutError, VehicleRefusedError, VehicleTakenError
 from app.domain.ports import Rebooted
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode, LandedState
@@ -35,8 +35,9 @@ async def test_an_uploaded_run_is_not_started_while_somebody_else_flies_the_vehi
         await _uploaded(at)
         at.vehicle.put(armed=True, landed=LandedState.IN_AIR)
         sent = list(at.vehicle.sent)
-        await at.runs.start(at.run_id, "test")
-        await at.until(lambda: "not by Waydrop" in at.run.reason, "the reason must be told")
+        with pytest.raises(VehicleTakenError) as caught:
+            await at.runs.start(at.run_id, "test")
+        assert (caught.value.code, caught.value.extra) == ("vehicle.taken", {"mode": "hold", "armed": True})
         assert at.run.state is RunState.UPLOADED
         assert at.vehicle.sent == sent
 

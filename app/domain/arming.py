@@ -1,0 +1,50 @@
+"""Who may arm a vehicle, and why PX4 does not arm in a mode: it says so by an EVENT at most, so the mode tells it."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from app.domain.errors import VehicleTakenError
+from app.domain.vehicle import FlightMode
+
+_NEEDS_STICKS: Final = "only with manual control input, which nobody gives it"
+_WHY: Final = {
+    FlightMode.OFFBOARD: "only with a setpoint stream",
+    FlightMode.POSITION: _NEEDS_STICKS,
+    FlightMode.ALTITUDE: _NEEDS_STICKS,
+    FlightMode.MANUAL: _NEEDS_STICKS,
+    FlightMode.STABILIZED: _NEEDS_STICKS,
+    FlightMode.RETURN: "never",
+    FlightMode.LAND: "never",
+    FlightMode.ORBIT: "never",
+    FlightMode.OTHER: "perhaps never",
+}
+
+
+def arming_obstacle(mode: FlightMode | None) -> str:
+    """What keeps a disarmed vehicle in this mode from arming, in words; empty if the mode does not."""
+    if mode is None or mode not in _WHY:
+        return ""
+    return f"the vehicle is disarmed in {name_of(mode)} mode, and PX4 arms it there {_WHY[mode]}"
+
+
+def hold_hint(vehicle_id: str) -> str:
+    """How a disarmed vehicle leaves such a mode."""
+    return f"tell it to hold: POST /api/v1/vehicles/{vehicle_id}/hold or `waydrop hold {vehicle_id}`; then start again"
+
+
+def armed_by_others(vehicle: str, mode: FlightMode | None) -> VehicleTakenError:
+    """Of a vehicle that is armed, and nobody here has armed it. `vehicle` is how it is called."""
+    return VehicleTakenError(
+        f"{vehicle} is armed in {name_of(mode)} mode, and not by Waydrop: a pilot or another ground station has it",
+        hint="land and disarm it, by whoever has it or with land; then start again",
+        mode=None if mode is None else mode.value,
+        armed=True,
+    )
+
+
+def name_of(mode: FlightMode | None) -> str:
+    """A mode in a sentence."""
+    if mode is None or mode is FlightMode.OTHER:
+        return "an unknown"
+    return mode.value.upper()

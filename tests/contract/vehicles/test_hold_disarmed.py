@@ -1,0 +1,71 @@
+"""VehicleLink.hold_disarmed and arm, and a vehicle that somebody arms at the same moment: it is told neither.
+
+In a file of its own: a listening vehicle may be given the port to which a simulated one of the same file still talks.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from app.domain.errors import LinkTimeoutError, VehicleTakenError
+from app.domain.mission import MavCmd
+from app.vehicles import LinkSettings
+from tests.contract.vehicles.driving import opened_link
+from tests.contract.vehicles.listening_vehicle import ListeningVehicle, listening_vehicle
+
+ARMED, POSITION = 0x81, 3 << 16
+
+
+def _modes(vehicle: ListeningVehicle) -> list[Any]:
+    return _sent(vehicle, MavCmd.DO_SET_MODE)
+
+
+def _sent(vehicle: ListeningVehicle, number: MavCmd) -> list[Any]:
+    return [message for message in vehicle.of("COMMAND_LONG") if message.command == number]
+
+
+async def test_an_armed_vehicle_is_not_told_to_hold_as_one_that_stands() -> None:
+    async with listening_vehicle() as vehicle, opened_link([vehicle.url]) as link:
+        vehicle.base_mode, vehicle.custom_mode = ARMED, POSITION
+        with pytest.raises(VehicleTakenError, match="armed in POSITION mode") as caught:
+            await link.hold_disarmed()
+        assert (caught.value.extra["mode"], caught.value.extra["armed"]) == ("position", True)
+        assert _modes(vehicle) == []
+
+
+async def test_one_that_is_armed_after_the_first_try_is_not_told_again() -> None:
+    async with listening_vehicle() as vehicle, opened_link([vehicle.url]) as link:
+
+        def arm(message: Any) -> None:
+            if message.get_type() == "COMMAND_LONG" and message.command == MavCmd.DO_SET_MODE:
+                vehicle.base_mode, vehicle.custom_mode = ARMED, POSITION
+
+        vehicle.on_heard = arm
+        with pytest.raises(VehicleTakenError):
+            await link.hold_disarmed()
+        assert len(_modes(vehicle)) == 1
+
+
+async def test_without_an_answer_it_is_tried_as_often_as_any_command() -> None:
+    settings = LinkSettings(command_timeout_s=0.3, command_attempts=2)
+    async with listening_vehicle() as vehicle, opened_link([vehicle.url], settings=settings) as link:
+        with pytest.raises(LinkTimeoutError):
+            await link.hold_disarmed()
+        assert len(_modes(vehicle)) == 2
+
+
+async def test_an_armed_vehicle_is_not_armed_again_px4_would_accept_that() -> None:
+    async with listening_vehicle() as vehicle, opened_link([vehicle.url]) as link:
+        vehicle.base_mode, vehicle.custom_mode = ARMED, POSITION
+        with pytest.raises(VehicleTakenError, match="armed in POSITION mode"):
+            await link.arm()
+        assert _sent(vehicle, MavCmd.COMPONENT_ARM_DISARM) == []
+
+
+async def test_an_arming_without_an_answer_is_not_sent_again_before_the_next_heartbeat_was_looked_at() -> None:
+    async with listening_vehicle() as vehicle, opened_link([vehicle.url]) as link:
+        with pytest.raises(LinkTimeoutError):
+            await link.arm()
+        assert len(_sent(vehicle, MavCmd.COMPONENT_ARM_DISARM)) == 1

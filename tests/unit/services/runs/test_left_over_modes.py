@@ -1,0 +1,135 @@
+"""A start finds the vehicle in any mode, and whoever has it armed or changes its mode meanwhile keeps it."""
+
+from __future__ import annotations
+
+import asyncio
+from dataclasses import replace
+
+import pytest
+
+from app.domain.errors import LinkTimeoutError, VehicleRefusedError, VehicleTakenError
+from app.domain.run import RunState
+from app.domain.vehicle import FlightMode, LandedState
+from tests.unit.services.runs.desk import FAST, Desk, desk
+
+PATIENT = replace(FAST, armable_s=5.0)
+LEFT_OVER = tuple(mode for mode in FlightMode if mode is not FlightMode.HOLD)
+
+
+@pytest.mark.parametrize("mode", LEFT_OVER)
+async def test_hold_is_commanded_before_arming_in_whatever_mode_the_vehicle_was_left(mode: FlightMode) -> None:
+    async with desk() as at:
+        at.vehicle.put(mode=mode)
+        await at.create()
+        await at.until_state(RunState.FLYING)
+        sent = at.vehicle.sent
+        assert [step for step in sent if step in ("hold_disarmed", "arm", "start")] == ["hold_disarmed", "arm", "start"]
+
+
+async def test_a_vehicle_that_holds_is_not_told_again() -> None:
+    async with desk() as at:
+        await at.create()
+        await at.until_state(RunState.FLYING)
+        assert not [step for step in at.vehicle.sent if "hold" in step]
+
+
+async def test_a_vehicle_that_stays_in_its_mode_is_not_armed_and_the_reason_names_the_mode() -> None:
+    async with desk() as at:
+        at.vehicle.put(mode=FlightMode.OFFBOARD)
+        at.vehicle.hold_error = VehicleRefusedError("the vehicle refused to enter hold mode: DENIED")
+        await at.create()
+        await at.until_state(RunState.FAILED)
+        assert "disarmed in OFFBOARD mode, and PX4 arms it there only with a setpoint stream" in at.run.reason
+        assert "refused to enter hold mode" in at.run.reason
+        assert "arm" not in at.vehicle.sent
+
+
+@pytest.mark.parametrize(
+    ("mode", "why"),
+    [
+        (FlightMode.OFFBOARD, "only with a setpoint stream"),
+        (FlightMode.POSITION, "only with manual control input"),
+        (FlightMode.RETURN, "never"),
+    ],
+)
+async def test_an_arming_refusal_names_the_mode_that_somebody_else_has_commanded(mode: FlightMode, why: str) -> None:
+    async with desk(settings=PATIENT) as at:
+        await _refused_arming(at)
+        at.vehicle.put(mode=mode)
+        await at.until_state(RunState.FAILED)
+        assert f"the vehicle is disarmed in {mode.value.upper()} mode, and PX4 arms it there {why}" in at.run.reason
+        assert not {"start", "disarm", "hold_disarmed"} & set(at.vehicle.sent), "its mode is not fought for"
+
+
+async def test_a_vehicle_that_somebody_else_arms_meanwhile_is_neither_started_nor_disarmed() -> None:
+    async with desk(settings=PATIENT) as at:
+        await _refused_arming(at)
+        at.vehicle.put(armed=True)
+        await at.until_state(RunState.FAILED)
+        assert "is armed in HOLD mode, and not by Waydrop" in at.run.reason
+        assert not {"start", "disarm"} & set(at.vehicle.sent)
+
+
+async def test_a_vehicle_armed_by_an_arming_without_an_answer_is_ours() -> None:
+    async with desk(settings=PATIENT) as at:
+        at.vehicle.arm_errors = [LinkTimeoutError("no ack"), VehicleRefusedError("not yet")]
+        await at.create()
+        await at.until_state(RunState.FLYING)
+
+
+async def test_so_it_is_when_the_next_try_finds_it_armed_and_it_is_not_asked_for_the_third_time() -> None:
+    async with desk(settings=PATIENT) as at:
+
+        async def arm() -> None:
+            at.vehicle.sent.append("arm")
+            if at.vehicle.sent.count("arm") == 1:
+                raise LinkTimeoutError("no ack")
+            at.vehicle.put(armed=True)
+            raise VehicleTakenError("it is armed")
+
+        at.vehicle.arm = arm  # type: ignore[method-assign]
+        await at.create()
+        await at.until_state(RunState.FLYING)
+        assert at.vehicle.sent.count("arm") == 2
+
+
+async def test_who_arms_in_the_moment_of_the_first_try_keeps_the_vehicle() -> None:
+    async with desk() as at:
+        at.vehicle.arm_errors = [VehicleTakenError("it is armed in POSITION mode")]
+        await at.create()
+        await at.until_state(RunState.FAILED)
+        assert "armed in POSITION mode" in at.run.reason
+        assert not {"start", "disarm"} & set(at.vehicle.sent)
+
+
+async def test_taken_before_hold_could_be_commanded_it_is_left_alone() -> None:
+    async with desk() as at:
+        at.vehicle.put(mode=FlightMode.POSITION)
+        at.vehicle.hold_error = VehicleTakenError("it is armed in POSITION mode")
+        await at.create()
+        await at.until_state(RunState.FAILED)
+        assert "armed in POSITION mode" in at.run.reason
+        assert not {"arm", "start", "disarm"} & set(at.vehicle.sent)
+
+
+async def test_a_return_out_of_offboard_goes_through_hold_and_nobody_else_is_blamed_for_that() -> None:
+    async with desk() as at:
+        await at.create()
+        await at.until_state(RunState.FLYING)
+        at.vehicle.put(mode=FlightMode.OFFBOARD, landed=LandedState.IN_AIR)
+        await at.until(lambda: "by hand" in at.run.reason, "it must be flown by hand")
+        at.vehicle.return_gate.clear()
+        returning = asyncio.create_task(at.runs.return_to_launch(at.run_id, "test"))
+        await at.until(lambda: at.run.reason == "returning, as asked", "Hold on the way must be told as the return")
+        assert at.run.state is RunState.PAUSED
+        at.vehicle.return_gate.set()
+        await returning
+        await at.until_state(RunState.RETURNING)
+        assert not [event for event in at.events.events if "somebody else" in str(event.data)]
+
+
+async def _refused_arming(at: Desk) -> None:
+    """It is asked to arm again and again."""
+    at.vehicle.arm_refusals = 1000
+    await at.create()
+    await at.until(lambda: at.vehicle.sent.count("arm") > 1, "it must be asked again")
