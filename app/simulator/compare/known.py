@@ -67,7 +67,6 @@ KNOWN: tuple[Known, ...] = (
     ),
     Known("03b_upload_protocol", "stored mission", "^recorded 2 items, id 943885599", _SEVEN_DIGITS),
     Known("10_plane_delivery", "home position", "^[0-9.]+ m apart, after a move", _PLANE_STOPS),
-    Known("12_vtol_delivery", "current mission item: times", "^7 after 6: 5.05 s", _TWO_SLOTS),
     Known(
         "14_infeasible_plane",
         "home position",
