@@ -18,6 +18,7 @@ from app.simulator.wire import VtolState
 
 GRAVITY_M_S2 = 9.81
 WAITS_M_S = 0.001
+LEVELS_S = 2.0
 LONGEST_BACK_S = 10.0  # VT_B_TRANS_DUR
 
 
@@ -31,6 +32,8 @@ class Vtol:
         self._hover = Multicopter(params, status, hover_throttle, self._control)
         self._wing = FixedWing(params)
         self._since_s = 0.0
+        self._climb_m_s = 0.0
+        """Asked for in a transition to the wing: what it had, going to zero."""
 
     def reset(self, body: Body) -> None:
         """Back to multicopter, where the body is."""
@@ -43,6 +46,7 @@ class Vtol:
         if wanted == VtolState.FW and state in (VtolState.MC, VtolState.TRANSITION_TO_MC):
             self._status.vtol_state = VtolState.TRANSITION_TO_FW
             self._since_s = 0.0
+            self._climb_m_s = math.nan
         elif wanted == VtolState.MC and state in (VtolState.FW, VtolState.TRANSITION_TO_FW):
             self._status.vtol_state = VtolState.TRANSITION_TO_MC
             self._since_s = 0.0
@@ -77,13 +81,18 @@ class Vtol:
     def _to_wing(self, body: Body, dt_s: float, wind: Wind) -> None:
         """Push ahead, the propeller gaining speed, until the wing carries; level, with lift motors that cannot pull."""
         self._since_s += dt_s
+        if math.isnan(self._climb_m_s):
+            self._climb_m_s = body.v_up_m_s
         airspeed = _airspeed_m_s(body, wind)
         throttle = self._since_s * float(self._params["VT_PSHER_SLEW"])
         force = air_force(airspeed, -body.v_up_m_s)
         gained = push_m_s2(throttle, airspeed) - force.backward_m_s2
         body.v_north_m_s += gained * math.cos(body.yaw_rad) * dt_s
         body.v_east_m_s += gained * math.sin(body.yaw_rad) * dt_s
-        held = -CLIMB_GAIN * body.v_up_m_s  # no more than the lift motors' own thrust can be taken away
+        self._climb_m_s -= self._climb_m_s * dt_s / LEVELS_S
+        held = CLIMB_GAIN * (
+            self._climb_m_s - body.v_up_m_s
+        )  # no more than the lift motors' own thrust can be taken away
         body.v_up_m_s += max(held, -force.downward_m_s2 - GRAVITY_M_S2) * dt_s
         self._move(body, dt_s)
         long_enough = self._since_s > float(self._params["VT_TRANS_MIN_TM"])
