@@ -19,6 +19,7 @@ from app.simulator.wire import VtolState
 GRAVITY_M_S2 = 9.81
 WAITS_M_S = 0.001
 LEVELS_S = 2.0
+BRAKING_M_S2 = 2.0  # VT_B_DEC_MSS
 LONGEST_BACK_S = 10.0  # VT_B_TRANS_DUR
 
 
@@ -106,8 +107,9 @@ class Vtol:
         self._since_s += dt_s
         airspeed = _airspeed_m_s(body, wind)
         force = air_force(airspeed, -body.v_up_m_s)
-        body.v_north_m_s -= force.backward_m_s2 * math.cos(body.yaw_rad) * dt_s
-        body.v_east_m_s -= force.backward_m_s2 * math.sin(body.yaw_rad) * dt_s
+        braking = max(force.backward_m_s2, BRAKING_M_S2)  # in a tail wind the pitch has to brake
+        body.v_north_m_s -= braking * math.cos(body.yaw_rad) * dt_s
+        body.v_east_m_s -= braking * math.sin(body.yaw_rad) * dt_s
         body.v_up_m_s *= 0.95
         self._move(body, dt_s)
         ahead = body.v_north_m_s * math.cos(body.yaw_rad) + body.v_east_m_s * math.sin(body.yaw_rad)

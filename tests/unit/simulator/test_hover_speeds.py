@@ -84,3 +84,11 @@ def test_nose_down_the_air_pushes_down_and_turns_the_nose_up(pitch_deg: float) -
 def test_a_vtol_has_its_own_limits() -> None:
     assert AIRFRAMES["vtol"].params["MPC_XY_VEL_MAX"] == 8.0
     assert AIRFRAMES["vtol"].params["MPC_XY_ERR_MAX"] == 5.0
+
+
+def test_in_a_tail_wind_it_brakes_by_its_pitch() -> None:
+    cockpit = Cockpit("vtol")
+    cockpit.vehicle.faults.wind_north_m_s = 5.0
+    cockpit.start([takeoff(30), TO_WING, waypoint(300, 0, 30), TO_HOVER, waypoint(600, 0, 30), LAND])
+    cockpit.until(lambda: cockpit.vehicle.state.status.vtol_state == VtolState.TRANSITION_TO_MC)
+    assert cockpit.until(lambda: cockpit.vehicle.state.status.vtol_state == VtolState.MC) < 6.0
