@@ -32,6 +32,7 @@ CLIMBING_OUT = 1.1
 """Airspeed of a takeoff over FW_AIRSPD_MIN: at full power it is a tenth faster than PX4 asks for."""
 ALTITUDE_GAIN = 0.2  # 1 / FW_T_ALT_TC
 HEIGHT_RATE_SHARE = 0.5  # FW_T_HRATE_FF
+CIRCLES_WITHIN = 0.32  # NPFG_SW_DST_MLT
 SPEED_RATE_M_S2 = 1.5
 BLIND_SINK_M_S = 0.5
 
@@ -47,6 +48,11 @@ class FixedWing:
         """Flown without a position."""
         self._reference_m: float | None = None
         """The height that TECS follows: it moves to the wanted one no faster than the vehicle may climb or sink."""
+        self._approach_from: Point | None = None
+        """Where the landing began, and how far from there it is to its point: never more than it was."""
+        self._to_go_m = math.inf
+        self._circled: Point | None = None
+        """The waypoint that it circles because its height does not fit yet."""
         self._leg: tuple[Point, Point] | None = None
         self._nearest_m = 0.0
         """To the end of that leg, so far: past it the ramp does not run back."""
@@ -57,7 +63,7 @@ class FixedWing:
         """Take over a body in any state."""
         self._airspeed = body.ground_speed_m_s
         self._bank = 0.0
-        self._reference_m = None
+        self._reference_m = self._approach_from = self._circled = None
         self._airborne = not body.on_ground
         self._touched_down = False
 
@@ -148,6 +154,8 @@ class FixedWing:
     def _climb_command(self, body: Body, setpoint: Setpoint, dt_s: float) -> float:
         """TECS: so much per metre that is missing, and half of the reference's own rate: a descent is flown late."""
         landing = setpoint.kind is SetpointKind.LAND
+        if not landing:
+            self._approach_from = None
         if setpoint.kind is SetpointKind.TAKEOFF and setpoint.up_m - body.up_m > 1.0:
             self._reference_m = None
             return TAKEOFF_CLIMB_M_S
@@ -180,21 +188,32 @@ class FixedWing:
         """Down the line from where the approach began over the landing point, and below it on the other side."""
         slope = setpoint.approach_slope if math.isfinite(setpoint.approach_slope) else 0.08
         ahead = (setpoint.north_m - body.north_m, setpoint.east_m - body.east_m)
-        distance_m = math.hypot(*ahead)
-        if setpoint.previous is not None:
-            along = (setpoint.north_m - setpoint.previous[0], setpoint.east_m - setpoint.previous[1])
-            distance_m = (ahead[0] * along[0] + ahead[1] * along[1]) / max(math.hypot(*along), 1.0)
-        return min(setpoint.up_m + distance_m * slope, max(body.up_m, setpoint.up_m))
+        if self._approach_from is None:
+            self._approach_from = setpoint.previous or (body.north_m, body.east_m)
+            self._to_go_m = math.inf
+        along = (setpoint.north_m - self._approach_from[0], setpoint.east_m - self._approach_from[1])
+        to_go_m = (ahead[0] * along[0] + ahead[1] * along[1]) / max(math.hypot(*along), 1.0)
+        self._to_go_m = min(self._to_go_m, to_go_m)
+        return min(setpoint.up_m + self._to_go_m * slope, max(body.up_m, setpoint.up_m))
 
     # steering -----------------------------------------------------------------------------------------------
 
     def _course(self, body: Body, setpoint: Setpoint) -> Course:
         here = (body.north_m, body.east_m)
         bound_m = max(body.ground_speed_m_s, 1.0) * self._guidance_s()
-        if setpoint.kind is SetpointKind.LOITER:
+        if setpoint.kind is SetpointKind.LOITER or self._circles(body, setpoint, bound_m):
             side = 1.0 if setpoint.loiter_clockwise else -1.0
             return around_circle(here, setpoint.point, side * setpoint.loiter_radius_m, bound_m)
         return to_line(here, setpoint.previous, setpoint.point, bound_m, beyond=setpoint.kind is SetpointKind.LAND)
+
+    def _circles(self, body: Body, setpoint: Setpoint, bound_m: float) -> bool:
+        """At a waypoint whose height it has not reached a plane circles until it has (handle_setpoint_type)."""
+        away_m = math.dist((body.north_m, body.east_m), setpoint.point)
+        off = abs(body.up_m - setpoint.up_m) > float(self._params["NAV_FW_ALT_RAD"])
+        near = away_m < CIRCLES_WITHIN * bound_m or self._circled == setpoint.point
+        waits = setpoint.kind is SetpointKind.POSITION and off and near and not setpoint.next_lands
+        self._circled = setpoint.point if waits else None
+        return waits
 
     def _guidance_s(self) -> float:
         """NPFG's time constant. Before v1.14 the guidance was L1; its parameters serve as well."""
