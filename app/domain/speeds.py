@@ -8,7 +8,7 @@ from typing import Final
 
 from app.domain.default_facts import default_facts, parameter
 from app.domain.plan.document import Plan
-from app.domain.plan.items import ChangeSpeed, Takeoff, Waypoint
+from app.domain.plan.items import ChangeSpeed, Takeoff, Transition, Waypoint
 from app.domain.plan.walk import Carried, Step, carried_in_flight
 from app.domain.vehicle import VehicleFacts
 
@@ -52,7 +52,7 @@ def speed_range_m_s(facts: VehicleFacts, carried: Carried) -> tuple[float, float
 def speeds_along(plan: Plan, facts: VehicleFacts, steps: Iterable[Step]) -> tuple[float, ...]:
     """Ground speed in m/s without wind at the end of each step; a vehicle takes no more than its range.
 
-    PX4 keeps one asked-for speed for hovering and one for wing-borne flight.
+    A transition ends an asked-for speed: PX4 flies its own again, on the wing and in hover.
     """
     asked = _asked_at_start(plan)
     speeds: list[float] = []
@@ -80,6 +80,8 @@ def _asked_at_start(plan: Plan) -> dict[Carried, float]:
 
 def _ask(asked: dict[Carried, float], plan: Plan, step: Step) -> None:
     item = step.item
+    if isinstance(item, Transition):
+        asked.clear()
     if isinstance(item, Takeoff) and plan.cruise_speed_m_s is not None:
         asked[step.after] = plan.cruise_speed_m_s
     elif isinstance(item, (ChangeSpeed, Waypoint)) and item.speed_m_s is not None:

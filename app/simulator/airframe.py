@@ -57,6 +57,8 @@ class Airframe:
 
 _PLANE_SPEEDS = {"FW_AIRSPD_TRIM": 12.0, "FW_AIRSPD_MAX": 14.0, "FW_AIRSPD_MIN": 10.0}
 _PLANE_HEIGHTS = {"MIS_TAKEOFF_ALT": 25.0, "RTL_RETURN_ALT": 100.0}  # [14_infeasible_plane, 20_offboard_plane]
+_VTOL_HOVER = {"MPC_XY_VEL_MAX": 8.0, "MPC_XY_ERR_MAX": 5.0, "MIS_TAKEOFF_ALT": 20.0}  # rc.vtol_defaults
+_VTOL_WING = {"MIS_TKO_LAND_REQ": 2, "FW_AIRSPD_TRIM": 10.5}
 _PLANE_RETURN = {"RTL_LAND_DELAY": -1.0}  # rc.fw_defaults: it circles until somebody decides
 
 AIRFRAMES = {
@@ -70,7 +72,7 @@ AIRFRAMES = {
             5,
             {"SYS_AUTOSTART": 10041, "MIS_TKO_LAND_REQ": 2, **_PLANE_HEIGHTS, **_PLANE_SPEEDS, **_PLANE_RETURN},
         ),
-        Airframe("vtol", 22, 9, {"SYS_AUTOSTART": 10043, "MIS_TKO_LAND_REQ": 2, "FW_AIRSPD_TRIM": 10.5}, 0.3),
+        Airframe("vtol", 22, 9, {"SYS_AUTOSTART": 10043, **_VTOL_WING, **_VTOL_HOVER}, 0.3),
         Airframe("rover", 10, 3, {"SYS_AUTOSTART": 10045, "NAV_ACC_RAD": 0.5, "RTL_RETURN_ALT": 60.0}),
         Airframe("airship", 7, 5, {"SYS_AUTOSTART": 2507, "MPC_XY_CRUISE": 3.0, "MPC_Z_V_AUTO_UP": 1.0}),
     )

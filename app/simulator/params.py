@@ -75,6 +75,7 @@ DEFAULTS: dict[str, Value] = {
     "MPC_XY_ERR_MAX": 2.0,
     "MPC_XY_TRAJ_P": 0.5,
     "MPC_XY_VEL_MAX": 12.0,
+    "MPC_Z_ERR_MAX": 1.0,
     "MPC_Z_VEL_MAX_DN": 1.5,
     "MPC_Z_VEL_MAX_UP": 3.0,
     "MPC_Z_V_AUTO_DN": 1.5,
@@ -101,6 +102,8 @@ DEFAULTS: dict[str, Value] = {
     "SYS_AUTOSTART": 0,
     "SYS_HAS_NUM_ASPD": 1,
     "VT_ARSP_TRANS": 10.0,
+    "VT_PSHER_SLEW": 0.33,
+    "VT_TRANS_MIN_TM": 2.0,
 }
 
 

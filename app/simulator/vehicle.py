@@ -287,6 +287,7 @@ class Vehicle:
         if round(wanted) == VtolState.FW and self.state.body.on_ground:
             return Result.TEMPORARILY_REJECTED
         self._motion.transition(round(wanted))
+        self.context.change_speed(math.nan)  # navigator: reset_cruising_speed
         return Result.ACCEPTED
 
     def _return(self) -> None:

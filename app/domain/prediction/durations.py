@@ -43,6 +43,8 @@ def effort(flight: Flight, before: Motion, step: Step, speed_m_s: float, drop: D
     order to release, or with the question to the operator, and that of its waypoint ends with it.
     """
     item = step.item
+    if step.after is Carried.ROTARY_WING:
+        speed_m_s = vtol.hover_speed_m_s(flight.facts, speed_m_s)
     match item:
         case Takeoff():
             return _takeoff(flight, before, step, speed_m_s)
@@ -55,7 +57,11 @@ def effort(flight: Flight, before: Motion, step: Step, speed_m_s: float, drop: D
         case ReturnToLaunch():
             return _return(flight, before, step, speed_m_s, ahead)
         case Transition():
-            return vtol.to_wing(flight, before, ahead.following) if item.to == "fixed_wing" else vtol.to_hover(before)
+            return (
+                vtol.to_wing(flight, before, ahead.following)
+                if item.to == "fixed_wing"
+                else vtol.to_hover(flight, before)
+            )
         case Delay():
             return Effort(0.0, item.duration_s, _waited(before, step))
     return _drop(flight, before, step, drop)
@@ -186,7 +192,7 @@ def _return(flight: Flight, before: Motion, step: Step, speed_m_s: float, ahead:
     home = _after(climbed, wing.fly(flight, climbed.end, to, up_m, max(speed_m_s, 1.0)))
     if flight.facts.vehicle_type is not VehicleType.VTOL:
         return home  # it circles there
-    hovering = _after(home, vtol.to_hover(home.end))
+    hovering = _after(home, vtol.to_hover(flight, home.end))
     target = rotary.Target(to, 0.0, parameter(flight.facts, "NAV_ACC_RAD"))
     return _after(hovering, rotary.land(flight, hovering.end, target, _hover_m_s(flight)))
 

@@ -9,15 +9,24 @@ from app.domain.prediction import rotary, wing
 from app.domain.prediction.effort import Effort, Flight
 from app.domain.prediction.motion import Motion, Point, ahead, course, turn
 from app.domain.prediction.vertical import takes_off_s
+from app.domain.vehicle import VehicleFacts, VehicleType
 
-FORWARD_M_S2 = 4.4
-"""Reaches VT_ARSP_TRANS of 10 m/s 2.3 s after the order (recorded)."""
-YAW_RATE_RAD_S = math.radians(45.0)
+PUSH_M_S3 = 8.5
+"""The pusher gains thrust at VT_PSHER_SLEW: by so much grows what it gives the vehicle."""
+DRAG_PER_S = 1.25
+SHORTEST_S = 2.0
+"""VT_TRANS_MIN_TM."""
+LONGEST_S = 15.0
+"""VT_TRANS_TIMEOUT."""
+STEP_S = 0.05
+STOPPED_M_S = 1.2
+"""What is left of a hover leg's speed when it has turned (recorded)."""
+YAW_RAD_S2 = math.radians(20.0)
+"""MPC_YAWRAUTO_ACC: PX4 turns as fast as it can brake again."""
 YAW_TOLERANCE_RAD = math.radians(12.0)
 """MIS_YAW_ERR: turned far enough."""
-BACK_S = 0.65
-BACK_M_S2 = 11.0
-"""Back to hovering, from 10.3 to 3.2 m/s (recorded)."""
+HOVERS_AT_MOST_M_S = 5.7
+"""Nose down its wing holds it down until the lift motors are at their limit: asked for 8 m/s it flies 5.6."""
 
 
 def take_off(flight: Flight, before: Motion, point: Point, up_m: float, airspeed_m_s: float) -> Effort:
@@ -35,29 +44,53 @@ def to_wing(flight: Flight, before: Motion, towards: Point | None) -> Effort:
     if towards is not None and before.away_m(towards) > 0.5:
         wanted = course(before.point, towards)
         if before.heading_rad is not None:
-            turn_s = max(0.0, turn(before.heading_rad, wanted) - YAW_TOLERANCE_RAD) / YAW_RATE_RAD_S
+            turn_s = _turn_s(turn(before.heading_rad, wanted))
         along = wanted
-    needed_m_s = max(1.0, parameter(flight.facts, "VT_ARSP_TRANS"))
-    over_ground_m_s = flight.wind.ground_speed_m_s(needed_m_s, along)
-    way_m = over_ground_m_s**2 / (2.0 * FORWARD_M_S2)
+    needed_m_s = flight.wind.ground_speed_m_s(max(1.0, parameter(flight.facts, "VT_ARSP_TRANS")), along)
+    start_m_s = min(before.speed_m_s, STOPPED_M_S) if turn_s > 0.0 else before.speed_m_s
+    push_s, way_m, speed_m_s = _push(start_m_s, needed_m_s)
     there = ahead(before.point, along, way_m)
-    end = Motion(there, before.up_m, over_ground_m_s, along, along)
-    return Effort(way_m, turn_s + over_ground_m_s / FORWARD_M_S2, end)
+    return Effort(way_m, turn_s + push_s, Motion(there, before.up_m, speed_m_s, along, along))
 
 
-def to_hover(before: Motion) -> Effort:
-    """Brake with the whole vehicle; what is left of the speed the hovering vehicle has to lose."""
-    left_m_s = max(0.0, before.speed_m_s - BACK_M_S2 * BACK_S)
-    way_m = (before.speed_m_s + left_m_s) / 2.0 * BACK_S
+def _turn_s(angle_rad: float) -> float:
+    """Until what is left of the turn is within the tolerance."""
+    if angle_rad <= YAW_TOLERANCE_RAD:
+        return 0.0
+    if angle_rad <= 2.0 * YAW_TOLERANCE_RAD:
+        return math.sqrt(2.0 * (angle_rad - YAW_TOLERANCE_RAD) / YAW_RAD_S2)
+    return 2.0 * math.sqrt(angle_rad / YAW_RAD_S2) - math.sqrt(2.0 * YAW_TOLERANCE_RAD / YAW_RAD_S2)
+
+
+def _push(speed_m_s: float, needed_m_s: float) -> tuple[float, float, float]:
+    """How long, how far and how fast, with the propeller gaining speed."""
+    gone_s = way_m = 0.0
+    while gone_s < LONGEST_S and (gone_s < SHORTEST_S or speed_m_s < needed_m_s):
+        speed_m_s += (PUSH_M_S3 * gone_s - DRAG_PER_S * speed_m_s) * STEP_S
+        way_m += speed_m_s * STEP_S
+        gone_s += STEP_S
+    return gone_s, way_m, speed_m_s
+
+
+def to_hover(flight: Flight, before: Motion) -> Effort:
+    """The pusher stops and the air brakes, down to the speed that it hovers at."""
+    left_m_s = min(before.speed_m_s, max(1.0, parameter(flight.facts, "MPC_XY_CRUISE")))
+    brakes_s = math.log(before.speed_m_s / left_m_s) / DRAG_PER_S if before.speed_m_s > left_m_s else 0.0
+    way_m = (before.speed_m_s - left_m_s) / DRAG_PER_S
     along = before.course_rad or 0.0
     there = ahead(before.point, along, way_m)
-    return Effort(way_m, BACK_S, Motion(there, before.up_m, left_m_s, before.course_rad, before.heading_rad))
+    return Effort(way_m, brakes_s, Motion(there, before.up_m, left_m_s, before.course_rad, before.heading_rad))
+
+
+def hover_speed_m_s(facts: VehicleFacts, speed_m_s: float) -> float:
+    """What comes of a speed that is asked for in hover."""
+    return min(speed_m_s, HOVERS_AT_MOST_M_S) if facts.vehicle_type is VehicleType.VTOL else speed_m_s
 
 
 def land(flight: Flight, before: Motion, target: rotary.Target, airspeed_m_s: float, hover_m_s: float) -> Effort:
     """On the wing to one switch distance before the point, back to hovering, over the point, down."""
     leg = wing.fly(flight, before, target.point, before.up_m, airspeed_m_s)
-    braked = to_hover(leg.end)
+    braked = to_hover(flight, leg.end)
     down = rotary.land(flight, braked.end, target, hover_m_s)
     return Effort(
         leg.distance_m + braked.distance_m + down.distance_m,

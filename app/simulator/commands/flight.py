@@ -118,8 +118,7 @@ class FlightCommands:
     def apply_speed(self, speed_m_s: float) -> None:
         """DO_CHANGE_SPEED: a speed of -1 or less is the default again."""
         speed = speed_m_s if speed_m_s > 0.0 else math.nan
-        self._context.cruise_speed_m_s = speed
-        self._context.setpoint.cruise_speed_m_s = speed
+        self._context.change_speed(speed)
 
     def _set_mission_current(self, request: Request) -> Result:
         """224. -1 keeps the item; outside mission mode it takes effect on entering it."""

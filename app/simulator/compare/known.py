@@ -35,15 +35,18 @@ _CHECK_PHASE = (
     "setpoint each 0.05 s: one of its texts comes after the failsafe instead of before"
 )
 
-_PLANE_STOPS = "flare and roll-out of a plane are kinematic: it stops ten to twenty metres before the recorded one"
 _TWO_SLOTS = (
     "MISSION_CURRENT comes in slots of a second, so that both ends of the time are seen up to a second late; what the "
     "items reached and the commands show of the same moments agrees"
 )
 
-_PLANE_TURNS = (
-    "turns and descents on the wing are kinematic: up to 40 m beside and 10 m above the recorded approach of a plane, "
-    "and 3 m above or below a VTOL that changes its state"
+_ENERGY = (
+    "how TECS trades speed for height is not modelled: a steep descent and its end are up to 4 m above or below, and "
+    "so is a VTOL right after its transition"
+)
+_CIRCLE = "a release on a circle after a hold of 20 s: 4 m along it are a third of a second"
+_BOBBING = (
+    "at 5 m/s the wing of a hovering VTOL is at its stall and PX4's height swings by 2.5 m; the phase of that is chance"
 )
 
 KNOWN: tuple[Known, ...] = (
@@ -60,26 +63,30 @@ KNOWN: tuple[Known, ...] = (
         "the motors were cut in the climb; how the plane tumbles then, and that its attitude fails, is not modelled",
     ),
     Known(
+        "24_link_loss",
+        "status texts",
+        r"^extra: Landing detected at ",
+        "PX4 sends a kept text that is younger than 5 s when a ground station is heard again; the landing, 65 s after the "
+        "last thing that both sides did at one moment, is 5.3 s old in the recording and 4.2 s in the simulation",
+    ),
+    Known(
         "03b_upload_protocol",
         "mission protocol",
         r"^recorded MISSION_ACK type 0 mission_type 0 opaque_id 943885599 .*; simulated MISSION_ACK type 0",
         _SEVEN_DIGITS,
     ),
     Known("03b_upload_protocol", "stored mission", "^recorded 2 items, id 943885599", _SEVEN_DIGITS),
-    Known("10_plane_delivery", "home position", "^[0-9.]+ m apart, after a move", _PLANE_STOPS),
-    Known("12_vtol_delivery", "current mission item: times", "^7 after 6: 5.05 s", _TWO_SLOTS),
     Known(
         "14_infeasible_plane",
         "home position",
         "^[0-9.]+ m apart, after a move",
         "the motors are cut in the climb, and how a plane falls then is not modelled",
     ),
-    Known("10_plane_delivery", "track", "^(4 to 5|5 to 6), ", _PLANE_TURNS),
-    Known("12_vtol_delivery", "track", "^6 to 7, .* in height", _PLANE_TURNS),
-    Known("25_land_detector_plane", "track", "^2 to 3, ", _PLANE_TURNS),
-    Known("25_land_detector_plane", "track", "^3 to 4, ", _PLANE_STOPS),
-    Known("25_land_detector_vtol", "track", "^0 to 1, .* in height", _PLANE_TURNS),
-    Known("25_land_detector_plane", "home position", "^[0-9.]+ m apart, after a move", _PLANE_STOPS),
+    Known("*_plane*", "track", r"3\.\d m apart in height", _ENERGY),
+    Known("*_vtol*", "track", r"[23]\.\d m apart in height", _ENERGY),
+    Known("25_land_detector_plane", "home position", r"^4\.\d m apart, after a move", _ENERGY),
+    Known("27_vtol_transitions", "track", "^14 to 15, ", _BOBBING),
+    Known("11_plane_loiter_delivery", "release", r"^4\.\d m apart", _CIRCLE),
     Known("25_land_detector_quad", "current mission item: times", "^2 after 1: 5.04 s", _TWO_SLOTS),
     Known(
         "17_gripper_commands",

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 from app.simulator.dynamics.model import Wind
-from app.simulator.dynamics.path import Point, course_on_circle, course_on_line
+from app.simulator.dynamics.path import Course, Point, around_circle, to_line
 from app.simulator.geo import wrap_pi
 from app.simulator.params import Params
 from app.simulator.setpoint import Setpoint, SetpointKind
@@ -17,7 +17,8 @@ from app.simulator.state import Body
 GRAVITY_M_S2 = 9.81
 MAX_BANK_RAD = math.radians(43.0)
 ROLL_RATE_RAD_S = math.radians(60.0)
-COURSE_GAIN = 1.2
+COURSE_GAIN = 0.8885
+"""Lateral acceleration per airspeed and sine of the course error."""
 RUNWAY_ACCELERATION = 6.5
 FULL_PULL_THROTTLE = 0.55
 """From here on the runway acceleration is reached."""
@@ -26,10 +27,13 @@ IDLE_DRAG_M_S2 = 4.0
 IDLE_HEIGHT_M = 0.45
 """The motor is cut just above the ground [25_land_detector_plane: touches down at 6 m/s]."""
 TAKEOFF_CLIMB_M_S = 5.3
-CLIMB_RATE_PER_S = 2.0
-ALTITUDE_GAIN = 0.5
+CLIMB_RATE_PER_S = 4.0
+CLIMBING_OUT = 1.1
+"""Airspeed of a takeoff over FW_AIRSPD_MIN: at full power it is a tenth faster than PX4 asks for."""
+ALTITUDE_GAIN = 0.2  # 1 / FW_T_ALT_TC
+HEIGHT_RATE_SHARE = 0.5  # FW_T_HRATE_FF
+CIRCLES_WITHIN = 0.32  # NPFG_SW_DST_MLT
 SPEED_RATE_M_S2 = 1.5
-FLARE_HEIGHT_M = 0.8
 BLIND_SINK_M_S = 0.5
 
 
@@ -42,6 +46,13 @@ class FixedWing:
         self._bank = 0.0
         self._blind_s = 0.0
         """Flown without a position."""
+        self._reference_m: float | None = None
+        """The height that TECS follows: it moves to the wanted one no faster than the vehicle may climb or sink."""
+        self._approach_from: Point | None = None
+        """Where the landing began, and how far from there it is to its point: never more than it was."""
+        self._to_go_m = math.inf
+        self._circled: Point | None = None
+        """The waypoint that it circles because its height does not fit yet."""
         self._leg: tuple[Point, Point] | None = None
         self._nearest_m = 0.0
         """To the end of that leg, so far: past it the ramp does not run back."""
@@ -52,6 +63,7 @@ class FixedWing:
         """Take over a body in any state."""
         self._airspeed = body.ground_speed_m_s
         self._bank = 0.0
+        self._reference_m = self._approach_from = self._circled = None
         self._airborne = not body.on_ground
         self._touched_down = False
 
@@ -93,7 +105,7 @@ class FixedWing:
     def _fly(self, body: Body, setpoint: Setpoint, dt_s: float, wind: Wind) -> None:
         blind = setpoint.kind is SetpointKind.DESCEND
         self._blind_s = self._blind_s + dt_s if blind else 0.0
-        climb = self._blind_climb() if blind else self._climb_command(body, setpoint)
+        climb = self._blind_climb() if blind else self._climb_command(body, setpoint, dt_s)
         change = max(-CLIMB_RATE_PER_S * dt_s, min(CLIMB_RATE_PER_S * dt_s, climb - body.v_up_m_s))
         body.v_up_m_s += change
         self._set_airspeed(body, setpoint, dt_s)
@@ -128,6 +140,8 @@ class FixedWing:
         wanted = float(params["FW_AIRSPD_TRIM"]) * 0.99
         if cruise > 0.0:
             wanted = max(lowest, min(highest, cruise))
+        if setpoint.kind is SetpointKind.TAKEOFF:
+            wanted = CLIMBING_OUT * lowest
         if body.v_up_m_s < -0.5 or setpoint.kind is SetpointKind.LAND:
             wanted = lowest  # on the whole approach (FW_LND_AIRSPD), or down to a lower orbit
         flares = setpoint.kind is SetpointKind.LAND and body.up_m - setpoint.up_m < IDLE_HEIGHT_M
@@ -137,14 +151,20 @@ class FixedWing:
         step = SPEED_RATE_M_S2 * dt_s
         self._airspeed += max(-step, min(step, wanted - self._airspeed))
 
-    def _climb_command(self, body: Body, setpoint: Setpoint) -> float:
-        if setpoint.kind is SetpointKind.LAND:
-            return self._land_climb(body, setpoint)
-        missing = self._wanted_up_m(body, setpoint) - body.up_m
-        if setpoint.kind is SetpointKind.TAKEOFF and missing > 1.0:
+    def _climb_command(self, body: Body, setpoint: Setpoint, dt_s: float) -> float:
+        """TECS: so much per metre that is missing, and half of the reference's own rate: a descent is flown late."""
+        landing = setpoint.kind is SetpointKind.LAND
+        if not landing:
+            self._approach_from = None
+        if setpoint.kind is SetpointKind.TAKEOFF and setpoint.up_m - body.up_m > 1.0:
+            self._reference_m = None
             return TAKEOFF_CLIMB_M_S
-        fastest = float(self._params["FW_T_CLMB_R_SP"]) if missing > 0.0 else float(self._params["FW_T_SINK_R_SP"])
-        return max(-fastest, min(fastest, ALTITUDE_GAIN * missing))
+        wanted_m = self._glide_up_m(body, setpoint) if landing else self._wanted_up_m(body, setpoint)
+        before_m = body.up_m if self._reference_m is None else self._reference_m
+        rise, sink = (float(self._params[name]) * dt_s for name in ("FW_T_CLMB_R_SP", "FW_T_SINK_R_SP"))
+        self._reference_m = before_m + max(-sink, min(rise, wanted_m - before_m))
+        rate = (self._reference_m - before_m) / dt_s
+        return ALTITUDE_GAIN * (self._reference_m - body.up_m) + HEIGHT_RATE_SHARE * rate
 
     def _wanted_up_m(self, body: Body, setpoint: Setpoint) -> float:
         """PX4's altitude first order hold: along the line between the heights of two waypoints."""
@@ -164,32 +184,52 @@ class FixedWing:
         """Circles at its height for FW_GPSF_LT, in case the position comes back, and then sinks."""
         return 0.0 if self._blind_s <= float(self._params["FW_GPSF_LT"]) else -BLIND_SINK_M_S
 
-    def _land_climb(self, body: Body, setpoint: Setpoint) -> float:
-        """Down the line from where the approach began to the landing point; a flare just above the ground."""
-        distance_m = math.hypot(setpoint.north_m - body.north_m, setpoint.east_m - body.east_m)
+    def _glide_up_m(self, body: Body, setpoint: Setpoint) -> float:
+        """Down the line from where the approach began over the landing point, and below it on the other side."""
         slope = setpoint.approach_slope if math.isfinite(setpoint.approach_slope) else 0.08
-        on_line_m = setpoint.up_m + distance_m * slope
-        if body.up_m - setpoint.up_m < FLARE_HEIGHT_M:
-            return -0.5
-        sink = -slope * body.ground_speed_m_s + ALTITUDE_GAIN * (on_line_m - body.up_m)
-        return max(-float(self._params["FW_T_SINK_R_SP"]), min(0.0, sink))
+        ahead = (setpoint.north_m - body.north_m, setpoint.east_m - body.east_m)
+        if self._approach_from is None:
+            self._approach_from = setpoint.previous or (body.north_m, body.east_m)
+            self._to_go_m = math.inf
+        along = (setpoint.north_m - self._approach_from[0], setpoint.east_m - self._approach_from[1])
+        to_go_m = (ahead[0] * along[0] + ahead[1] * along[1]) / max(math.hypot(*along), 1.0)
+        self._to_go_m = min(self._to_go_m, to_go_m)
+        return min(setpoint.up_m + self._to_go_m * slope, max(body.up_m, setpoint.up_m))
 
     # steering -----------------------------------------------------------------------------------------------
 
-    def _course(self, body: Body, setpoint: Setpoint) -> float:
+    def _course(self, body: Body, setpoint: Setpoint) -> Course:
         here = (body.north_m, body.east_m)
-        speed = max(body.ground_speed_m_s, 1.0)
-        if setpoint.kind is SetpointKind.LOITER:
-            return course_on_circle(here, setpoint.point, setpoint.loiter_radius_m, setpoint.loiter_clockwise)
-        return course_on_line(here, setpoint.previous, setpoint.point, lookahead_m=2.2 * speed)
+        bound_m = max(body.ground_speed_m_s, 1.0) * self._guidance_s()
+        if setpoint.kind is SetpointKind.LOITER or self._circles(body, setpoint, bound_m):
+            side = 1.0 if setpoint.loiter_clockwise else -1.0
+            return around_circle(here, setpoint.point, side * setpoint.loiter_radius_m, bound_m)
+        return to_line(here, setpoint.previous, setpoint.point, bound_m, beyond=setpoint.kind is SetpointKind.LAND)
 
-    def _bank_towards(self, body: Body, course_rad: float, dt_s: float, wind: Wind) -> None:
-        """Turn the track over ground to `course_rad` with a coordinated bank."""
+    def _circles(self, body: Body, setpoint: Setpoint, bound_m: float) -> bool:
+        """At a waypoint whose height it has not reached a plane circles until it has (handle_setpoint_type)."""
+        away_m = math.dist((body.north_m, body.east_m), setpoint.point)
+        off = abs(body.up_m - setpoint.up_m) > float(self._params["NAV_FW_ALT_RAD"])
+        near = away_m < CIRCLES_WITHIN * bound_m or self._circled == setpoint.point
+        waits = setpoint.kind is SetpointKind.POSITION and off and near and not setpoint.next_lands
+        self._circled = setpoint.point if waits else None
+        return waits
+
+    def _guidance_s(self) -> float:
+        """NPFG's time constant. Before v1.14 the guidance was L1; its parameters serve as well."""
+        family = "NPFG" if "NPFG_PERIOD" in self._params else "FW_L1"
+        return float(self._params[f"{family}_PERIOD"]) * float(self._params[f"{family}_DAMPING"])
+
+    def _bank_towards(self, body: Body, course: Course, dt_s: float, wind: Wind) -> None:
+        """Turn the track over ground to the course with a coordinated bank, which also holds a circle."""
         airspeed = max(self._airspeed, 5.0)
-        cross = -wind.north_m_s * math.sin(course_rad) + wind.east_m_s * math.cos(course_rad)
-        heading = course_rad - math.asin(max(-0.9, min(0.9, cross / airspeed)))
+        cross = -wind.north_m_s * math.sin(course.rad) + wind.east_m_s * math.cos(course.rad)
+        heading = course.rad - math.asin(max(-0.9, min(0.9, cross / airspeed)))
         error = wrap_pi(heading - body.yaw_rad)
-        wanted = math.atan(COURSE_GAIN * error * airspeed / GRAVITY_M_S2)
+        turning = math.sin(error) if abs(error) < math.pi / 2.0 else math.copysign(1.0, error)
+        ground_speed = max(0.0, body.v_north_m_s * math.cos(course.rad) + body.v_east_m_s * math.sin(course.rad))
+        sideways = COURSE_GAIN * airspeed * turning + course.curvature_per_m * airspeed * ground_speed
+        wanted = math.atan(sideways / GRAVITY_M_S2)
         self._bank_to(body, max(-MAX_BANK_RAD, min(MAX_BANK_RAD, wanted)), dt_s)
 
     def _bank_to(self, body: Body, wanted: float, dt_s: float) -> None:

@@ -13,13 +13,15 @@ from app.simulator.dynamics.flight_task import LAND_CRAWL_M_S, FlightTask
 from app.simulator.dynamics.ground_thrust import GroundThrust
 from app.simulator.dynamics.model import Wind
 from app.simulator.dynamics.position_control import Axis, PositionControl
+from app.simulator.dynamics.winged_control import WingedControl
 from app.simulator.geo import wrap_pi
 from app.simulator.params import Params
 from app.simulator.setpoint import Setpoint, SetpointKind
 from app.simulator.state import Body, Status
 
 YAW_DISTANCE_M = 2.0
-YAW_RATE_RAD_S = math.radians(45.0)  # MPC_YAWRAUTO_MAX
+YAW_RATE_RAD_S = math.radians(60.0)  # MPC_YAWRAUTO_MAX
+YAW_ACCELERATION_RAD_S2 = math.radians(20.0)  # MPC_YAWRAUTO_ACC
 TAKEOFF_RISE_M = 0.1
 THROTTLE_PER_M_S = 0.05
 STAYS_DOWN = (SetpointKind.IDLE, SetpointKind.LAND, SetpointKind.DESCEND)
@@ -28,18 +30,22 @@ STAYS_DOWN = (SetpointKind.IDLE, SetpointKind.LAND, SetpointKind.DESCEND)
 class Multicopter:
     """Dynamics of quads, hexas and hovering VTOLs."""
 
-    def __init__(self, params: Params, status: Status, hover_throttle: float) -> None:
+    def __init__(
+        self, params: Params, status: Status, hover_throttle: float, control: WingedControl | None = None
+    ) -> None:
         self._params = params
         self._hover_throttle = hover_throttle
         self._ground = GroundThrust(params, status, hover_throttle)
         self._task = FlightTask(params)
-        self._control = PositionControl(params)
+        self._control = control or PositionControl(params)
         self._flying = False
+        self._yaw_rate_rad_s = 0.0
 
     def reset(self, body: Body) -> None:
         """Take over a body in any state (after a transition, a reboot or on the ground)."""
         self._task.reset(body)
         self._control.reset()
+        self._yaw_rate_rad_s = 0.0
         self._flying = not body.on_ground
         self._ground.restart()
 
@@ -90,6 +96,9 @@ class Multicopter:
         travelling = setpoint.kind in (SetpointKind.POSITION, SetpointKind.LOITER)
         if math.isnan(wanted) and travelling and math.hypot(*to_target) > YAW_DISTANCE_M:
             wanted = math.atan2(to_target[1], to_target[0])
-        if math.isfinite(wanted):
-            step = YAW_RATE_RAD_S * dt_s
-            body.yaw_rad = wrap_pi(body.yaw_rad + max(-step, min(step, wrap_pi(wanted - body.yaw_rad))))
+        missing = wrap_pi(wanted - body.yaw_rad) if math.isfinite(wanted) else 0.0
+        fastest = min(YAW_RATE_RAD_S, math.sqrt(2.0 * YAW_ACCELERATION_RAD_S2 * abs(missing)), abs(missing) / dt_s)
+        change = YAW_ACCELERATION_RAD_S2 * dt_s
+        rate = math.copysign(fastest, missing)
+        self._yaw_rate_rad_s += max(-change, min(change, rate - self._yaw_rate_rad_s))
+        body.yaw_rad = wrap_pi(body.yaw_rad + self._yaw_rate_rad_s * dt_s)

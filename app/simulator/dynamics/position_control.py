@@ -72,18 +72,18 @@ class PositionControl:
     def _tilt(self, body: Body, axes: Sequence[Axis], dt_s: float, wind: Wind) -> tuple[float, float]:
         """The horizontal acceleration that the vehicle leans for; of what it cannot, the integrator unlearns."""
         integral, thrust = self._integral, self._thrust
-        velocity = self._velocity(body, axes)
+        velocity = velocity_command(body, axes, float(self._params["MPC_XY_VEL_MAX"]))
         if velocity is None:  # only accelerations: PX4 resets the integrators
             integral[0] = integral[1] = error_north = error_east = 0.0
-            north, east = _or_zero(axes[0].acceleration_m_s2), _or_zero(axes[1].acceleration_m_s2)
+            north, east = or_zero(axes[0].acceleration_m_s2), or_zero(axes[1].acceleration_m_s2)
         else:
             error_north, error_east = velocity[0] - body.v_north_m_s, velocity[1] - body.v_east_m_s
             gained_north = thrust[0] - DRAG_PER_S * (body.v_north_m_s - wind.north_m_s)
             gained_east = thrust[1] - DRAG_PER_S * (body.v_east_m_s - wind.east_m_s)
             north = VELOCITY_GAIN * error_north + integral[0] - VELOCITY_DAMPING * gained_north
             east = VELOCITY_GAIN * error_east + integral[1] - VELOCITY_DAMPING * gained_east
-            north += _or_zero(axes[0].acceleration_m_s2)
-            east += _or_zero(axes[1].acceleration_m_s2)
+            north += or_zero(axes[0].acceleration_m_s2)
+            east += or_zero(axes[1].acceleration_m_s2)
         size = math.hypot(north, east)
         share = TILT_MAX_M_S2 / size if size > TILT_MAX_M_S2 else 1.0
         missing = ANTI_WINDUP_GAIN * (1.0 - share * (1.0 - self._missing_share))
@@ -91,23 +91,14 @@ class PositionControl:
         integral[1] += VELOCITY_INTEGRAL_GAIN * (error_east - missing * east) * dt_s
         return share * north, share * east
 
-    def _velocity(self, body: Body, axes: Sequence[Axis]) -> tuple[float, float] | None:
-        """North and east: as given, and back to the place; beyond MPC_XY_VEL_MAX the way back comes first."""
-        north, east = axes[0], axes[1]
-        ahead = _or_zero(north.velocity_m_s), _or_zero(east.velocity_m_s)
-        back = POSITION_GAIN * (north.position_m - body.north_m), POSITION_GAIN * (east.position_m - body.east_m)
-        if all(map(math.isnan, (*back, north.velocity_m_s, east.velocity_m_s))):
-            return None
-        return _constrained((_or_zero(back[0]), _or_zero(back[1])), ahead, float(self._params["MPC_XY_VEL_MAX"]))
-
     def _climb(self, body: Body, axis: Axis, dt_s: float) -> None:
         params = self._params
-        back = _or_zero(HEIGHT_GAIN * (axis.position_m - body.up_m))
-        wanted = _or_zero(axis.velocity_m_s) + back
+        back = or_zero(HEIGHT_GAIN * (axis.position_m - body.up_m))
+        wanted = or_zero(axis.velocity_m_s) + back
         fastest, slowest = float(params["MPC_Z_VEL_MAX_UP"]), -float(params["MPC_Z_VEL_MAX_DN"])
         body.climb_command_m_s = max(slowest, min(fastest, wanted))
         error = body.climb_command_m_s - body.v_up_m_s
-        acceleration = _or_zero(axis.acceleration_m_s2) + CLIMB_GAIN * error + self._integral[2]
+        acceleration = or_zero(axis.acceleration_m_s2) + CLIMB_GAIN * error + self._integral[2]
         self._integral[2] += CLIMB_INTEGRAL_GAIN * error * dt_s
         gained = acceleration - DRAG_PER_S * body.v_up_m_s
         self._watch_hover_thrust(GRAVITY_M_S2 + acceleration, GRAVITY_M_S2 + gained, dt_s)
@@ -121,7 +112,20 @@ class PositionControl:
         self._missing_share = max(0.0, 1.0 - thrust_m_s2 / GRAVITY_M_S2 / (1.0 + self._hover_excess))
 
 
-def _or_zero(part: float) -> float:
+def velocity_command(body: Body, axes: Sequence[Axis], fastest_m_s: float) -> tuple[float, float] | None:
+    """North and east: as given, and back to the place; beyond `fastest_m_s` the way back comes first.
+
+    None: neither place nor velocity is given.
+    """
+    north, east = axes[0], axes[1]
+    ahead = or_zero(north.velocity_m_s), or_zero(east.velocity_m_s)
+    back = POSITION_GAIN * (north.position_m - body.north_m), POSITION_GAIN * (east.position_m - body.east_m)
+    if all(map(math.isnan, (*back, north.velocity_m_s, east.velocity_m_s))):
+        return None
+    return _constrained((or_zero(back[0]), or_zero(back[1])), ahead, fastest_m_s)
+
+
+def or_zero(part: float) -> float:
     """What is not given has no influence."""
     return 0.0 if math.isnan(part) else part
 

@@ -53,8 +53,8 @@ class PositionSmoothing:
         """One cycle. `descent_m_s` is given in a landing: the height of the target does not count then."""
         self._limit()
         north, east, up = self._velocity(leg, cruise_m_s, descent_m_s)
-        flat_s = dt_s * self._time_stretch(body)
-        for axis, velocity, passed_s in zip(self.axes, (north, east, up), (flat_s, flat_s, dt_s), strict=True):
+        flat_s, up_s = dt_s * self._time_stretch(body), dt_s * self._height_stretch(body)
+        for axis, velocity, passed_s in zip(self.axes, (north, east, up), (flat_s, flat_s, up_s), strict=True):
             axis.advance(passed_s)
             axis.plan(velocity)
         synchronize(self.axes)
@@ -75,6 +75,14 @@ class PositionSmoothing:
         if ahead[0] * north.velocity_m_s + ahead[1] * east.velocity_m_s < 0.0:
             return 1.0
         return 1.0 - min(math.hypot(*ahead) / float(self._params["MPC_XY_ERR_MAX"]), 1.0)
+
+    def _height_stretch(self, body: Point) -> float:
+        """The same for the height (MPC_Z_ERR_MAX), each by itself."""
+        up = self.axes[2]
+        ahead_m = up.position_m - body[2]
+        if ahead_m * up.velocity_m_s < 0.0:
+            return 1.0
+        return 1.0 - min(abs(ahead_m) / float(self._params["MPC_Z_ERR_MAX"]), 1.0)
 
     def _velocity(self, leg: Leg, cruise_m_s: float, descent_m_s: float | None) -> Point:
         here = self.position

@@ -13,9 +13,10 @@ MAX_SWITCH_DISTANCE_M = 500.0
 ROVER_CORNER_M = 1.284
 """Wheel base over the sine of the steering limit, times RA_ACC_RAD_GAIN."""
 ROVER_CORNER_MAX_M = 3.0  # RA_ACC_RAD_MAX
-LOITER_REACHED_FACTOR = 1.2
-EXIT_COURSE_RAD = math.radians(8.0)
+EXIT_COURSE_RAD = math.radians(5.0)
 """A loiter that asks for it is left when the vehicle flies towards the next point."""
+TOO_NEAR_TO_FACE = 1.05
+"""Of the radius: a next point that is nearer may never be ahead."""
 TAKEOFF_TOLERANCE_M = 0.8
 
 
@@ -44,7 +45,10 @@ class Arrival:
             if not self._position_reached(target):
                 return False
             self._reached_at_s = context.now_s
-        return context.now_s - self._reached_at_s >= self._hold_s(target)
+        if context.now_s - self._reached_at_s < self._hold_s(target):
+            return False
+        circles = target.leave_towards_next and context.flies_like_plane
+        return not circles or self._faces_next(target)
 
     def switch_radius_m(self, target: Target) -> float:
         """Horizontal distance at which the target counts as reached."""
@@ -95,20 +99,16 @@ class Arrival:
     def _orbit_reached(self, target: Target, distance_m: float) -> bool:
         """A loiter begins when the orbit is reached; LOITER_TO_ALT comes down only then, and wants the altitude."""
         context = self._context
-        if not self._on_orbit and distance_m <= target.loiter_radius_m * LOITER_REACHED_FACTOR:
+        if not self._on_orbit and distance_m <= target.loiter_radius_m + self.switch_radius_m(target):
             self._on_orbit = True
             context.setpoint.up_m = target.up_m
         if not self._on_orbit:
             return False
-        if target.command == Cmd.NAV_LOITER_TO_ALT:
-            if not self._altitude_reached(target):
-                return False
-            return not target.leave_towards_next or self._faces_next()
-        return True
+        return target.command != Cmd.NAV_LOITER_TO_ALT or self._altitude_reached(target)
 
-    def _faces_next(self) -> bool:
+    def _faces_next(self, target: Target) -> bool:
         following = self._context.setpoint.next
-        if following is None:
+        if following is None or math.dist(following, target.point) <= TOO_NEAR_TO_FACE * target.loiter_radius_m:
             return True
         body = self._context.state.body
         bearing = math.atan2(following[1] - body.east_m, following[0] - body.north_m)

@@ -34,7 +34,7 @@ class NavContext:
     command: Callable[[Command], None]
     setpoint: Setpoint = field(default_factory=Setpoint)
     cruise_speed_m_s: float = math.nan
-    """Set by DO_CHANGE_SPEED until the mode changes."""
+    """Set by DO_CHANGE_SPEED until the mode, or the state of a VTOL, changes."""
     gimbal: GimbalTimer = field(init=False)
 
     def __post_init__(self) -> None:
@@ -61,6 +61,10 @@ class NavContext:
     def flies_like_plane(self) -> bool:
         """Fixed-wing state: the vehicle has to keep moving."""
         return self.airframe.is_fixed_wing or (self.airframe.is_vtol and not self.hovers)
+
+    def change_speed(self, speed_m_s: float) -> None:
+        """For the leg that is flown and those after it; NaN: the vehicle's own."""
+        self.cruise_speed_m_s = self.setpoint.cruise_speed_m_s = speed_m_s
 
     def stop_point(self) -> tuple[float, float]:
         """Where the vehicle can come to rest (preproject_stop_point); a plane's own place."""

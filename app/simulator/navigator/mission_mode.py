@@ -191,7 +191,7 @@ class MissionMode:
             waits = self._preparation.begin(item, self._target(item))
         else:
             towards = next_target(context, self._store.mission.items, self._store.current_seq, self.jumps)
-            waits = self._preparation.begin_transition(item, towards.point if towards is not None else None)
+            waits = self._preparation.begin_transition(item, towards)
         if not waits:
             self._execute(item)
 
@@ -204,6 +204,8 @@ class MissionMode:
             self._finish()
         if item.command == Cmd.DO_LAND_START:  # a marker, no command [10_plane_delivery]
             return
+        if item.command == Cmd.DO_VTOL_TRANSITION:
+            self._from_here = True  # the next leg is flown straight, not along its line [27_vtol_transitions]
         self._deployment.begin()
         self._context.command((item.command, (item.param1, item.param2, item.param3, item.param4)))
 

@@ -61,13 +61,17 @@ class Preparation:
             return True
         return False
 
-    def begin_transition(self, item: Item, towards: tuple[float, float] | None) -> bool:
+    def begin_transition(self, item: Item, towards: Target | None) -> bool:
         """DO_VTOL_TRANSITION to fixed wing in the air: turn towards the next point first."""
         context = self._context
         to_wing = item.command == Cmd.DO_VTOL_TRANSITION and round(item.param1) == VtolState.FW
         if not to_wing or not context.airframe.is_vtol or not context.hovers or context.state.status.landed:
             return False
-        self._align(towards)
+        self._align(towards.point if towards is not None else None)
+        if towards is not None:  # the next leg's: it stops where it is while it turns
+            yaw_rad = context.setpoint.yaw_rad
+            context.set_point(SetpointKind.POSITION, towards.point, towards.up_m)
+            context.setpoint.yaw_rad = yaw_rad
         return True
 
     def step(self, item: Item, target: Target | None) -> bool:

@@ -26,7 +26,7 @@ class Target:
     loiter_radius_m: float
     loiter_clockwise: bool
     leave_towards_next: bool
-    """LOITER_TO_ALT with param1 = 1: the orbit is left only towards the next point."""
+    """LOITER_TIME's param2, LOITER_TO_ALT's param1: the orbit is left only towards the next point."""
 
     @property
     def is_takeoff(self) -> bool:
@@ -62,5 +62,11 @@ def target_of(item: Item, frame: LocalFrame, home: Home, params: Params) -> Targ
         acceptance_radius_m=radius if math.isfinite(radius) and radius > EPSILON_RADIUS_M else default_m,
         loiter_radius_m=abs(loiter),
         loiter_clockwise=loiter >= 0.0,
-        leave_towards_next=item.command == Cmd.NAV_LOITER_TO_ALT and item.param1 == 1.0,
+        leave_towards_next=_heading_required(item),
     )
+
+
+def _heading_required(item: Item) -> bool:
+    if item.command == Cmd.NAV_LOITER_TIME:
+        return item.param2 > 0.0
+    return item.command == Cmd.NAV_LOITER_TO_ALT and item.param1 > 0.0

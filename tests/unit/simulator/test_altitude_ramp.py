@@ -26,10 +26,12 @@ def leg(length_m: float, ramp_to_m: float = SWITCH_M) -> Setpoint:
 
 
 def height_after(setpoint: Setpoint, north_m: float) -> float:
-    """Of a plane that begins the leg at 50 m."""
+    """Of a plane that begins the leg at 50 m, there or after the time for it: past its end a leg is flown back to."""
     body, wing = Body(up_m=50.0, v_north_m_s=12.0), FixedWing(Params(AIRFRAMES["plane"].params))
     wing.reset(body)
-    while body.north_m < north_m:
+    for _ in range(round(north_m / 10.0 / VehicleClock.STEP_S)):
+        if body.north_m >= north_m:
+            break
         wing.step(body, setpoint, VehicleClock.STEP_S, Wind())
     return body.up_m
 

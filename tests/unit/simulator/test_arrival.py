@@ -8,10 +8,10 @@ from dataclasses import replace
 import pytest
 
 from app.simulator.navigator.arrival import Arrival
-from app.simulator.navigator.target import Target
+from app.simulator.navigator.target import Target, target_of
 from app.simulator.setpoint import SetpointKind
 from app.simulator.wire import Cmd, VtolState
-from tests.unit.simulator.cockpit import Cockpit, do, land, waypoint
+from tests.unit.simulator.cockpit import Cockpit, Plan, do, land, takeoff, waypoint
 
 POINT = (500.0, 0.0)
 UP_M = 40.0
@@ -139,8 +139,9 @@ def test_the_hold_of_a_waypoint_counts_where_one_can_hover_that_of_a_loiter_ever
 # loiters of a fixed wing ------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("short_m", "reached"), [(95.0, True), (97.0, False)])
+@pytest.mark.parametrize(("short_m", "reached"), [(91.0, True), (92.0, False)])
 def test_a_loiter_is_reached_on_its_orbit(short_m: float, reached: bool) -> None:
+    """One switch distance before the circle [11_plane_loiter_delivery]."""
     assert Leg("plane", Cmd.NAV_LOITER_TIME).at(short_m) is reached
 
 
@@ -177,17 +178,50 @@ def test_before_a_landing_a_planes_height_has_to_fit_better(
     assert leg.at(0.3, UP_M + off_m) is reached
 
 
+@pytest.mark.parametrize("command", [Cmd.NAV_LOITER_TO_ALT, Cmd.NAV_LOITER_TIME])
 @pytest.mark.parametrize(
-    ("course_deg", "left"), [(0.0, True), (7.0, True), (-7.0, True), (20.0, False), (180.0, False)]
+    ("course_deg", "next_m", "left"),
+    [
+        (0.0, 5000.0, True),
+        (4.5, 5000.0, True),
+        (-4.5, 5000.0, True),
+        (7.0, 5000.0, False),
+        (180.0, 5000.0, False),
+        (180.0, 83.0, True),  # within the circle: it may never face the point
+    ],
 )
-def test_a_loiter_that_says_so_is_left_towards_the_next_point_only(course_deg: float, left: bool) -> None:
-    leg = Leg("plane", Cmd.NAV_LOITER_TO_ALT)
+def test_a_loiter_that_says_so_is_left_towards_the_next_point_only(
+    command: int, course_deg: float, next_m: float, left: bool
+) -> None:
+    leg = Leg("plane", command)
     leg.target = replace(leg.target, leave_towards_next=True)
-    leg.context.setpoint.next = (POINT[0] + 5000.0, 0.0)
+    leg.context.setpoint.next = (POINT[0] + next_m, 0.0)
     body = leg.context.state.body
     body.north_m, body.up_m = POINT[0] - 80.0, UP_M
     leg.course(course_deg)
     assert leg.arrival.completed(leg.target) is left
+
+
+@pytest.mark.parametrize(
+    ("command", "params", "required"),
+    [
+        (Cmd.NAV_LOITER_TIME, (20.0, 1.0, 60.0, 0.0), True),
+        (Cmd.NAV_LOITER_TIME, (20.0, 0.0, 60.0, 0.0), False),
+        (Cmd.NAV_LOITER_TO_ALT, (1.0, 60.0, 0.0, 0.0), True),
+        (Cmd.NAV_WAYPOINT, (0.0, 1.0, 0.0, 0.0), False),
+    ],
+)
+def test_a_heading_is_required_by_loiter_times_second_parameter(
+    command: int, params: tuple[float, float, float, float], required: bool
+) -> None:
+    cockpit = Cockpit("plane")
+    assert cockpit.upload([takeoff(40), Plan(command, 400, 0, 40, params), waypoint(0, 0, 40)]) == 0
+    item, context = cockpit.vehicle.store.mission.items[1], cockpit.vehicle.context
+    assert target_of(item, context.frame, context.home, context.params).leave_towards_next is required
+
+
+def test_a_loiter_by_turns_is_no_item_that_px4_takes() -> None:
+    assert Cockpit("plane").upload([takeoff(40), Plan(Cmd.NAV_LOITER_TURNS, 400, 0, 40)]) == 3
 
 
 @pytest.mark.parametrize(("up_m", "reached"), [(39.3, True), (39.1, False)])

@@ -68,14 +68,17 @@ def test_the_speed_does_not_rise_before_the_turn_is_over() -> None:
     assert speed(made) <= slow
 
 
-def test_the_trajectory_waits_for_a_vehicle_that_is_left_behind_but_its_height_does_not() -> None:
+@pytest.mark.parametrize(("climbs", "up_m"), [(True, 25.0), (False, 21.0)])
+def test_the_trajectory_waits_for_a_vehicle_that_is_left_behind_in_height_and_on_the_level_apart(
+    climbs: bool, up_m: float
+) -> None:
     """Scenario 15: climbing at 1.5 m/s all through a turn in which the vehicle is a metre behind."""
     made = smoothing()
     leg = straight((100.0, 0.0, 25.0))
     for _ in range(500):
-        made.step((0.0, 0.0, 20.0), leg, CRUISE_M_S, None, DT_S)
+        made.step((0.0, 0.0, made.position[2] if climbs else 20.0), leg, CRUISE_M_S, None, DT_S)
     assert made.position[0] < 2.0  # MPC_XY_ERR_MAX
-    assert made.position[2] > 24.5
+    assert made.position[2] == pytest.approx(up_m, abs=0.5)  # MPC_Z_ERR_MAX
 
 
 def test_a_turn_climbs_towards_the_waypoints_height_and_not_along_the_line() -> None:

@@ -1,0 +1,20 @@
+"""What the command line says of a predicted flight."""
+
+from __future__ import annotations
+
+import io
+
+import pytest
+from rich.console import Console
+
+from app.cli.plan_report import show_timeline
+from app.domain.default_facts import default_facts
+from app.domain.prediction import CALM, Wind, predict
+from tests.unit.domain.plan_pieces import multicopter, waypoint
+
+
+@pytest.mark.parametrize(("wind", "told"), [(CALM, True), (Wind(3.0, 4.0), False)])
+def test_a_prediction_for_calm_air_says_that_wind_is_not_in_it(wind: Wind, told: bool) -> None:
+    plan, written = multicopter(waypoint()), io.StringIO()
+    show_timeline(Console(file=written, width=200), plan, predict(plan, default_facts(plan.vehicle_type), wind))
+    assert ("wind is not in it" in written.getvalue()) is told
