@@ -2487,11 +2487,6 @@ export interface components {
             changed_by: string;
         };
         /**
-         * Empty
-         * @description No body, or `{}`.
-         */
-        Empty: Record<string, never>;
-        /**
          * Entry
          * @description An event of the run that the proof rests on. `seq` and `hash` are its link in the journal's chain.
          */
@@ -9950,7 +9945,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The document */
+            /** @description The document / as plain bytes if asked for */
             200: {
                 headers: {
                     /** @description The version of the resource, for If-None-Match */
@@ -9961,6 +9956,7 @@ export interface operations {
                 };
                 content: {
                     "application/vnd.google-earth.kml+xml": string;
+                    "application/octet-stream": string;
                 };
             };
             /** @description The client has it already (If-None-Match) */
@@ -10209,7 +10205,7 @@ export interface operations {
         requestBody: {
             content: {
                 "application/json": components["schemas"]["ForeignPlan"];
-                "application/octet-stream": unknown;
+                "application/octet-stream": string;
             };
         };
         responses: {
@@ -14201,11 +14197,10 @@ export interface operations {
             };
             cookie?: never;
         };
+        /** @description Also taken with the Content-Type image/jpeg, image/png, application/pdf, if it is such a file. */
         requestBody: {
             content: {
-                "image/jpeg": unknown;
-                "image/png": unknown;
-                "application/pdf": unknown;
+                "application/octet-stream": string;
             };
         };
         responses: {
@@ -14363,7 +14358,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The file / The file / The file */
+            /** @description The file; as plain bytes if asked for */
             200: {
                 headers: {
                     /** @description A file name for the document */
@@ -14374,6 +14369,7 @@ export interface operations {
                     "image/jpeg": string;
                     "image/png": string;
                     "application/pdf": string;
+                    "application/octet-stream": string;
                 };
             };
             /** @description `request.query_invalid`: A query parameter cannot be used */
