@@ -2337,7 +2337,9 @@ export interface components {
          *
          *     `commanded_at` is when a release was sent, `acknowledged_*` what the vehicle answered (COMMAND_ACK of DO_GRIPPER),
          *     `output_*` what the autopilot put out to the gripper (SERVO_OUTPUT_RAW), `sensed_at` when a sensor saw the parcel
-         *     go. They are never merged. PX4's grippers have no sensor: `sensed_at` stays None for them.
+         *     go. They are never merged. PX4's grippers have no sensor: `sensed_at` stays None for them. `output_evidence` says in
+         *     a word what the output shows, before the release already if it can show nothing; None for a winch, and while
+         *     nothing can be said.
          *
          *     `consent` is None if the plan asks for none; `target` if the drop has no moving target, or none was reported of.
          *     `alternate_to` is the drop that failed before this one was tried at its
@@ -2396,6 +2398,8 @@ export interface components {
              * @default null
              */
             output_us: number | null;
+            /** @default null */
+            output_evidence: components["schemas"]["OutputEvidence"] | null;
             /**
              * Sensed At
              * @default null
@@ -3724,6 +3728,15 @@ export interface components {
             /** Altitude M */
             altitude_m: number;
         };
+        /**
+         * OutputEvidence
+         * @description What the gripper's output (SERVO_OUTPUT_RAW) says of a release.
+         *
+         *     `not_assigned`: no PWM_*_FUNCn is 430, so that none can move (a CAN gripper looks alike). `not_known`: parameters
+         *     did not answer. `not_seen`: it is assigned, and no pulse of a known meaning came in time.
+         * @enum {string}
+         */
+        OutputEvidence: "moved" | "not_moved" | "not_seen" | "not_assigned" | "not_known";
         /**
          * Path
          * @description Fly along the lines between one and five places; ends at the last.
