@@ -43,7 +43,7 @@ from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
 from app.services.webhooks import Webhooks, WebhookSettings
 from app.storage import Storage, Verification, open_storage, open_tokens, verify_journal
-from app.vehicles import MavsdkLinkSource, SimulatorControlSocket
+from app.vehicles import MavsdkLinkSource, SimulatorControlSocket, provide_cache_directory
 from app.webhooks import open_sender
 
 log = structlog.get_logger(__name__)
@@ -73,6 +73,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
         access = _access(storage.tokens, settings)
         require_access_control(settings, has_tokens=await access.has_tokens())
         journal = await stack.enter_async_context(_journal(storage, clock))
+        provide_cache_directory(settings.data_dir)
         fleet = Fleet(MavsdkLinkSource(settings.connections), journal, settings.vehicle_performance)
         stack.push_async_callback(fleet.close)
         await fleet.start()

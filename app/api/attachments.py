@@ -9,17 +9,16 @@ from urllib.parse import quote
 from aiohttp import web
 from pydantic import BaseModel, Field
 
-from app.api.answers import json_answer
+from app.api.answers import asked_of, json_answer
 from app.api.bodies import NO_BODY, Empty
 from app.api.models import RequestModel
-from app.api.routing import API, Answer, AnyRoute, Body, Call, NoQuery, Route
+from app.api.routing import API, BINARY, BINARY_SCHEMA, Answer, AnyRoute, Body, Call, NoQuery, Route
 from app.api.services import ATTACHMENTS
 from app.domain.attachment import MAX_NAME_CHARS, SIGNATURES, Attachment
 from app.services.access import Role
 
 MAX_BYTES: Final = 8 * 1024 * 1024
 _PATH: Final = f"{API}/runs/{{run_id}}/drops/{{item_id}}/attachments"
-_FILE: Final = {"type": "string", "format": "binary"}
 
 
 class AttachmentQuery(RequestModel):
@@ -35,7 +34,12 @@ class AttachmentsView(BaseModel):
 
 
 FILE_BODY: Final = Body(
-    model=Empty, parse=lambda raw: raw, codes=("request.malformed",), media=tuple(SIGNATURES), max_bytes=MAX_BYTES
+    model=Empty,
+    parse=lambda raw: raw,
+    codes=("request.malformed",),
+    media=(BINARY,),
+    also=tuple(SIGNATURES),
+    max_bytes=MAX_BYTES,
 )
 
 
@@ -45,7 +49,7 @@ async def add_attachment(call: Call[AttachmentQuery, bytes]) -> web.Response:
         call.path_value("run_id"),
         call.path_value("item_id"),
         name=call.query.name,
-        media_type=call.request.content_type,
+        media_type=None if call.request.content_type == BINARY else call.request.content_type,
         content=call.body,
         by=call.principal.name,
     )
@@ -63,8 +67,9 @@ async def get_attachment(call: Call[NoQuery, Empty]) -> web.Response:
     """GET /runs/{run_id}/drops/{item_id}/attachments/{sha256}."""
     names = (call.path_value(name) for name in ("run_id", "item_id", "sha256"))
     attachment, content = await call.request.app[ATTACHMENTS].get(*names)
-    headers = {"Content-Disposition": _disposition(attachment.name)}
-    return web.Response(body=content, content_type=attachment.media_type, headers=headers)
+    headers = {"Content-Disposition": _disposition(attachment.name), "Vary": "Accept"}
+    media = asked_of(call.request, attachment.media_type, BINARY)
+    return web.Response(body=content, content_type=media, headers=headers)
 
 
 def _disposition(name: str) -> str:
@@ -112,7 +117,11 @@ ROUTES: tuple[AnyRoute, ...] = (
         query=NoQuery,
         body=NO_BODY,
         answers=tuple(
-            Answer(200, "The file", media=media, schema=_FILE, headers=("Content-Disposition",)) for media in SIGNATURES
+            Answer(200, text, media=media, schema=BINARY_SCHEMA, headers=("Content-Disposition",))
+            for media, text in (
+                *((media, "") for media in SIGNATURES),
+                (BINARY, "The file; as plain bytes if asked for"),
+            )
         ),
         errors=("not_found", "attachment.altered", "storage.failed"),
     ),

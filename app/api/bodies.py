@@ -78,11 +78,12 @@ async def read_body(request: web.Request, body: Body[Any], *, timeout_s: float) 
             raise ApiError("request.malformed", "the body is empty", hint="send a document")
         return b""
     # Forms and text/plain are what a foreign web page can send without asking first: never taken.
-    if request.content_type not in body.media:
+    taken = (*body.media, *body.also)
+    if request.content_type not in taken:
         raise ApiError(
             "request.content_type",
             f"the content type is {request.headers.get('Content-Type', 'missing')}",
-            hint=f"send Content-Type: {' or '.join(body.media)}",
+            hint=f"send Content-Type: {' or '.join(taken)}",
         )
     if request.headers.get("Content-Encoding", "identity").lower() != "identity":
         raise ApiError(

@@ -10,7 +10,7 @@ from pydantic.json_schema import models_json_schema
 
 from app.api.problem_codes import PROBLEMS
 from app.api.problems import CONTENT_TYPE, Problem
-from app.api.routing import JSON, Answer, AnyRoute
+from app.api.routing import BINARY_SCHEMA, JSON, Answer, AnyRoute, Body
 
 _REF: Final = "#/components/schemas/{model}"
 _PATH_NAME: Final = re.compile(r"\{(\w+)\}")
@@ -54,7 +54,7 @@ def _schemas(routes: Iterable[AnyRoute]) -> tuple[dict[_ModelKey, dict[str, Any]
     """A reference for each model and mode, and what the references lead to."""
     wanted: dict[_ModelKey, None] = {(Problem, "serialization"): None}
     for route in routes:
-        if route.takes_body:
+        if route.takes_body and JSON in route.body.media:
             wanted[(route.body.model, "validation")] = None
         for answer in route.answers:
             if answer.model is not None:
@@ -75,10 +75,21 @@ def _operation(route: AnyRoute, references: dict[_ModelKey, dict[str, Any]]) -> 
         "security": [] if route.role is None else [{"token": []}],
     }
     if route.takes_body:
-        schema = references[(route.body.model, "validation")]
-        content = {media: {"schema": schema} if media == JSON else {} for media in route.body.media}
-        operation["requestBody"] = {"required": True, "content": content}
+        operation["requestBody"] = _request_body(route.body, references)
     return operation
+
+
+def _request_body(body: Body[Any], references: dict[_ModelKey, dict[str, Any]]) -> dict[str, Any]:
+    schemas = dict.fromkeys(body.media, BINARY_SCHEMA)
+    if JSON in schemas:
+        schemas[JSON] = references[(body.model, "validation")]
+    described: dict[str, Any] = {
+        "required": True,
+        "content": {media: {"schema": schema} for media, schema in schemas.items()},
+    }
+    if body.also:
+        described["description"] = f"Also taken with the Content-Type {', '.join(body.also)}, if it is such a file."
+    return described
 
 
 def _path_parameters(route: AnyRoute) -> list[dict[str, Any]]:

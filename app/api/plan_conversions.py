@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import asyncio
-from typing import Annotated, Any, Final
+from typing import Annotated, Any
 
 from aiohttp import web
 from pydantic import BaseModel, ConfigDict, Field, RootModel
 
 from app.api.answers import json_answer
 from app.api.models import RequestModel
-from app.api.routing import API, JSON, Answer, AnyRoute, Body, Call, Route
+from app.api.routing import API, BINARY, JSON, Answer, AnyRoute, Body, Call, Route
 from app.domain.vehicle import VehicleType
 from app.interchange.findings import ConversionFinding
 from app.interchange.source import SourceFormat, convert_to_plan
 from app.services.access import Role
-
-BINARY: Final = "application/octet-stream"
 
 
 class ForeignPlan(RootModel[dict[str, Any]]):

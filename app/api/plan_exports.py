@@ -8,11 +8,11 @@ from typing import Final
 from aiohttp import web
 from pydantic import BaseModel, ConfigDict
 
-from app.api.answers import etag_of, is_unchanged, json_answer
+from app.api.answers import asked_of, etag_of, is_unchanged, json_answer
 from app.api.bodies import NO_BODY, Empty
 from app.api.health import VERSION
 from app.api.renderings import Renderings
-from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
+from app.api.routing import API, BINARY, BINARY_SCHEMA, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import PLANS
 from app.domain.ports import StoredPlan
 from app.interchange.findings import ConversionFinding
@@ -69,14 +69,21 @@ def _exporter(target: TargetFormat) -> Callable[[Call[NoQuery, Empty]], Awaitabl
             "ETag": etag_of(f"{stored.hash}-{target}-{call.request.app[VERSION]}"),  # known before anything is written
             "Cache-Control": "private, no-cache",
             "Content-Disposition": f'attachment; filename="{file_name(stored.name, target)}"',
+            "Vary": "Accept",
         }
         if is_unchanged(call.request, headers["ETag"]):
             return web.Response(status=304, headers=headers)
         exported = await call.request.app[RENDERINGS].of(stored, target)
-        return web.Response(body=exported.text.encode(), content_type=MEDIA_TYPES[target], headers=headers)
+        media = asked_of(call.request, MEDIA_TYPES[target], *_also(target))
+        return web.Response(body=exported.text.encode(), content_type=media, headers=headers)
 
     export.__name__ = f"export_{target}"
     return export
+
+
+def _also(target: TargetFormat) -> tuple[str, ...]:
+    """KML's own media type is nothing that a generated client can read."""
+    return (BINARY,) if target is TargetFormat.KML else ()
 
 
 async def _stored(call: Call[NoQuery, Empty]) -> StoredPlan:
@@ -97,6 +104,7 @@ def _route(target: TargetFormat) -> AnyRoute:
         body=NO_BODY,
         answers=(
             Answer(200, "The document", media=MEDIA_TYPES[target], schema=schema, headers=headers),
+            *(Answer(200, "as plain bytes if asked for", media=m, schema=BINARY_SCHEMA) for m in _also(target)),
             Answer(304, "The client has it already (If-None-Match)"),
         ),
         errors=_ERRORS,

@@ -15,6 +15,8 @@ API: Final = "/api/v1"
 BY_HAND_PATH: Final = f"{API}/vehicles/{{vehicle_id}}/offboard"
 TARGET_REPORTS_PATH: Final = f"{API}/targets/{{feed}}/reports"
 JSON: Final = "application/json"
+BINARY: Final = "application/octet-stream"
+BINARY_SCHEMA: Final[dict[str, Any]] = {"type": "string", "format": "binary"}
 PROBED: Final = frozenset({"/healthz", "/readyz"})
 """Asked by probes under an address as Host; they say nothing that a foreign page could use."""
 
@@ -32,7 +34,9 @@ class NoQuery(BaseModel):
 class Body(Generic[BodyT]):
     """A body: its model for the description, and how bytes become it. `codes` are what `parse` may answer.
 
-    `media` are the content types that are taken; the model describes the JSON one. `max_bytes`: a bound of its own.
+    `media` are the content types that are taken and described; the model describes the JSON one, any other is plain
+    bytes. `also` are taken too and named in words: code generators know no content type but JSON, forms and bytes.
+    `max_bytes`: a bound of its own.
     """
 
     model: type[BaseModel]
@@ -40,6 +44,7 @@ class Body(Generic[BodyT]):
     codes: tuple[str, ...]
     required: bool = True
     media: tuple[str, ...] = (JSON,)
+    also: tuple[str, ...] = ()
     max_bytes: int | None = None
 
 

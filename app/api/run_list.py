@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from typing import Annotated, Final
 
@@ -56,18 +56,6 @@ class RunsView(BaseModel):
     next: str | None = None
 
 
-def asks_for_csv(accept: Iterable[str]) -> bool:
-    """Whether the Accept headers prefer text/csv to JSON, which is what everybody gets who does not say."""
-    weights = {"application/json": 0.0, CSV: 0.0}
-    for part in ",".join(accept).split(","):
-        name, *parameters = (piece.strip().lower() for piece in part.split(";"))
-        weight = next((_weight(one[2:]) for one in parameters if one.startswith("q=")), 1.0)
-        for media in weights:
-            if name == media:
-                weights[media] = max(weights[media], weight)
-    return weights[CSV] > weights["application/json"]
-
-
 def runs_csv(runs: Sequence[Run]) -> str:
     """One line for each run (RFC 4180), times in UTC. What a spreadsheet would take for a formula begins with '."""
     out = io.StringIO()
@@ -101,10 +89,3 @@ def _cell(value: object) -> object:
 
 def _time(seconds: float | None) -> str | None:
     return None if seconds is None else datetime.fromtimestamp(seconds, UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
-
-
-def _weight(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        return 0.0

@@ -6,12 +6,12 @@ from collections.abc import Awaitable, Callable
 
 from aiohttp import web
 
-from app.api.answers import json_answer
+from app.api.answers import asked_of, json_answer
 from app.api.bodies import NO_BODY, Empty, json_body
 from app.api.models import EventsQuery, EventsView, RunRequest
-from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
+from app.api.routing import API, JSON, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.run_changes import ACCEPTED, accepted
-from app.api.run_list import CSV, RunsQuery, RunsView, asks_for_csv, runs_csv
+from app.api.run_list import CSV, RunsQuery, RunsView, runs_csv
 from app.api.services import JOURNAL, RUNS
 from app.domain.prediction import CALM
 from app.domain.run import Run
@@ -35,7 +35,7 @@ async def list_runs(call: Call[RunsQuery, Empty]) -> web.Response:
     found = await call.request.app[RUNS].list_runs(query.limit + 1, query.wanted())
     page = list(found[: query.limit])
     older_than = page[-1].id if len(found) > query.limit else None
-    if not asks_for_csv(call.request.headers.getall("Accept", [])):
+    if asked_of(call.request, JSON, CSV) == JSON:
         return json_answer(RunsView(runs=page, next=older_than), headers={"Vary": "Accept"})
     headers = {"Vary": "Accept", "Content-Disposition": 'attachment; filename="runs.csv"'}
     if older_than is not None:

@@ -5,8 +5,10 @@ from __future__ import annotations
 from datetime import datetime
 from typing import Any
 
+from pydantic import ValidationError
 from rich.text import Text
 
+from app.domain.drop import DropRecord
 from app.domain.events import Event, EventKind
 
 _STYLES = {
@@ -18,6 +20,17 @@ _STYLES = {
     "aborted": "bold yellow",
     "lost": "bold red",
 }
+
+
+NO_OUTPUT = ", warning: no output is assigned to the gripper, its acknowledgement proves nothing"
+
+
+def is_ack_alone(drop: dict[str, Any]) -> bool:
+    """See DropRecord.rests_on_an_ack_alone; drops of older events say nothing of an output."""
+    try:
+        return DropRecord.model_validate(drop).rests_on_an_ack_alone
+    except ValidationError:
+        return False
 
 
 def run_line(event: Event) -> Text | None:
@@ -79,8 +92,10 @@ def _drop(drop: dict[str, Any]) -> Text:
     outcome = str(drop.get("outcome"))
     line = Text(f"drop {drop.get('plan_item_id')}: ")
     if outcome == "pending":
-        return line.append(str(drop.get("phase")))
-    line.append(f"{outcome} ({drop.get('certainty')})", style=_STYLES.get(outcome, "bold"))
+        line.append(str(drop.get("phase")))
+        return line.append(NO_OUTPUT, style="bold yellow") if drop.get("output_evidence") == "not_assigned" else line
+    alone = is_ack_alone(drop)
+    line.append(f"{outcome} ({drop.get('certainty')})", style="bold yellow" if alone else _STYLES.get(outcome, "bold"))
     if drop.get("offset_m") is not None:
         line.append(f", {drop['offset_m']:.1f} m from the point")
     if drop.get("reason"):

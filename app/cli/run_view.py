@@ -67,6 +67,10 @@ class TerminalView:
         self._bar.stop()
         if run.drops:
             self._console.print(drops_table(run))
+        for drop in run.last_drops:
+            if drop.rests_on_an_ack_alone:
+                name = escape(drop.plan_item_id)
+                self._console.print(f"[bold yellow]drop {name} rests on an ack alone[/]: no output was seen to move")
         if verdict.achieved:
             self._console.print("[bold green]all drops released, run completed[/]")
         for reason in verdict.reasons:
@@ -75,10 +79,12 @@ class TerminalView:
     def _is_shown(self, event: Event) -> bool:
         """Whether only such fields of a run or drop changed of which other events tell."""
         data = event.data
+        state: tuple[object, ...]
         if event.kind is EventKind.RUN_CHANGED:
             about, state = "run", (data.get("state"), data.get("reason"))
         elif event.kind is EventKind.RUN_DROP:
-            about, state = f"drop {data.get('plan_item_id')}", (data.get("phase"), data.get("outcome"))
+            pending = data.get("output_evidence") if data.get("outcome") == "pending" else None
+            about, state = f"drop {data.get('plan_item_id')}", (data.get("phase"), data.get("outcome"), pending)
         else:
             return False
         before = self._shown.get(about)
@@ -131,7 +137,7 @@ class JsonView:
 def drops_table(run: Run) -> Table:
     """Each drop with its outcome and what it rests on."""
     table = Table(title=f"drops of run {run.id}", title_justify="left")
-    for name in ("drop", "outcome", "certainty", "commanded", "acknowledged", "sensed", "offset", "speed"):
+    for name in ("drop", "outcome", "certainty", "commanded", "acknowledged", "output", "sensed", "offset", "speed"):
         table.add_column(name)
     for drop in run.drops:
         table.add_row(
@@ -140,6 +146,7 @@ def drops_table(run: Run) -> Table:
             drop.certainty.value,
             f"{drop.attempts}x" if drop.attempts else "in the mission" if not drop.supervised else "no",
             drop.acknowledged_result or "no",
+            "" if drop.output_evidence is None else drop.output_evidence.value.replace("_", " "),
             "yes" if drop.sensed_at is not None else "no sensor",
             "" if drop.offset_m is None else f"{drop.offset_m:.1f} m",
             "" if drop.ground_speed_m_s is None else f"{drop.ground_speed_m_s:.1f} m/s",

@@ -36,5 +36,6 @@ def verdict(run: Run, *, least: Certainty) -> Verdict:
             why = f": {drop.reason}" if drop.reason else ""
             reasons.append(f"drop {drop.plan_item_id} is {drop.outcome.value}{why}")
         elif _STRENGTH[drop.certainty] < _STRENGTH[least]:
-            reasons.append(f"drop {drop.plan_item_id} is only {drop.certainty.value}, asked was {least.value}")
+            unseen = ": no output was seen to move" if drop.rests_on_an_ack_alone else ""
+            reasons.append(f"drop {drop.plan_item_id} is only {drop.certainty.value}, asked was {least.value}{unseen}")
     return Verdict(tuple(reasons))

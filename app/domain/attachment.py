@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import re
 from collections.abc import Mapping
 from typing import Any, Final
@@ -60,18 +59,20 @@ def checked_name(name: str) -> str:
     return plain
 
 
-def checked_content(media_type: str, content: bytes) -> str:
-    """The SHA-256 of a file that is what it says.
+def checked_type(media_type: str | None, content: bytes) -> str:
+    """The media type of a file that is what it says; None: it says nothing, and is known by how it begins.
 
     Raises:
         InvalidInputError: it is of no type that is taken, or does not begin as a file of its type does.
     """
-    begin = SIGNATURES.get(media_type)
-    if begin is None:
+    found = next((known for known, begin in SIGNATURES.items() if content.startswith(begin)), None)
+    if media_type is None and found is None:
+        raise InvalidInputError("the file is of no type that is taken", hint=f"one of {', '.join(SIGNATURES)}")
+    if media_type is not None and media_type not in SIGNATURES:
         raise InvalidInputError(f"{media_type} is not taken", hint=f"one of {', '.join(SIGNATURES)}")
-    if not content.startswith(begin):
+    if found is None or media_type not in (None, found):
         raise InvalidInputError(f"the file is no {media_type}", hint="send the Content-Type that the file has")
-    return hashlib.sha256(content).hexdigest()
+    return found
 
 
 def is_sha256(text: str) -> bool:

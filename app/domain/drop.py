@@ -29,6 +29,20 @@ class Certainty(StrEnum):
     NONE = "none"
 
 
+class OutputEvidence(StrEnum):
+    """What the gripper's output (SERVO_OUTPUT_RAW) says of a release.
+
+    `not_assigned`: no PWM_*_FUNCn is 430, so that none can move (a CAN gripper looks alike). `not_known`: parameters
+    did not answer. `not_seen`: it is assigned, and no pulse of a known meaning came in time.
+    """
+
+    MOVED = "moved"
+    NOT_MOVED = "not_moved"
+    NOT_SEEN = "not_seen"
+    NOT_ASSIGNED = "not_assigned"
+    NOT_KNOWN = "not_known"
+
+
 class DropPhase(StrEnum):
     """Where a drop is. An embedded one is only waiting and done; only one that needs consent is asking."""
 
@@ -47,7 +61,9 @@ class DropRecord(BaseModel):
 
     `commanded_at` is when a release was sent, `acknowledged_*` what the vehicle answered (COMMAND_ACK of DO_GRIPPER),
     `output_*` what the autopilot put out to the gripper (SERVO_OUTPUT_RAW), `sensed_at` when a sensor saw the parcel
-    go. They are never merged. PX4's grippers have no sensor: `sensed_at` stays None for them.
+    go. They are never merged. PX4's grippers have no sensor: `sensed_at` stays None for them. `output_evidence` says in
+    a word what the output shows, before the release already if it can show nothing; None for a winch, and while
+    nothing can be said.
 
     `consent` is None if the plan asks for none; `target` if the drop has no moving target, or none was reported of.
     `alternate_to` is the drop that failed before this one was tried at its
@@ -70,6 +86,7 @@ class DropRecord(BaseModel):
     acknowledged_result: str | None = None
     output_at: float | None = None
     output_us: int | None = None
+    output_evidence: OutputEvidence | None = None
     sensed_at: float | None = None
     planned_latitude_deg: float | None = None
     planned_longitude_deg: float | None = None
@@ -86,3 +103,9 @@ class DropRecord(BaseModel):
     gnss_hdop: float | None = None
     battery_percent: float | None = None
     target: TargetEvidence | None = None
+
+    @property
+    def rests_on_an_ack_alone(self) -> bool:
+        """Released by the vehicle's word, and no output was seen to move: PX4 says the same where nothing can move."""
+        moved = self.output_evidence in (None, OutputEvidence.MOVED)
+        return self.outcome is DropOutcome.RELEASED and self.certainty is Certainty.ACKNOWLEDGED and not moved

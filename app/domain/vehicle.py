@@ -102,7 +102,8 @@ def _nobody_listens(_name: str) -> None:
 class VehicleFacts:
     """What a plan is checked against. Unknown things are None; rules must then take the strict side.
 
-    `parameters` holds PX4 parameters by name as read from the vehicle (`NAV_ACC_RAD`, `MIS_TKO_LAND_REQ` ...).
+    `parameters` holds PX4 parameters by name as read from the vehicle (`NAV_ACC_RAD`, `MIS_TKO_LAND_REQ` ...). Those
+    that it does not have are in neither; `unanswered` were asked for, and nobody knows whether it has them.
     `least_clock_rate`: see VehicleClock.least_rate. `in_flight`: it flies now, and the mission begins there; None: it
     begins on the ground, at home. `performance` is what the operator declares of it, `battery_percent` its charge as
     the facts were read. `assuming` is called with the name of each fact that is asked for, is not known and is assumed.
@@ -113,6 +114,7 @@ class VehicleFacts:
     uid: str | None = None
     home: GlobalPosition | None = None
     parameters: Mapping[str, float | int] = field(default_factory=dict)
+    unanswered: frozenset[str] = frozenset()
     max_mission_items: int | None = None
     max_fence_items: int | None = None
     max_rally_points: int | None = None
@@ -132,6 +134,7 @@ class VehicleState:
     `boot_time_s` is the vehicle's own clock (GLOBAL_POSITION_INT.time_boot_ms) at the newest position: it runs faster
     than ours in a simulation with a speed factor, and a bounded hold is counted on it. `clock` is how fast.
     `home_ned_m` is home from the EKF origin, from where local setpoints count: north, east, down (HOME_POSITION.x ...).
+    `has_gripper_output`: a servo output is assigned to the gripper; None: not known.
     `gripper_output_us` is SERVO_OUTPUT_RAW of the gripper's output (2000 grab, 1000 release, 900 disarmed); None while
     its channel is not known. It is what the autopilot commands, not what a sensor saw.
     """
@@ -165,6 +168,7 @@ class VehicleState:
     gnss_satellites: int | None = None
     gnss_hdop: float | None = None
     clock: VehicleClock = UNHEARD
+    has_gripper_output: bool | None = None
     gripper_output_us: int | None = None
     gripper_output_age_s: float | None = None
 

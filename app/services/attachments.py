@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import hashlib
 from collections.abc import Sequence
 
-from app.domain.attachment import MAX_PER_DROP, Attachment, checked_content, checked_name
+from app.domain.attachment import MAX_PER_DROP, Attachment, checked_name, checked_type
 from app.domain.attachment_port import AttachmentStore
 from app.domain.errors import ConflictError, NotFoundError
 from app.domain.events import EventKind
@@ -26,16 +27,19 @@ class Attachments:
         self._turn = asyncio.Lock()
 
     async def add(
-        self, run_id: str, plan_item_id: str, *, name: str, media_type: str, content: bytes, by: str
+        self, run_id: str, plan_item_id: str, *, name: str, media_type: str | None, content: bytes, by: str
     ) -> tuple[Attachment, bool]:
         """Attach a file to a drop; the attachment, and whether it is new: the same file is attached once.
+
+        `media_type` None: told from the file.
 
         Raises:
             NotFoundError, ConflictError (the drop has too many), InvalidInputError, StorageError.
         """
         run = await self._run_with(run_id, plan_item_id)
         name = checked_name(name)
-        sha256 = await asyncio.to_thread(checked_content, media_type, content)
+        media_type = checked_type(media_type, content)
+        sha256 = await asyncio.to_thread(lambda: hashlib.sha256(content).hexdigest())
         async with self._turn:
             attached = await self.of_drop(run_id, plan_item_id)
             for other in attached:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from app.simulator.wire import GRIPPER_FUNCTION
+
 
 @dataclass(frozen=True, slots=True)
 class Airframe:
@@ -12,8 +14,8 @@ class Airframe:
     name: str
     mav_type: int
     """MAV_TYPE of the heartbeat."""
-    gripper_servo: int
-    """Output with the gripper, 1-based: servoN_raw of SERVO_OUTPUT_RAW; 0: it is no output of the autopilot."""
+    functions: tuple[int, ...]
+    """PWM_MAIN_FUNC1 and on: what its outputs move, the gripper on the first free one."""
     params: dict[str, int | float] = field(default_factory=dict)
     """Parameters that differ from the common defaults."""
     hover_throttle: float = 0.5
@@ -61,19 +63,36 @@ _VTOL_HOVER = {"MPC_XY_VEL_MAX": 8.0, "MPC_XY_ERR_MAX": 5.0, "MIS_TAKEOFF_ALT": 
 _VTOL_WING = {"MIS_TKO_LAND_REQ": 2, "FW_AIRSPD_TRIM": 10.5}
 _PLANE_RETURN = {"RTL_LAND_DELAY": -1.0}  # rc.fw_defaults: it circles until somebody decides
 
+_GRIPPER = GRIPPER_FUNCTION
+_FOUR_MOTORS = (101, 102, 103, 104)
+_SURFACES = (201, 202, 203)
+
 AIRFRAMES = {
     airframe.name: airframe
     for airframe in (
-        Airframe("quad", 2, 5, {"SYS_AUTOSTART": 10040}),
-        Airframe("hexa", 13, 7, {"SYS_AUTOSTART": 10044}),
+        Airframe("quad", 2, (*_FOUR_MOTORS, _GRIPPER), {"SYS_AUTOSTART": 10040}),
+        Airframe("hexa", 13, (*_FOUR_MOTORS, 105, 106, _GRIPPER), {"SYS_AUTOSTART": 10044}),
         Airframe(
             "plane",
             1,
-            5,
+            (*_SURFACES, 101, _GRIPPER),
             {"SYS_AUTOSTART": 10041, "MIS_TKO_LAND_REQ": 2, **_PLANE_HEIGHTS, **_PLANE_SPEEDS, **_PLANE_RETURN},
         ),
-        Airframe("vtol", 22, 9, {"SYS_AUTOSTART": 10043, **_VTOL_WING, **_VTOL_HOVER}, 0.3),
-        Airframe("rover", 10, 3, {"SYS_AUTOSTART": 10045, "NAV_ACC_RAD": 0.5, "RTL_RETURN_ALT": 60.0}),
-        Airframe("airship", 7, 5, {"SYS_AUTOSTART": 2507, "MPC_XY_CRUISE": 3.0, "MPC_Z_V_AUTO_UP": 1.0}),
+        Airframe(
+            "vtol",
+            22,
+            (*_FOUR_MOTORS, *_SURFACES, 105, _GRIPPER),
+            {"SYS_AUTOSTART": 10043, **_VTOL_WING, **_VTOL_HOVER},
+            0.3,
+        ),
+        Airframe(
+            "rover", 10, (201, 101, _GRIPPER), {"SYS_AUTOSTART": 10045, "NAV_ACC_RAD": 0.5, "RTL_RETURN_ALT": 60.0}
+        ),
+        Airframe(
+            "airship",
+            7,
+            (101, 102, 201, 103, _GRIPPER),
+            {"SYS_AUTOSTART": 2507, "MPC_XY_CRUISE": 3.0, "MPC_Z_V_AUTO_UP": 1.0},
+        ),
     )
 }

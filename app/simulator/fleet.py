@@ -15,6 +15,7 @@ from app.simulator.faulty_way import Later
 from app.simulator.firmware import PROFILES
 from app.simulator.geo import LocalFrame
 from app.simulator.options import Options, VehicleOptions
+from app.simulator.outputs import function_params
 from app.simulator.pace import Pace
 from app.simulator.params import Params, Value
 from app.simulator.vehicle import Vehicle, VehicleSpec
@@ -33,14 +34,14 @@ DUPLICATE_OFFSET = 6
 def build_vehicle(options: Options, index: int, entry: VehicleOptions, wall: Callable[[], float]) -> Vehicle:
     """Vehicle `index` of the fleet, without a socket."""
     airframe, profile = AIRFRAMES[entry.airframe], PROFILES[options.firmware]
+    functions = airframe.functions
     if entry.external_gripper:
-        airframe = replace(airframe, gripper_servo=0)
+        functions = tuple(function for function in functions if function != GRIPPER_FUNCTION)
     own: dict[str, Value] = {
         "MAV_SYS_ID": entry.system_id,
         "MAV_TYPE": airframe.mav_type,
+        **function_params(functions),
     }
-    if airframe.gripper_servo:
-        own[f"PWM_MAIN_FUNC{airframe.gripper_servo}"] = GRIPPER_FUNCTION
     params = Params(airframe.params, profile.params, own, dict(options.params), absent=profile.absent)
     first = LocalFrame(*options.home)
     latitude, longitude = first.to_global(0.0, SPACING_M * index)

@@ -1,6 +1,7 @@
 """The payload deliverer: one gripper, commanded by a ground station or by the mission.
 
-ACCEPTED after PD_GRIPPER_TO is a timer, not a sensor: it comes with a stuck gripper too.
+ACCEPTED after PD_GRIPPER_TO is a timer, not a sensor: it comes with a stuck gripper too, and with one that no output
+moves [29_gripper_no_output].
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from dataclasses import dataclass
 
 from app.simulator.clock import VehicleClock
 from app.simulator.faults import VehicleFaults
+from app.simulator.outputs import Outputs
 from app.simulator.params import Params
 from app.simulator.state import GripperState
 from app.simulator.wire import Result
@@ -31,11 +33,14 @@ class _Action:
 class PayloadDeliverer:
     """Executes DO_GRIPPER. `ack` is called with every result for the one who asked."""
 
-    def __init__(self, gripper: GripperState, params: Params, faults: VehicleFaults, clock: VehicleClock) -> None:
+    def __init__(
+        self, gripper: GripperState, params: Params, faults: VehicleFaults, clock: VehicleClock, outputs: Outputs
+    ) -> None:
         self._gripper = gripper
         self._params = params
         self._faults = faults
         self._clock = clock
+        self._outputs = outputs
         self._action: _Action | None = None
         self._output_due_s: float | None = None
         self._jaws_due_s: float | None = None
@@ -44,12 +49,16 @@ class PayloadDeliverer:
         self.boot()
 
     def boot(self) -> None:
-        """Power-up: PD_GRIPPER_TYPE is read only here, and the gripper grabs."""
+        """Power-up: PD_GRIPPER_TYPE is read only here, and the gripper grabs.
+
+        Where nothing has ever commanded it, its output is at the lowest pulse: release (FunctionGripper, 17b).
+        """
         enabled = "PD_GRIPPER_EN" not in self._params or self._params.integer("PD_GRIPPER_EN") == 1
         self.valid = enabled and self._params.integer("PD_GRIPPER_TYPE") >= 0
         self._action = None
         self._output_due_s = self._jaws_due_s = None
-        self._gripper.released = self._gripper.output_released = False
+        self._gripper.released = False
+        self._gripper.output_released = not self.valid
         self._move_jaws()
 
     def command(self, param2: float, ack: Ack) -> None:
@@ -93,7 +102,7 @@ class PayloadDeliverer:
                 action.ack(Result.ACCEPTED)
 
     def _move_jaws(self) -> None:
-        if not self._faults.stuck_gripper:
+        if self._outputs.moves_gripper and not self._faults.stuck_gripper:
             self._gripper.is_open = self._gripper.output_released
 
 

@@ -11,6 +11,7 @@ from app.simulator.dialect import Message, mavlink
 from app.simulator.faults import VehicleFaults
 from app.simulator.geo import LocalFrame
 from app.simulator.identity import Identity
+from app.simulator.outputs import Outputs
 from app.simulator.state import VehicleState
 from app.simulator.wire import Mode, SystemStatus
 
@@ -27,7 +28,6 @@ SENSORS_HEALTHY = 52480063
 SENSOR_GPS = 0x20
 PREARM_CHECK = 0x10000000
 """Healthy when the vehicle can be armed [01_connect]."""
-PWM_DISARMED, PWM_GRAB, PWM_RELEASE, PWM_MOTOR_IDLE = 900, 2000, 1000, 1000
 CELLS_FULL_MV, CELLS_EMPTY_MV = 16200, 14000
 STANDARD_MODES = {Mode.POSCTL: 1, Mode.ORBIT: 2, Mode.ALTCTL: 4, Mode.RTL: 5, Mode.MISSION: 6, Mode.LAND: 7}
 FULL_CIRCLE_CDEG = 36000
@@ -44,6 +44,7 @@ class Telemetry:
         clock: VehicleClock,
         faults: VehicleFaults,
         identity: Identity,
+        outputs: Outputs,
     ) -> None:
         self._state = state
         self._airframe = airframe
@@ -51,6 +52,7 @@ class Telemetry:
         self._clock = clock
         self._faults = faults
         self._identity = identity
+        self._outputs = outputs
         self.builders: dict[int, Callable[[], Message | None]] = {
             0: self.heartbeat,
             1: self.sys_status,
@@ -151,15 +153,8 @@ class Telemetry:
         )  # fmt: skip
 
     def servo_output_raw(self) -> Message:
-        """SERVO_OUTPUT_RAW: motors, and the gripper on its output."""
-        armed = self._state.status.armed
-        outputs = [PWM_DISARMED] * 16
-        if armed:
-            for motor in range(4):
-                outputs[motor] = PWM_MOTOR_IDLE + int(self._state.body.throttle * 1000)
-            if self._airframe.gripper_servo:
-                released = self._state.gripper.output_released
-                outputs[self._airframe.gripper_servo - 1] = PWM_RELEASE if released else PWM_GRAB
+        """SERVO_OUTPUT_RAW."""
+        outputs = self._outputs.pulses_us()
         return mavlink.MAVLink_servo_output_raw_message(
             int(self._clock.now_s * 1e6) % 2**32, 0, *outputs[:8], *outputs[8:]
         )

@@ -45,6 +45,7 @@ from app.simulator.offboard.failsafe import OffboardLossFailsafe
 from app.simulator.offboard.mode import OffboardMode
 from app.simulator.offboard.receiver import OffboardReceiver
 from app.simulator.offboard.stream import OffboardStream
+from app.simulator.outputs import Outputs
 from app.simulator.param_link import ParamLink
 from app.simulator.params import Params
 from app.simulator.payload import PayloadDeliverer
@@ -125,7 +126,10 @@ class Vehicle:
         self._deployment = Deployment()
         external = ExternalGripper(state.gripper, self.faults, self.clock) if self.spec.external_gripper else None
         on_board = self.spec.profile.delivers_payload and external is None
-        self._payload = PayloadDeliverer(state.gripper, self.params, self.faults, self.clock) if on_board else None
+        self._outputs = Outputs(state, self.params)
+        self._payload: PayloadDeliverer | None = None
+        if on_board:
+            self._payload = PayloadDeliverer(state.gripper, self.params, self.faults, self.clock, self._outputs)
         self.winch = Winch(self.clock, lambda: body.up_m) if self.spec.winch else None
         components = [component for component in (external, self.winch) if component is not None]
         self._port = PayloadPort(self.radio, self.clock, self.faults, components)
@@ -165,7 +169,7 @@ class Vehicle:
             },
         )
         self.identity = Identity(spec.profile, spec.seed, spec.system_id, spec.salt)
-        telemetry = Telemetry(state, spec.airframe, spec.frame, self.clock, self.faults, self.identity)
+        telemetry = Telemetry(state, spec.airframe, spec.frame, self.clock, self.faults, self.identity, self._outputs)
         self._streams = Streams(telemetry, self.radio, self.clock, RATES[spec.rates])
         payload_commands = PayloadCommands(self._payload)
         self._commands = CommandLink(

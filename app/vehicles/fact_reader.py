@@ -9,10 +9,11 @@ from typing import Final
 
 from app.domain.default_facts import default_facts
 from app.domain.errors import LinkTimeoutError
+from app.domain.gripper_output import function_parameters
 from app.domain.mav_type import vehicle_type
 from app.domain.vehicle import VehicleFacts, VehicleType
 from app.vehicles.decoders import AutopilotVersion, Heartbeat, HomePosition
-from app.vehicles.gripper_output import function_parameters, limit_parameters
+from app.vehicles.gripper_output import limit_parameters
 from app.vehicles.identity import Identity
 from app.vehicles.inbox import Inbox
 from app.vehicles.measurements import Measurements
@@ -63,6 +64,7 @@ class FactReader:
             uid=self._identity.uid,
             home=self._measurements.home,
             parameters=self._values,
+            unanswered=frozenset(self._parameters.unanswered),
             least_clock_rate=self._measurements.clock.least_rate,
         )
 

@@ -7,13 +7,10 @@ reversed (PWM_*_REV) or has other limits (PWM_*_MINn, PWM_*_MAXn) is not looked 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
+from app.domain.gripper_output import GRIPPER_FUNCTION, OUTPUTS
 from app.vehicles.decoders import ServoOutputRaw
-
-GRIPPER_FUNCTION: Final = 430
-OUTPUTS: Final = {"PWM_MAIN": (0, 16), "PWM_AUX": (1, 8)}
-"""Parameter prefix: SERVO_OUTPUT_RAW.port and how many outputs there may be."""
 
 
 class GripperChannel(NamedTuple):
@@ -21,11 +18,6 @@ class GripperChannel(NamedTuple):
 
     port: int
     output: int
-
-
-def function_parameters() -> tuple[str, ...]:
-    """The names of all parameters that may assign the gripper."""
-    return tuple(f"{prefix}_FUNC{n}" for prefix, (_, count) in OUTPUTS.items() for n in range(1, count + 1))
 
 
 def limit_parameters(parameters: Mapping[str, float | int]) -> tuple[str, ...]:

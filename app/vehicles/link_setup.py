@@ -7,6 +7,7 @@ import logging
 from typing import Final
 
 from app.domain.errors import LinkError, VehicleQuarantinedError
+from app.domain.gripper_output import has_gripper_output
 from app.vehicles.fact_reader import FactReader
 from app.vehicles.gripper_output import gripper_channel
 from app.vehicles.link_watch import LinkWatch
@@ -49,6 +50,7 @@ class LinkSetup:
                 await self._rates.set_all()
                 facts = await self._facts.read()
                 self._watch.gripper = gripper_channel(facts.parameters)
+                self._watch.has_gripper_output(has_gripper_output(facts))
                 if self._watch.gripper is not None:
                     await self._rates.set_servo_outputs()
             except VehicleQuarantinedError:

@@ -90,6 +90,10 @@ class LinkWatch:
             self.lost = True
             self._facts.tell(LinkLost(heartbeat_age_s=now_s - heard_s))
 
+    def has_gripper_output(self, known: bool | None) -> None:
+        """Whether an output is assigned to the gripper, as its parameters say."""
+        self._measurements.has_gripper_output = known
+
     def is_connected(self) -> bool:
         """Whether a HEARTBEAT came lately."""
         heard_s = self._measurements.heartbeat_s

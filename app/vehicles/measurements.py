@@ -58,6 +58,7 @@ class Measurements:
     battery_from_battery: bool = False
     mission: MissionCurrentReport | None = None
     mission_s: float | None = None
+    has_gripper_output: bool | None = None
     gripper_output_us: int | None = None
     gripper_output_s: float | None = None
 
@@ -133,6 +134,7 @@ class Measurements:
     def forget_after_reboot(self) -> None:
         """What the vehicle said before it restarted is not true any more."""
         self.mission = self.mission_s = self.gripper_output_us = self.gripper_output_s = None
+        self.has_gripper_output = None
         self.clock = VehicleClock(window_s=CLOCK_WINDOW_S)
 
     def state(self, now_s: float, *, connected: bool) -> VehicleState:
@@ -173,6 +175,7 @@ class Measurements:
             if gnss is None or gnss.satellites_visible == _SATELLITES_UNKNOWN
             else gnss.satellites_visible,
             gnss_hdop=None if gnss is None or gnss.eph == _HDOP_UNKNOWN else gnss.eph / 1e2,
+            has_gripper_output=self.has_gripper_output,
             gripper_output_us=self.gripper_output_us,
             gripper_output_age_s=_age(self.gripper_output_s, now_s),
         )

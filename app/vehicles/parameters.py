@@ -42,6 +42,8 @@ class ParameterReader:
         self._settings = settings
         self._waiting: defaultdict[str, list[asyncio.Future[ParamValue | None]]] = defaultdict(list)
         self._plugin = BlockingCall("waydrop-param")
+        self.unanswered: set[str] = set()
+        """Those that gave neither a value nor a PARAM_ERROR when they were asked for last."""
         inbox.on(ParamValue, self._take_value)
         inbox.on(ParamError, self._take_error)
 
@@ -83,7 +85,9 @@ class ParameterReader:
                 self._send(ParamRequestRead(name))
                 done, _pending = await asyncio.wait({future}, timeout=self._settings.parameter_timeout_s)
                 if done:
+                    self.unanswered.discard(name)
                     return await self._value(future.result())
+            self.unanswered.add(name)
             return None
         finally:
             self._waiting[name].remove(future)

@@ -55,6 +55,19 @@ async def test_a_file_comes_back_as_a_download_that_no_browser_interprets(
         assert answer.headers["Content-Security-Policy"].startswith("default-src 'none'")
 
 
+@pytest.mark.parametrize("media", TYPES)
+async def test_a_generated_client_sends_and_gets_plain_bytes(
+    service: Service, plan: dict[str, Any], media: str
+) -> None:
+    run_id = await a_run(service, plan)
+    status, headers, made = await attach(service, run_id, TYPES[media], "application/octet-stream")
+    assert (status, made["media_type"]) == (201, media)
+    asked = {"Accept": "application/octet-stream"}
+    async with service.http.get(service.url + headers["Location"], headers=asked) as answer:
+        assert (answer.status, await answer.read()) == (200, TYPES[media])
+        assert (answer.content_type, answer.headers["Vary"]) == ("application/octet-stream", "Accept")
+
+
 async def test_the_proof_lists_it_with_its_event_and_the_sheet_shows_small_pictures_alone(
     service: Service, plan: dict[str, Any]
 ) -> None:
@@ -108,6 +121,7 @@ async def test_the_same_file_is_attached_to_a_drop_once(service: Service, plan: 
     [
         (b"<html><script>alert(1)</script>", "image/png", 422, "input.invalid"),
         (PNG, "image/jpeg", 422, "input.invalid"),
+        (b"<html><script>alert(1)</script>", "application/octet-stream", 422, "input.invalid"),
         (PNG, "text/html", 415, "request.content_type"),
         (b"<svg/>", "image/svg+xml", 415, "request.content_type"),
         (b"", "image/png", 400, "request.malformed"),

@@ -56,6 +56,23 @@ async def test_operations_have_unique_ids_a_role_and_their_errors(openapi: dict[
         assert "500" in operation["responses"]
 
 
+GENERATED_BODIES = {"application/json", "application/merge-patch+json", "application/octet-stream"}
+GENERATED_ANSWERS = ("application/json", "application/octet-stream", "text/")
+
+
+async def test_a_client_generator_can_express_every_body_and_answer(openapi: dict[str, Any]) -> None:
+    operations = [operation for item in openapi["paths"].values() for operation in item.values()]
+    for operation in operations:
+        bodies = operation.get("requestBody", {"content": {}})["content"]
+        assert set(bodies) <= GENERATED_BODIES, operation["operationId"]
+        good = [answer["content"] for status, answer in operation["responses"].items() if status < "300"]
+        for content in filter(None, good):
+            known = [media for media in content if media.startswith(GENERATED_ANSWERS) or media.endswith("+json")]
+            assert known, f"{operation['operationId']} answers {list(content)}"
+        for content in (bodies, *good):
+            assert all(media.get("schema") for media in content.values()), operation["operationId"]
+
+
 async def test_the_plan_schema_takes_the_example_plans_and_not_everything(service: Service) -> None:
     status, headers, schema = await service.call("GET", "/api/v1/schemas/plan")
     assert (status, headers["Content-Type"]) == (200, "application/schema+json")

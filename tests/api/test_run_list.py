@@ -8,7 +8,9 @@ from typing import Any
 
 import pytest
 
-from app.api.run_list import asks_for_csv, runs_csv
+from app.api.answers import preferred
+from app.api.routing import JSON
+from app.api.run_list import CSV, runs_csv
 from app.domain.drop import Certainty, DropOutcome, DropRecord
 from app.domain.run import Run, RunState
 from tests.api.deliveries import a_plan
@@ -130,4 +132,4 @@ def test_no_cell_is_a_formula_whatever_was_typed(typed: str) -> None:
     ],
 )
 def test_csv_is_for_those_who_ask_for_it(accept: list[str], is_csv: bool) -> None:
-    assert asks_for_csv(accept) is is_csv
+    assert (preferred(accept, JSON, CSV) == CSV) is is_csv

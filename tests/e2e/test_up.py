@@ -29,11 +29,12 @@ CLEAN_END_S = 10.0
 class Up:
     """One `waydrop up` in a terminal of its own."""
 
-    def __init__(self, data_dir: Path, port: int, vehicles: str, *options: str) -> None:
+    def __init__(self, data_dir: Path, port: int, vehicles: str, *options: str, **more: str) -> None:
         self.port = port
         self._out = data_dir / "up.out"
         settings = {"PORT": str(port), "DATA_DIR": str(data_dir), "CONNECTIONS": vehicles, "LOG_LEVEL": "warning"}
-        environment = {**os.environ, "COLUMNS": "200", **{f"WAYDROP_{name}": value for name, value in settings.items()}}
+        own = {f"WAYDROP_{name}": value for name, value in settings.items()}
+        environment = {**os.environ, "COLUMNS": "200", **own, **more}
         with self._out.open("wb") as out:
             self.process = subprocess.Popen(
                 [WAYDROP, "up", *options], cwd=ROOT, env=environment, stdout=out, stderr=out, start_new_session=True
@@ -100,6 +101,29 @@ def test_it_says_what_it_started_and_three_commands_that_work(data_dir: Path, ve
     finally:
         up.kill()
     assert SimulatorProcess(data_dir).find() is None
+
+
+@pytest.mark.parametrize("writable", [True, False])
+def test_a_new_user_sees_no_warning(data_dir: Path, vehicles: str, tmp_path: Path, *, writable: bool) -> None:
+    home = tmp_path / "home"
+    home.mkdir() if writable else home.write_text("no folder can be made here")
+    up = Up(data_dir, free_tcp_port(), vehicles, HOME=str(home))
+    try:
+        up.until_ready()
+        deadline = time.monotonic() + START_S
+        while len(_connected(up.port)) < 4:
+            assert time.monotonic() < deadline, up.said()
+            time.sleep(0.1)
+        assert "warning" not in up.said()
+        assert "mavsdk" not in up.said()
+    finally:
+        up.ctrl_c()
+        up.kill()
+
+
+def _connected(port: int) -> list[str]:
+    with urlopen(f"http://127.0.0.1:{port}/api/v1/vehicles", timeout=10) as answer:
+        return [vehicle["id"] for vehicle in json.load(answer)["vehicles"] if vehicle["state"]["connected"]]
 
 
 def assert_refused_on_the_same_journal(data_dir: Path, vehicles: str) -> None:

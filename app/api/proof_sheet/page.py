@@ -12,7 +12,7 @@ from app.api.proof_sheet.attached import attached
 from app.api.proof_sheet.picture import close_up, overview
 from app.api.proof_sheet.words import shown_time, typed
 from app.domain.consent import ConsentRecord, ConsentState
-from app.domain.drop import Certainty, DropOutcome, DropRecord
+from app.domain.drop import Certainty, DropOutcome, DropRecord, OutputEvidence
 from app.domain.events import EventKind
 from app.domain.moving_target.report import TargetEvidence
 from app.domain.proof import Entry, Proof
@@ -36,6 +36,13 @@ _CERTAINTIES: Final = {
     Certainty.INFERRED: "inferred from what was observed",
     Certainty.NONE: "none",
 }
+_OUTPUTS: Final = {
+    OutputEvidence.MOVED: "went to release",
+    OutputEvidence.NOT_MOVED: "did not move",
+    OutputEvidence.NOT_SEEN: "was not seen",
+    OutputEvidence.NOT_ASSIGNED: "none is assigned: nothing was seen to move",
+    OutputEvidence.NOT_KNOWN: "not known whether one is assigned: nothing was seen to move",
+}
 _CONSENTS: Final = {
     ConsentState.PENDING: "needed, not asked",
     ConsentState.ASKED: "asked, not answered yet",
@@ -44,7 +51,16 @@ _CONSENTS: Final = {
     ConsentState.TIMED_OUT: "not given in time, which counts as a refusal",
     ConsentState.WITHDRAWN: "withdrawn",
 }
-_DROP_STEP: Final = ("plan_item_id", "phase", "attempts", "acknowledged_result", "output_us", "outcome", "certainty")
+_DROP_STEP: Final = (
+    "plan_item_id",
+    "phase",
+    "attempts",
+    "acknowledged_result",
+    "output_us",
+    "output_evidence",
+    "outcome",
+    "certainty",
+)
 """What a drop's event adds to the story; its measurements stand above."""
 
 _STYLE: Final = Path(__file__).with_name("sheet.css").read_text(encoding="utf-8")
@@ -120,7 +136,7 @@ def _drop(drop: DropRecord, attachments: str) -> str:
                 "Acknowledged",
                 drop.acknowledged_at and f"{shown_time(drop.acknowledged_at)}: {drop.acknowledged_result}",
             ),
-            ("Gripper's output", drop.output_at and f"{drop.output_us} µs at {shown_time(drop.output_at)}"),
+            ("Gripper's output", _output(drop)),
             ("Sensed", shown_time(drop.sensed_at) or "nothing sensed"),
             ("Planned at", _place(drop.planned_latitude_deg, drop.planned_longitude_deg)),
             ("Measured at", _place(drop.latitude_deg, drop.longitude_deg)),
@@ -134,7 +150,8 @@ def _drop(drop: DropRecord, attachments: str) -> str:
         ]
     )
     title = f"Drop: {typed(drop.plan_item_id)}"
-    outcome = f'<p class="outcome">{_OUTCOMES[drop.outcome]}</p>'
+    unseen = ", by its acknowledgement alone: no output was seen to move" if drop.rests_on_an_ack_alone else ""
+    outcome = f'<p class="outcome">{_OUTCOMES[drop.outcome]}{unseen}</p>'
     return f'<section class="drop"><h2>{title}</h2>{outcome}{rows}{close_up(drop) or ""}{attachments}</section>'
 
 
@@ -166,6 +183,12 @@ def _list(rows: Iterable[tuple[str, object]]) -> str:
 
 def _place(latitude_deg: float | None, longitude_deg: float | None) -> str | None:
     return None if latitude_deg is None or longitude_deg is None else f"{latitude_deg:.7f}, {longitude_deg:.7f}"
+
+
+def _output(drop: DropRecord) -> str | None:
+    pulse = drop.output_at and f"{drop.output_us} µs at {shown_time(drop.output_at)}"
+    told = drop.output_evidence and _OUTPUTS[drop.output_evidence]
+    return ": ".join(part for part in (told, pulse) if part) or None
 
 
 def _number(value: float | None, unit: str) -> str | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Final
 
 from app.domain.acceptance import switch_distance_m
 from app.domain.default_facts import HOME
@@ -15,6 +16,7 @@ from app.domain.rules.places import from_home_m, planned_places
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 
 _WITH_PLACE = (Takeoff, Waypoint, Loiter, Land)
+FLAT_WITHIN_M: Final = 100_000.0
 _ONLY_WATCHES = {0: "flies on", 1: "only warns and flies on"}
 """GF_ACTION."""
 
@@ -53,8 +55,13 @@ def _legs_inside(context: RuleContext) -> Iterator[Violation]:
         if isinstance(step.item, Jump):
             message = "the way back to the jump's target leaves the fence"
         hint = "stay in the inclusions and out of the exclusions: add a waypoint that goes round, or change the fence"
-        from_home = step.index <= first and not context.knows_home
-        yield replace(at_item(step, message, hint), assumed=(HOME,) if from_home else ())
+        from_home = step.index <= first or _is_beyond_flat_earth(path)
+        yield replace(at_item(step, message, hint), assumed=(HOME,) if from_home and not context.knows_home else ())
+
+
+def _is_beyond_flat_earth(path: GroundPath) -> bool:
+    """So far from home its straight line in the local frame depends on where home is."""
+    return max(map(abs, path.shape.bounds)) > FLAT_WITHIN_M
 
 
 def _rally_inside(context: RuleContext) -> Iterator[Violation]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from app.domain.finding import Severity
+from app.domain.gripper_output import GRIPPER_FUNCTION, has_gripper_output, unanswered_functions
 from app.domain.plan.items import Gripper, Land, Winch
 from app.domain.plan.walk import Carried
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
@@ -78,6 +79,34 @@ def _gripper_enabled(context: RuleContext) -> Iterator[Violation]:
         if isinstance(drop.item, Gripper):
             message = "the vehicle has no gripper (PD_GRIPPER_TYPE is -1): it would fly on as if it had released"
             yield at_item(drop.step, message, "set PD_GRIPPER_TYPE to 0 and configure the gripper's output")
+
+
+def _is_enabled(context: RuleContext) -> bool:
+    return context.vehicle is not None and context.parameter("PD_GRIPPER_TYPE") >= 0
+
+
+def _gripper_has_output(context: RuleContext) -> Iterator[Violation]:
+    if not _is_enabled(context) or has_gripper_output(context.facts) is not False:
+        return
+    for drop in context.drops:
+        if isinstance(drop.item, Gripper):
+            message = (
+                "no servo output is assigned to the gripper (no PWM_MAIN_FUNCn or PWM_AUX_FUNCn is 430): the vehicle "
+                "would acknowledge everything, and Waydrop cannot see whether anything moves"
+            )
+            hint = f"set the gripper's output to {GRIPPER_FUNCTION}; a gripper on CAN looks alike and needs nothing"
+            yield at_item(drop.step, message, hint)
+
+
+def _gripper_output_is_known(context: RuleContext) -> Iterator[Violation]:
+    if not _is_enabled(context) or has_gripper_output(context.facts) is not None:
+        return
+    silent = unanswered_functions(context.facts)
+    for drop in context.drops:
+        if isinstance(drop.item, Gripper):
+            named = silent[0] if len(silent) == 1 else f"{silent[0]} and {len(silent) - 1} more"
+            message = f"whether a servo output is assigned to the gripper is not known: {named} did not answer"
+            yield at_item(drop.step, message, "make sure that one PWM_MAIN_FUNCn or PWM_AUX_FUNCn is 430")
 
 
 def _firmware_takes_items(context: RuleContext) -> Iterator[Violation]:
@@ -155,6 +184,20 @@ RULES = (
         "With an invalid gripper the mission carries on exactly alike and nothing is released.",
         "PX4 PD_GRIPPER_TYPE; flown with -1.",
         _gripper_enabled,
+    ),
+    Rule(
+        "gripper.no_output",
+        Severity.WARNING,
+        "Without an assigned output everything is acknowledged and reached as if the gripper had moved.",
+        "PX4 mixer_module: output function 430; flown without. A CAN gripper (uavcan hardpoint) has none either.",
+        _gripper_has_output,
+    ),
+    Rule(
+        "gripper.output_unknown",
+        Severity.WARNING,
+        "A parameter that does not answer is not 0: whether the gripper has an output stays open.",
+        "The rule is ours alone.",
+        _gripper_output_is_known,
     ),
     Rule(
         "drop.firmware_too_old",

@@ -146,9 +146,8 @@ def _acked(drop: DropMachine, heard: ReleaseAck) -> tuple[DropMachine, Effects]:
     drop = replace(drop, in_flight=None, retry_at_s=heard.now_s + drop.terms.retry_pause_s)
     if ack.result is MavResult.ACCEPTED:
         if output_of(drop.last_seen) is None:
-            return finish_and_resume(
-                drop, drop.last_seen, DropOutcome.RELEASED, Certainty.ACKNOWLEDGED, "acknowledged, unconfirmed"
-            )
+            reason = "acknowledged; no output was seen to move" if drop.terms.has_gripper else "acknowledged"
+            return finish_and_resume(drop, drop.last_seen, DropOutcome.RELEASED, Certainty.ACKNOWLEDGED, reason)
         return replace(drop, accepted_at_s=heard.now_s), ()
     if ack.result in _REFUSALS:
         return conclude(drop, drop.last_seen, f"the vehicle refused the release: {ack.word}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from app.domain.mission import CompiledDrop
+from app.domain.mission import CompiledDrop, MavCmd
 from app.domain.moving_target.report import STALE_S
 
 
@@ -16,6 +16,7 @@ class DropTerms:
     is sent only if that much of the hold is left. `resume_s` is the longest time the order to move on may take.
     `consent_timeout_s`: how long an operator may take to answer; None as long as the hold allows.
     `target_max_speed_m_s`: None if the drop has no moving target.
+    `has_gripper`: it is PX4's gripper, whose output can be watched, and no winch.
     `alternate_seq` leads to the other place for the parcel, None if there is none; the vehicle waits `leave_s` longer
     than `hold_s` for it, and nothing is released in that time.
     """
@@ -26,6 +27,7 @@ class DropTerms:
     acceptance_radius_m: float
     max_offset_m: float
     landed: bool = False
+    has_gripper: bool = True
     needs_consent: bool = False
     consent_timeout_s: float | None = None
     target_max_speed_m_s: float | None = None
@@ -52,6 +54,7 @@ class DropTerms:
             acceptance_radius_m=drop.acceptance_radius_m,
             max_offset_m=max_offset_m,
             landed=drop.landed,
+            has_gripper=drop.command is MavCmd.DO_GRIPPER,
             needs_consent=drop.needs_consent,
             consent_timeout_s=drop.consent_timeout_s,
             target_max_speed_m_s=target_max_speed_m_s,

@@ -12,7 +12,8 @@ from app.domain.gripper_turns import GripperTurns
 from app.domain.mission import CompiledDrop, MavCmd
 from app.domain.progress import Progress
 from app.domain.supervised import Finish
-from app.services.runs.evidence import Look, finished, where
+from app.domain.vehicle import VehicleState
+from app.services.runs.evidence import Look, finished, where, with_output
 from app.services.runs.orders import Order, failure_order
 
 SURELY_SEEN_S: Final = 1.2
@@ -42,6 +43,7 @@ class EmbeddedRelease:
         self._on_failure = on_failure
         self._gripper = gripper
         self._drop = EmbeddedDrop()
+        self._state = VehicleState()
         self._seen_since_s = math.inf if taken_up else -math.inf
         self._looked_at_s: float | None = None
         self._where: dict[str, object] | None = None
@@ -78,8 +80,11 @@ class EmbeddedRelease:
                 earlier_passed=self._gripper.has_earlier_passed(progress),
                 regrabbed=self._gripper.is_regrabbed(progress),
                 reopened=self._gripper.is_reopened(progress),
+                has_output=state.has_gripper_output if has_gripper else None,
             )
         )
+        self._state = state
+        self.record = with_output(self.record, self.compiled, state)
         self._note_where(seen)
         if self._drop.finish is not None:
             self._finish(seen, self._drop.finish, has_gripper=has_gripper)
@@ -91,7 +96,7 @@ class EmbeddedRelease:
         """See Release."""
         self._drop = self._drop.ended(reason)
         if self._drop.finish is not None and not self.is_over:
-            self.record = finished(self.record, self._drop.finish)
+            self.record = with_output(finished(self.record, self._drop.finish), self.compiled, self._state)
 
     def _note_where(self, seen: Look) -> None:
         """At the first sign of the release, where the vehicle is; nothing if that sign may be old by now."""
@@ -113,4 +118,4 @@ class EmbeddedRelease:
         )
         if not self._where:
             finish = replace(finish, reason=finish.reason + UNSEEN_WORDS)
-        self.record = finished(self.record.model_copy(update=changes), finish)
+        self.record = with_output(finished(self.record.model_copy(update=changes), finish), self.compiled, seen.state)

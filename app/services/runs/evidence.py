@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from app.domain.drop import DropPhase, DropRecord
+from app.domain.drop import DropOutcome, DropPhase, DropRecord, OutputEvidence
 from app.domain.geo import distance_m
-from app.domain.mission import CompiledDrop
+from app.domain.mission import CompiledDrop, MavCmd
 from app.domain.moving_target.report import TargetFix
 from app.domain.supervised import Finish
+from app.domain.supervised.terms import GRIPPER_CLOSED_US, GRIPPER_OPEN_US
 from app.domain.vehicle import FlightMode, VehicleState
 
 _ASKED = {"pause": FlightMode.HOLD, "return": FlightMode.RETURN, "land": FlightMode.LAND}
@@ -66,6 +67,29 @@ def commanded(record: DropRecord, attempt: int, seen: Look, compiled: CompiledDr
     """The record with a release about to be sent."""
     changes: dict[str, object] = {"attempts": attempt, "commanded_at": seen.time_s, **where(seen, compiled)}
     return record.model_copy(update=changes)
+
+
+def output_evidence(record: DropRecord, compiled: CompiledDrop, state: VehicleState) -> OutputEvidence | None:
+    """What the gripper's output says of this drop now: of one that is not over only that it can say nothing."""
+    if compiled.command is not MavCmd.DO_GRIPPER:
+        return None
+    if record.output_us == GRIPPER_OPEN_US and (record.supervised or record.outcome is DropOutcome.RELEASED):
+        return OutputEvidence.MOVED
+    was_free = record.output_evidence is OutputEvidence.NOT_ASSIGNED and state.has_gripper_output is None
+    if state.has_gripper_output is False or was_free:
+        return OutputEvidence.NOT_ASSIGNED
+    if record.phase is not DropPhase.DONE or (record.supervised and record.commanded_at is None):
+        return None
+    if record.output_us == GRIPPER_CLOSED_US:
+        return OutputEvidence.NOT_MOVED
+    if record.output_us == GRIPPER_OPEN_US:
+        return None  # open before its item
+    return OutputEvidence.NOT_KNOWN if state.has_gripper_output is None else OutputEvidence.NOT_SEEN
+
+
+def with_output(record: DropRecord, compiled: CompiledDrop, state: VehicleState) -> DropRecord:
+    """The record with it."""
+    return record.model_copy(update={"output_evidence": output_evidence(record, compiled, state)})
 
 
 def finished(record: DropRecord, finish: Finish) -> DropRecord:

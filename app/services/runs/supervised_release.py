@@ -29,8 +29,9 @@ from app.domain.supervised import (
 )
 from app.domain.supervised.inputs import DropInput
 from app.domain.supervised.terms import GRIPPER_OPEN_US
+from app.domain.vehicle import VehicleState
 from app.services.runs.consent_evidence import LEFT_HOLD, RESTARTED, answered, asked, closed, withdrawn
-from app.services.runs.evidence import Look, commanded, finished, offset_m
+from app.services.runs.evidence import Look, commanded, finished, offset_m, with_output
 from app.services.runs.orders import DivertOrder, Order, ReleaseOrder, ResumeOrder, failure_order
 
 
@@ -54,6 +55,7 @@ class SupervisedRelease:
         self.record = record
         self._on_failure = on_failure
         self._target = target
+        self._state = VehicleState()
         terms = DropTerms.of(compiled, max_offset_m, None if target is None else target.max_speed_m_s)
         opened = record.output_us == GRIPPER_OPEN_US
         questions = 0 if record.consent is None else record.consent.question
@@ -170,6 +172,8 @@ class SupervisedRelease:
         """See Release."""
         self.machine, effects = step(self.machine, RunEnding(now_s, reason))
         self._take(effects)
+        if effects:
+            self.record = with_output(self.record, self.compiled, self._state)
         if self.record.consent is not None and self.record.consent.state is ConsentState.ASKED:
             self.record = self.record.model_copy(update={"consent": withdrawn(self.record.consent, reason)})
 
@@ -187,6 +191,8 @@ class SupervisedRelease:
             self._note_target(seen, effects)
         self._note_output(seen)
         self._take(effects)
+        self._state = seen.state
+        self.record = with_output(self.record, self.compiled, seen.state)
         self._note_consent(seen)
         if diverted := next((e for e in effects if isinstance(e, Divert)), None):
             return (DivertOrder(self, diverted.seq),)  # what the plan says of a failure is for the alternate then

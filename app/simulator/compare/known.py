@@ -66,8 +66,8 @@ KNOWN: tuple[Known, ...] = (
         "24_link_loss",
         "status texts",
         r"^extra: Landing detected at ",
-        "PX4 sends a kept text that is younger than 5 s when a ground station is heard again; the landing, 65 s after the "
-        "last thing that both sides did at one moment, is 5.3 s old in the recording and 4.2 s in the simulation",
+        "PX4 sends a kept text that is younger than 5 s when a ground station is heard again; the landing, 65 s after "
+        "the last thing that both sides did at one moment, is 5.3 s old in the recording and 4.2 s in the simulation",
     ),
     Known(
         "03b_upload_protocol",

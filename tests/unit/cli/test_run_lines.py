@@ -34,3 +34,27 @@ def test_a_question_says_how_to_answer_it_and_its_end_who_did() -> None:
     granted = run_line(event(3, EventKind.DROP_CONSENT_CLOSED, **closed | {"state": "refused", "by": "anna"}))
     assert granted is not None
     assert granted.plain.endswith("consent to drop: refused by anna")
+
+
+def test_an_ack_alone_is_told_as_a_warning_and_so_is_a_gripper_without_an_output() -> None:
+    drop = {"plan_item_id": "drop", "supervised": True, "outcome": "released", "certainty": "acknowledged"}
+    styles = {}
+    for evidence in ("moved", "not_assigned"):
+        told = run_line(event(1, EventKind.RUN_DROP, **drop, output_evidence=evidence))
+        assert told is not None
+        styles[evidence] = {str(span.style) for span in told.spans}
+    assert "bold green" in styles["moved"]
+    assert "bold green" not in styles["not_assigned"]
+    waiting = run_line(
+        event(
+            1,
+            EventKind.RUN_DROP,
+            plan_item_id="drop",
+            supervised=True,
+            outcome="pending",
+            phase="waiting",
+            output_evidence="not_assigned",
+        )
+    )
+    assert waiting is not None
+    assert "no output is assigned to the gripper" in waiting.plain

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from app.cli.verdict import STRICT, verdict
-from app.domain.drop import Certainty, DropOutcome, DropRecord
+from app.domain.drop import Certainty, DropOutcome, DropRecord, OutputEvidence
 from app.domain.run import Run, RunState
 
 
@@ -50,6 +50,13 @@ def test_no_other_end_is_achieved(state: RunState) -> None:
 def test_a_drop_not_released_is_named_with_its_reason(outcome: DropOutcome) -> None:
     judged = verdict(a_run(RunState.COMPLETED, SENSED, a_drop(outcome, reason="stuck")), least=Certainty.INFERRED)
     assert judged.reasons == (f"drop clinic is {outcome.value}: stuck",)
+
+
+def test_sensed_refuses_an_ack_alone_and_says_that_no_output_moved() -> None:
+    alone = ACKNOWLEDGED.model_copy(update={"output_evidence": OutputEvidence.NOT_ASSIGNED})
+    assert verdict(a_run(RunState.COMPLETED, alone), least=Certainty.ACKNOWLEDGED).achieved
+    judged = verdict(a_run(RunState.COMPLETED, alone), least=Certainty.SENSED)
+    assert judged.reasons == ("drop clinic is only acknowledged, asked was sensed: no output was seen to move",)
 
 
 @pytest.mark.parametrize(

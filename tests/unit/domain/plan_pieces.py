@@ -121,12 +121,12 @@ def facts(
     home: GlobalPosition | None = HOME,
     **parameters: float,
 ) -> VehicleFacts:
-    """A known vehicle: the defaults of its type, and these parameters."""
+    """A known vehicle: the defaults of its type with a gripper on output 5, and these parameters."""
     defaults = default_facts(VehicleType(vehicle_type))
     return VehicleFacts(
         vehicle_type=defaults.vehicle_type,
         firmware=None if firmware is None else FirmwareVersion(*firmware),
         uid="0001",
         home=home,
-        parameters={**defaults.parameters, **parameters},
+        parameters={**defaults.parameters, "PWM_MAIN_FUNC5": 430, **parameters},
     )

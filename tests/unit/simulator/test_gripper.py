@@ -144,7 +144,33 @@ def test_with_an_invalid_gripper_the_mission_flies_on_exactly_alike() -> None:
     cockpit.start([takeoff(10), waypoint(20, 0, 10), RELEASE, waypoint(20, 40, 10)])
     cockpit.until(lambda: 2 in [m.seq for m in cockpit.messages("MISSION_ITEM_REACHED")])
     cockpit.fly(2.0)
-    assert cockpit.last("SERVO_OUTPUT_RAW").servo5_raw == 2000
+    outputs = {message.servo5_raw for message in cockpit.messages("SERVO_OUTPUT_RAW")}
+    assert outputs == {900, 1000}, "nothing ever told it to grab (17b_gripper_none)"
+
+
+def test_without_an_assigned_output_all_is_answered_alike_and_nothing_moves() -> None:
+    """Scenario 29: by command on the ground, and by an item of the mission."""
+    cockpit = Cockpit(params={"PWM_MAIN_FUNC5": 0})
+    assert gripper(cockpit, 0) == [Result.IN_PROGRESS, Result.ACCEPTED]
+    assert gripper(cockpit, 1) == [Result.IN_PROGRESS, Result.ACCEPTED]
+    cockpit.start([takeoff(10), waypoint(20, 0, 10), RELEASE, waypoint(20, 40, 10)])
+    cockpit.until(lambda: 2 in [m.seq for m in cockpit.messages("MISSION_ITEM_REACHED")])
+    cockpit.fly(2.0)
+    assert {message.servo5_raw for message in cockpit.messages("SERVO_OUTPUT_RAW")} == {900}
+    assert not cockpit.vehicle.state.gripper.is_open
+
+
+def test_an_output_that_is_assigned_while_armed_counts_after_the_next_disarming() -> None:
+    cockpit = Cockpit(params={"PWM_MAIN_FUNC5": 0})
+    cockpit.arm()
+    cockpit.vehicle.params.set("PWM_MAIN_FUNC7", 430)
+    cockpit.fly(0.2)
+    assert cockpit.last("SERVO_OUTPUT_RAW").servo7_raw == 900
+    cockpit.fly(12.0)
+    assert not cockpit.armed, "no take-off"
+    cockpit.arm()
+    cockpit.fly(0.2)
+    assert cockpit.last("SERVO_OUTPUT_RAW").servo7_raw == 2000
 
 
 def test_it_stays_released_after_landing() -> None:

@@ -21,14 +21,18 @@ HANG_S = 30.0
 class Vehicle:
     """Answers a name only when it is told to. `asked` are all requests in order."""
 
-    def __init__(self) -> None:
+    def __init__(self, timeout_s: float = HANG_S) -> None:
         self.asked: list[str] = []
         self.inbox = Inbox(asyncio.get_running_loop(), capacity=64)
-        settings = LinkSettings(parameter_timeout_s=HANG_S, parameter_attempts=1)
+        settings = LinkSettings(parameter_timeout_s=timeout_s, parameter_attempts=1)
         self.reader = ParameterReader(self._take, lambda name: None, self.inbox, settings)
 
     def answer(self, name: str, value: float) -> None:
         self.inbox.post("PARAM_VALUE", json.dumps({"param_id": name, "param_type": REAL32, "param_value": value}))
+
+    def refuse(self, name: str) -> None:
+        to_us = {"target_system": 245, "target_component": 190}
+        self.inbox.post("PARAM_ERROR", json.dumps({**to_us, "param_id": name, "error": 1}))
 
     async def until(self, condition: Callable[[], bool]) -> None:
         async with asyncio.timeout(HANG_S):
@@ -70,3 +74,20 @@ async def test_closing_the_link_ends_all_who_wait() -> None:
     async with asyncio.timeout(HANG_S / 2):
         ended = await asyncio.gather(*reads, return_exceptions=True)
     assert [type(one) for one in ended] == [LinkError, LinkError]
+
+
+async def test_what_does_not_answer_is_not_the_same_as_what_is_not_there() -> None:
+    vehicle = Vehicle(timeout_s=0.05)
+    reading = asyncio.create_task(vehicle.reader.read(("THERE", "GONE", "SILENT")))
+    await vehicle.until(lambda: len(vehicle.asked) == 3)
+    vehicle.answer("THERE", 1.5)
+    vehicle.refuse("GONE")
+    async with asyncio.timeout(HANG_S):
+        assert await reading == {"THERE": 1.5}
+    assert vehicle.reader.unanswered == {"SILENT"}
+    again = asyncio.create_task(vehicle.reader.read(("SILENT",)))
+    await vehicle.until(lambda: len(vehicle.asked) == 4)
+    vehicle.answer("SILENT", 2.5)
+    async with asyncio.timeout(HANG_S):
+        assert await again == {"SILENT": 2.5}
+    assert vehicle.reader.unanswered == set()

@@ -2337,7 +2337,9 @@ export interface components {
          *
          *     `commanded_at` is when a release was sent, `acknowledged_*` what the vehicle answered (COMMAND_ACK of DO_GRIPPER),
          *     `output_*` what the autopilot put out to the gripper (SERVO_OUTPUT_RAW), `sensed_at` when a sensor saw the parcel
-         *     go. They are never merged. PX4's grippers have no sensor: `sensed_at` stays None for them.
+         *     go. They are never merged. PX4's grippers have no sensor: `sensed_at` stays None for them. `output_evidence` says in
+         *     a word what the output shows, before the release already if it can show nothing; None for a winch, and while
+         *     nothing can be said.
          *
          *     `consent` is None if the plan asks for none; `target` if the drop has no moving target, or none was reported of.
          *     `alternate_to` is the drop that failed before this one was tried at its
@@ -2396,6 +2398,8 @@ export interface components {
              * @default null
              */
             output_us: number | null;
+            /** @default null */
+            output_evidence: components["schemas"]["OutputEvidence"] | null;
             /**
              * Sensed At
              * @default null
@@ -2486,11 +2490,6 @@ export interface components {
             /** Changed By */
             changed_by: string;
         };
-        /**
-         * Empty
-         * @description No body, or `{}`.
-         */
-        Empty: Record<string, never>;
         /**
          * Entry
          * @description An event of the run that the proof rests on. `seq` and `hash` are its link in the journal's chain.
@@ -3737,6 +3736,15 @@ export interface components {
             /** Altitude M */
             altitude_m: number;
         };
+        /**
+         * OutputEvidence
+         * @description What the gripper's output (SERVO_OUTPUT_RAW) says of a release.
+         *
+         *     `not_assigned`: no PWM_*_FUNCn is 430, so that none can move (a CAN gripper looks alike). `not_known`: parameters
+         *     did not answer. `not_seen`: it is assigned, and no pulse of a known meaning came in time.
+         * @enum {string}
+         */
+        OutputEvidence: "moved" | "not_moved" | "not_seen" | "not_assigned" | "not_known";
         /**
          * Path
          * @description Fly along the lines between one and five places; ends at the last.
@@ -9958,7 +9966,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The document */
+            /** @description The document / as plain bytes if asked for */
             200: {
                 headers: {
                     /** @description The version of the resource, for If-None-Match */
@@ -9969,6 +9977,7 @@ export interface operations {
                 };
                 content: {
                     "application/vnd.google-earth.kml+xml": string;
+                    "application/octet-stream": string;
                 };
             };
             /** @description The client has it already (If-None-Match) */
@@ -10217,7 +10226,7 @@ export interface operations {
         requestBody: {
             content: {
                 "application/json": components["schemas"]["ForeignPlan"];
-                "application/octet-stream": unknown;
+                "application/octet-stream": string;
             };
         };
         responses: {
@@ -14209,11 +14218,10 @@ export interface operations {
             };
             cookie?: never;
         };
+        /** @description Also taken with the Content-Type image/jpeg, image/png, application/pdf, if it is such a file. */
         requestBody: {
             content: {
-                "image/jpeg": unknown;
-                "image/png": unknown;
-                "application/pdf": unknown;
+                "application/octet-stream": string;
             };
         };
         responses: {
@@ -14371,7 +14379,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The file / The file / The file */
+            /** @description The file; as plain bytes if asked for */
             200: {
                 headers: {
                     /** @description A file name for the document */
@@ -14382,6 +14390,7 @@ export interface operations {
                     "image/jpeg": string;
                     "image/png": string;
                     "application/pdf": string;
+                    "application/octet-stream": string;
                 };
             };
             /** @description `request.query_invalid`: A query parameter cannot be used */

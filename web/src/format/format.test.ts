@@ -108,6 +108,8 @@ describe("sentences", () => {
   });
 
   it("claim no more of a drop than is known", () => {
+    const alone = say("run.drop", { ...sampleDrop({ outcome: "released", certainty: "acknowledged", output_evidence: "not_assigned" }) });
+    expect(alone).toEqual({ text: "v1 acknowledged the release of “drop”; no output was seen to move.", tone: "warn" });
     expect(say("run.drop", { ...sampleDrop({ outcome: "released", certainty: "acknowledged" }) }).text).toBe("v1 released “drop”, acknowledged by the vehicle.");
     expect(say("drop.consent_asked", { plan_item_id: "drop" }).text).toBe("v1 holds at “drop” and waits for an operator's consent.");
     expect(say("drop.consent_closed", { plan_item_id: "drop", state: "granted", by: "anna", reason: "gate is closed" }).text).toBe("“drop”: Consent granted by anna: gate is closed.");

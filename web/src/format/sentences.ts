@@ -5,7 +5,7 @@ import type { StreamEvent } from "../api/types";
 import { sayJob, sayJobQueue } from "./job-sentences";
 import { taskSummary, taskTitle, toldTask } from "../tasks/words";
 import { distance, percent, seconds } from "./units";
-import { asSentence, certaintyName, consentWords, plain, runReason, runStateName, runStateTone, type Tone } from "./words";
+import { asSentence, certaintyName, consentWords, plain, restsOnAckAlone, runReason, runStateName, runStateTone, type Tone } from "./words";
 
 export interface Sentence {
   readonly text: string;
@@ -139,12 +139,14 @@ function sayDrop(event: StreamEvent, vehicle: string): Sentence {
   const item = drop.plan_item_id;
   switch (drop.outcome) {
     case "released":
+      if (restsOnAckAlone(drop)) return { text: `${vehicle} acknowledged the release of “${item}”; no output was seen to move.`, tone: "warn" };
       return { text: `${vehicle} released “${item}”${after(", ", certaintyName(drop.certainty))}.${reason}`, tone: "ok" };
     case "kept":
       return { text: `${vehicle} kept “${item}” on board.${reason}`, tone: "warn" };
     case "unknown":
       return { text: `Whether ${vehicle} released “${item}” is not known.${reason}`, tone: "danger" };
     default:
+      if (drop.output_evidence === "not_assigned") return { text: `Drop “${item}”: ${lower(drop.phase)}. No output is assigned to the gripper.`, tone: "warn" };
       return { text: `Drop “${item}”: ${lower(drop.phase)}.`, tone: "drop" };
   }
 }

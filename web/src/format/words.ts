@@ -65,6 +65,34 @@ export function outcomeTone(outcome: DropRecord["outcome"]): Tone {
   return OUTCOMES[outcome]?.[1] ?? "neutral";
 }
 
+/** Released by the vehicle's word alone: PX4 says the same where nothing can move. */
+export function restsOnAckAlone(drop: Pick<DropRecord, "outcome" | "certainty" | "output_evidence">): boolean {
+  return drop.outcome === "released" && drop.certainty === "acknowledged" && (drop.output_evidence ?? "moved") !== "moved";
+}
+
+/** The tone of a drop: an acknowledgement alone is no plain delivery. */
+export function dropTone(drop: DropRecord): Tone {
+  return restsOnAckAlone(drop) ? "warn" : outcomeTone(drop.outcome);
+}
+
+/** The same in words. */
+export function dropName(drop: DropRecord): string {
+  return restsOnAckAlone(drop) ? "Acknowledged, not seen" : outcomeName(drop.outcome);
+}
+
+const OUTPUTS: Readonly<Record<NonNullable<DropRecord["output_evidence"]>, string>> = {
+  moved: "went to release",
+  not_moved: "did not move",
+  not_seen: "not seen",
+  not_assigned: "none assigned",
+  not_known: "not known",
+};
+
+/** What the gripper's output showed; "" while nothing can be said. */
+export function outputWords(evidence: DropRecord["output_evidence"]): string {
+  return evidence ? (OUTPUTS[evidence] ?? plain(evidence)) : "";
+}
+
 const CERTAINTIES: Readonly<Record<DropRecord["certainty"], string>> = {
   sensed: "sensed",
   acknowledged: "acknowledged by the vehicle",

@@ -3,6 +3,7 @@
 import type { Feature, FeatureCollection, Geometry } from "geojson";
 import type { Run, RunState } from "../api/types";
 import { distance } from "../format/units";
+import { restsOnAckAlone } from "../format/words";
 import { alternateOf, dropPlaces, isDrop, type PlanItemView, type PlanView } from "../plan/document";
 import type { Handle } from "../plan/handles";
 import { trackLines, type Tracks } from "../state/tracks";
@@ -77,7 +78,7 @@ export function placeFeatures(plan: PlanView, progress: ReadonlyMap<string, Prog
 
 export function dropFeatures(plan: PlanView, run: Run | null): FeatureCollection {
   const places = dropPlaces(plan.items);
-  const outcomes = new Map(run?.drops.map((drop) => [drop.plan_item_id, drop.outcome]));
+  const outcomes = new Map(run?.drops.map((drop) => [drop.plan_item_id, restsOnAckAlone(drop) ? "unconfirmed" : drop.outcome]));
   return collection(
     plan.items.filter(isDrop).flatMap((item) => {
       const other = alternateOf(item);

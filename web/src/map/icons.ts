@@ -115,6 +115,7 @@ function drop(c: CanvasRenderingContext2D, outcome: string, p: Palette): void {
 const MARKS: Readonly<Record<string, string>> = {
   pending: "M0-8V1M-3.500-2.500L0 1 3.500-2.500",
   released: "M-4-3L-1 0 4.500-6",
+  unconfirmed: "M-4-3L-1 0 4.500-6",
   kept: "M-4-3H4",
   unknown: "M-3-6L3 0M3-6L-3 0",
 };

@@ -26,7 +26,7 @@ function newsOf(event: StreamEvent): { about: string; text: string } | null {
     }
     case "run.drop": {
       const drop = event.data as unknown as DropRecord;
-      return { about: drop.plan_item_id, text: [drop.phase, drop.outcome, drop.certainty, drop.reason].join(" ") };
+      return { about: drop.plan_item_id, text: [drop.phase, drop.outcome, drop.certainty, drop.reason, drop.output_evidence ?? ""].join(" ") };
     }
     case "run.upload_progress": {
       const { mission_type: list, sent, total, attempt } = event.data;

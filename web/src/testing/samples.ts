@@ -98,6 +98,7 @@ export function sampleDrop(fields: Partial<DropRecord> = {}): DropRecord {
     acknowledged_result: null,
     output_at: null,
     output_us: null,
+    output_evidence: null,
     sensed_at: null,
     target: null,
     planned_latitude_deg: null,

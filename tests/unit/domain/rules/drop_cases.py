@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from tests.unit.domain.plan_pieces import (
     RETURN,
     airship,
@@ -26,6 +28,7 @@ from tests.unit.domain.rules.case import Case
 SPEED = {"type": "change_speed", "speed_m_s": 4}
 DELIVERY = multicopter(waypoint(), gripper())
 PASS = gripper("moving")
+SILENT = replace(facts(PWM_MAIN_FUNC5=0), unanswered=frozenset({"PWM_MAIN_FUNC6", "PWM_AUX_FUNC1"}))
 
 POSITION_CASES = [
     Case(
@@ -88,6 +91,42 @@ POSITION_CASES = [
         DELIVERY,
         facts(PD_GRIPPER_TYPE=-1),
         facts(PD_GRIPPER_TYPE=0),
+    ),
+    Case(
+        "gripper.no_output",
+        "/items/2",
+        DELIVERY,
+        DELIVERY,
+        facts(PWM_MAIN_FUNC5=0),
+        facts(PWM_MAIN_FUNC5=430),
+    ),
+    Case(
+        "gripper.no_output",
+        "/items/2",
+        multicopter(waypoint(), gripper(mode="embedded")),
+        DELIVERY,
+        facts(PWM_MAIN_FUNC5=0),
+        SILENT,
+        about="what did not answer is not 0",
+    ),
+    Case(
+        "gripper.no_output",
+        "/items/2",
+        DELIVERY,
+        DELIVERY,
+        facts(PWM_MAIN_FUNC5=0),
+        facts(PWM_MAIN_FUNC5=0, PD_GRIPPER_TYPE=-1),
+        about="of a gripper that is enabled",
+    ),
+    Case("gripper.output_unknown", "/items/2", DELIVERY, DELIVERY, SILENT, facts(PWM_MAIN_FUNC5=0)),
+    Case(
+        "gripper.output_unknown",
+        "/items/2",
+        DELIVERY,
+        DELIVERY,
+        SILENT,
+        replace(SILENT, parameters={**SILENT.parameters, "PWM_AUX_FUNC3": 430}),
+        about="one is enough",
     ),
     Case("winch.not_executed", "/items/2", multicopter(waypoint(), winch()), DELIVERY),
     Case(

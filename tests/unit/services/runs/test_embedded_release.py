@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.domain.drop import Certainty, DropOutcome, DropRecord
+from app.domain.drop import Certainty, DropOutcome, DropRecord, OutputEvidence
 from app.domain.vehicle import LandedState
 from tests.unit.services.runs.embedded_flight import EmbeddedFlight, two_parcels
 
@@ -24,6 +24,25 @@ def test_each_of_two_parcels_is_released_by_its_own_item() -> None:
     flight.tick(gripper_output_us=1000)
     drop2 = flight.record("drop2")
     assert (drop2.outcome, drop2.certainty) == (DropOutcome.RELEASED, Certainty.INFERRED)
+
+
+@pytest.mark.parametrize(
+    ("has_output", "evidence", "words"),
+    [
+        (False, OutputEvidence.NOT_ASSIGNED, "no output is assigned to the gripper"),
+        (None, OutputEvidence.NOT_KNOWN, "output is not known"),
+    ],
+)
+def test_reached_without_a_known_output_is_unknown_with_a_code(
+    has_output: bool | None, evidence: OutputEvidence, words: str
+) -> None:
+    flight = EmbeddedFlight(two_parcels())
+    flight.tick(current=flight.seq("clinic"), gripper_output_us=None, has_gripper_output=has_output)
+    flight.tick(5, current=flight.seq("depot"))
+    flight.wait(3)
+    drop = flight.record("drop")
+    assert (drop.outcome, drop.certainty, drop.output_evidence) == (DropOutcome.UNKNOWN, Certainty.NONE, evidence)
+    assert words in drop.reason
 
 
 def test_a_second_parcel_that_was_never_grabbed_is_unknown() -> None:

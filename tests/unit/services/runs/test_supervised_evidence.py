@@ -6,17 +6,19 @@ from dataclasses import replace
 
 import pytest
 
+from app.domain.commands import CommandAck, MavResult
 from app.domain.compiler import compile_plan
 from app.domain.default_facts import default_facts
-from app.domain.drop import Certainty, DropOutcome, DropPhase, DropRecord
+from app.domain.drop import Certainty, DropOutcome, DropPhase, DropRecord, OutputEvidence
 from app.domain.mission import CompiledDrop, MavCmd
 from app.domain.plan import parse_plan
 from app.domain.progress import Progress
 from app.domain.run import Run, RunState
-from app.domain.vehicle import FlightMode, VehicleState, VehicleType
+from app.domain.supervised import Finish
+from app.domain.vehicle import FlightMode, LandedState, VehicleState, VehicleType
 from app.services.journal import Journal
 from app.services.runs.closing import close_unseen
-from app.services.runs.evidence import Look
+from app.services.runs.evidence import Look, finished, output_evidence
 from app.services.runs.supervised_release import SupervisedRelease
 from tests.unit.services.fakes import ManualClock, MemoryEventStore
 from tests.unit.services.runs.desk import PLANS
@@ -77,6 +79,62 @@ def test_after_a_restart_an_output_that_was_seen_at_release_still_counts(output_
     record = looked_at(0.1, record=OPENED, output_us=output_us)
     assert (record.outcome, record.certainty) == (DropOutcome.RELEASED, Certainty.INFERRED)
     assert (record.output_us, record.output_at) == (1000, OPENED.output_at)
+
+
+def acknowledged(compiled: CompiledDrop = DROP, **state: object) -> DropRecord:
+    """The record of a drop whose release was accepted with nothing seen of an output."""
+    fresh = DropRecord(plan_item_id=DROP.plan_item_id, supervised=True)
+    release = SupervisedRelease(compiled, fresh, 2.0, "continue")
+    for tick in range(200):
+        now_s = tick * 0.1
+        away_deg = 0.001 if tick < 20 else 0.0
+        place = {"latitude_deg": compiled.latitude_deg + away_deg, "longitude_deg": compiled.longitude_deg}
+        seen = {"connected": True, "armed": True, "mode": FlightMode.MISSION, "mission_seq": compiled.hold_seqs[0]}
+        still = {"velocity_north_m_s": 0.0, "velocity_east_m_s": 0.0, "position_age_s": 0.1, "boot_time_s": now_s}
+        flown = {"landed": LandedState.IN_AIR, **seen, **place, **still, **state}
+        look = Look(VehicleState(**flown), now_s, COMMANDED_AT_S + now_s, 1.0)  # type: ignore[arg-type]
+        release.look(look, Progress.of(MISSION))
+        if release.record.attempts and not release.is_over:
+            release.acked(1, CommandAck(MavCmd.DO_GRIPPER, MavResult.ACCEPTED), look)
+            return release.record
+    raise AssertionError("no release was sent")
+
+
+@pytest.mark.parametrize(
+    ("has_output", "evidence"),
+    [
+        (False, OutputEvidence.NOT_ASSIGNED),
+        (None, OutputEvidence.NOT_KNOWN),
+        (True, OutputEvidence.NOT_SEEN),
+    ],
+)
+def test_an_ack_alone_is_released_and_says_in_a_word_that_no_output_was_seen_to_move(
+    has_output: bool | None, evidence: OutputEvidence
+) -> None:
+    record = acknowledged(has_gripper_output=has_output)
+    assert (record.outcome, record.certainty) == (DropOutcome.RELEASED, Certainty.ACKNOWLEDGED)
+    assert (record.output_evidence, record.rests_on_an_ack_alone) == (evidence, True)
+    assert record.reason == "acknowledged; no output was seen to move"
+
+
+def test_a_winch_says_nothing_of_an_output() -> None:
+    record = acknowledged(replace(DROP, command=MavCmd.DO_WINCH), has_gripper_output=False)
+    assert (record.output_evidence, record.rests_on_an_ack_alone, record.reason) == (None, False, "acknowledged")
+
+
+def test_before_the_release_it_is_said_that_no_output_is_assigned() -> None:
+    release = SupervisedRelease(DROP, DropRecord(plan_item_id="drop", supervised=True), 2.0, "continue")
+    release.look(Look(VehicleState(connected=True, has_gripper_output=False), 1.0, 1.0, 1.0), Progress.of(MISSION))
+    assert release.record.output_evidence is OutputEvidence.NOT_ASSIGNED
+    release.look(Look(VehicleState(connected=True), 2.0, 2.0, 1.0), Progress.of(MISSION))
+    assert release.record.output_evidence is OutputEvidence.NOT_ASSIGNED, "after a restart it is not known at first"
+
+
+@pytest.mark.parametrize(("output_us", "evidence"), [(1000, OutputEvidence.MOVED), (2000, OutputEvidence.NOT_MOVED)])
+def test_what_the_output_showed_is_a_word(output_us: int, evidence: OutputEvidence) -> None:
+    opened = looked_at(0.1, output_us=output_us)
+    done = finished(opened, Finish(DropOutcome.UNKNOWN, Certainty.NONE, "why"))
+    assert output_evidence(done, DROP, VehicleState(has_gripper_output=True)) is evidence
 
 
 async def closed(record: DropRecord) -> DropRecord:
