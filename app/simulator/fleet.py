@@ -41,7 +41,15 @@ def build_vehicle(options: Options, index: int, entry: VehicleOptions, wall: Cal
     }
     if airframe.gripper_servo:
         own[f"PWM_MAIN_FUNC{airframe.gripper_servo}"] = GRIPPER_FUNCTION
-    params = Params(airframe.params, profile.params, own, dict(options.params), absent=profile.absent)
+    params = Params(
+        airframe.params,
+        profile.params,
+        own,
+        dict(options.params),
+        absent=profile.absent,
+        unread=airframe.unread,
+        unsaved=("SYS_AUTOSTART", *own, *(name for name, _value in options.params)),
+    )
     first = LocalFrame(*options.home)
     latitude, longitude = first.to_global(0.0, SPACING_M * index)
     frame = LocalFrame(latitude, longitude, options.home[2])
