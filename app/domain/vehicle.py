@@ -101,7 +101,8 @@ class VehicleFacts:
     `parameters` holds PX4 parameters by name as read from the vehicle (`NAV_ACC_RAD`, `MIS_TKO_LAND_REQ` ...).
     `least_clock_rate`: see VehicleClock.least_rate. `in_flight`: it flies now, and the mission begins there; None: it
     begins on the ground, at home. `performance` is what the operator declares of it, `battery_percent` its charge as
-    the facts were read.
+    the facts were read. `parameters_age_s`: how long ago all of them were known to be the vehicle's; None: not since
+    the link was lost. Facts that differ in this alone are the same.
     """
 
     vehicle_type: VehicleType
@@ -116,6 +117,7 @@ class VehicleFacts:
     in_flight: InFlight | None = None
     performance: Performance | None = None
     battery_percent: float | None = None
+    parameters_age_s: float | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True, slots=True)

@@ -82,6 +82,12 @@ class LinkWatch:
         inbox.on(EventReport, self._event)
         inbox.on(AutopilotVersion, self._version)
 
+    def look_at(self, gripper: GripperChannel | None) -> None:
+        """Take the gripper's position from this output; None: it shows nowhere."""
+        if gripper != self.gripper:
+            self.gripper = gripper
+            self._measurements.gripper_output_us = self._measurements.gripper_output_s = None
+
     def tick(self, now_s: float) -> None:
         """Look at the silence. Called a few times a second."""
         self._texts.tick(now_s)

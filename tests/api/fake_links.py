@@ -92,7 +92,7 @@ class FakeLink:
         self.move(clock=self._state.clock.told(rate))
         self.tell(ClockRateTold(rate))
 
-    async def read_facts(self) -> VehicleFacts:
+    async def read_facts(self, *, fresh: bool = False) -> VehicleFacts:
         self._refuse()
         return VehicleFacts(VehicleType.MULTICOPTER, self.identity.firmware, self.identity.uid, HOME)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+from collections.abc import Awaitable, Callable
 from typing import Final
 
 from app.domain.commands import CommandRequest, MavResult
@@ -11,6 +12,7 @@ from app.domain.errors import (
     ConflictError,
     LinkError,
     LinkTimeoutError,
+    PlanRejectedError,
     StorageError,
     VehicleRefusedError,
     WaydropError,
@@ -33,6 +35,7 @@ _STEP_PERCENT: Final = 2.0
 class Preparation:
     """The steps before the flight, each recorded before and after. Cancelling a step ends its transfer.
 
+    `check` raises PlanRejectedError if the vehicle, as it is now, would not fly what was uploaded.
     `closes_gripper`: the vehicle carries a parcel from the start, so its gripper must hold before it takes off.
     """
 
@@ -43,6 +46,7 @@ class Preparation:
         recorder: RunRecorder,
         settings: RunSettings,
         clock: Clock,
+        check: Callable[[], Awaitable[None]],
         *,
         closes_gripper: bool,
     ) -> None:
@@ -51,6 +55,7 @@ class Preparation:
         self._recorder = recorder
         self._settings = settings
         self._clock = clock
+        self._check = check
         self._closes_gripper = closes_gripper
         self.may_fly = False
         """A start armed the vehicle, or may have, and no disarming was accepted since."""
@@ -78,12 +83,14 @@ class Preparation:
 
         Raises:
             ConflictError: somebody else has armed it, or its clock runs too fast for supervised drops.
+            PlanRejectedError: its parameters are others now, and it would not fly the plan; recorded with the findings.
             LinkError: with the vehicle's reason; StorageError.
         """
         if self._link.state().armed:
             raise ConflictError("the vehicle is armed, and not by Waydrop", hint="land and disarm it, then start again")
         self._recorder.move(RunState.STARTING)
         await self._recorder.flush()
+        await self._refuse_unfit()
         await refuse_fast_clock(self._link, self._mission, self._clock)
         await self._link.wait_mission_ready(
             mission_id=self._recorder.run.mission_id, rerun=False, timeout_s=self._settings.ready_s
@@ -100,6 +107,13 @@ class Preparation:
                 await self._disarm()
             raise
         await self._said("start_mission", "accepted")
+
+    async def _refuse_unfit(self) -> None:
+        try:
+            await self._check()
+        except PlanRejectedError as error:
+            self._recorder.note(EventKind.RUN_PLAN_REFUSED, code=error.code, **error.extra)
+            raise
 
     async def _tell(self, step: UploadProgress) -> None:
         percent = round(100.0 * step.sent / max(step.total, 1), 1)
