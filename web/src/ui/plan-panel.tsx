@@ -79,6 +79,9 @@ function Verdict() {
       {errors > 0 && <Badge tone="danger">{plural(errors, "error")}</Badge>}
       {warnings > 0 && <Badge tone="warn">{plural(warnings, "warning")}</Badge>}
       {errors === 0 && check.value.kind === "done" && <Badge tone="ok">Can be flown</Badge>}
+      {check.value.kind === "done" && check.value.parametersAgeS !== null && (
+        <small>parameters {Math.round(check.value.parametersAgeS)} s old</small>
+      )}
     </span>
   );
 }
