@@ -19,6 +19,9 @@ from app.domain.plan import Plan, PlanInvalid
 from app.domain.prediction import Timeline, WindGiven, predict
 from app.domain.rules import check_plan, default_facts
 
+Checked = tuple[list[Finding], Timeline | None, float | None]
+"""Findings, timeline, and the age of the vehicle's parameters in seconds."""
+
 
 def validate(
     file: Annotated[Path, typer.Argument(help="The plan, a JSON file; - is standard input.")],
@@ -41,10 +44,10 @@ def validate(
         plan = read_plan(file)
     except PlanInvalid as error:
         if as_json:
-            write_json({"findings": error.extra["findings"], "timeline": None})
+            write_json({"findings": error.extra["findings"], "timeline": None, "parameters_age_s": None})
             raise typer.Exit(ExitStatus.UNUSABLE) from error
         raise
-    findings, timeline = (
+    findings, timeline, age_s = (
         _check(plan, given) if vehicle is None else asyncio.run(_ask(plan, vehicle, given, server, token))
     )
     if as_json:
@@ -52,29 +55,32 @@ def validate(
             {
                 "findings": [finding.model_dump(mode="json") for finding in findings],
                 "timeline": None if timeline is None else timeline.model_dump(mode="json"),
+                "parameters_age_s": age_s,
             }
         )
     else:
         _show(plan, findings, timeline, for_any=vehicle is None)
+        if vehicle is not None:
+            age = "of unknown age: it does not answer" if age_s is None else f"{age_s:g} s old"
+            err().print(f"checked against parameters of {vehicle} that are {age}")
     wrong = any(finding.severity is Severity.ERROR for finding in findings)
     raise typer.Exit(ExitStatus.NOT_ACHIEVED if wrong else ExitStatus.OK)
 
 
-def _check(plan: Plan, given: WindGiven | None) -> tuple[list[Finding], Timeline | None]:
+def _check(plan: Plan, given: WindGiven | None) -> Checked:
     wind = wind_of(given)
-    return list(check_plan(plan, None, wind)), predict(plan, default_facts(plan.vehicle_type), wind)
+    return list(check_plan(plan, None, wind)), predict(plan, default_facts(plan.vehicle_type), wind), None
 
 
-async def _ask(
-    plan: Plan, vehicle: str, given: WindGiven | None, server: str, token: str | None
-) -> tuple[list[Finding], Timeline | None]:
+async def _ask(plan: Plan, vehicle: str, given: WindGiven | None, server: str, token: str | None) -> Checked:
     async with service_client(server, token) as client:
         document = {"plan": plan.model_dump(mode="json"), "vehicle": vehicle}
         if given is not None:
             document["wind"] = given.model_dump(mode="json", exclude_none=True)
         answer: dict[str, Any] = await client.post("/plan-checks", document)
     findings = [Finding.model_validate(entry) for entry in answer["findings"]]
-    return findings, None if answer["timeline"] is None else Timeline.model_validate(answer["timeline"])
+    timeline = None if answer["timeline"] is None else Timeline.model_validate(answer["timeline"])
+    return findings, timeline, answer.get("parameters_age_s")
 
 
 def _show(plan: Plan, findings: list[Finding], timeline: Timeline | None, *, for_any: bool) -> None:

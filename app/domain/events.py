@@ -23,6 +23,8 @@ class EventKind(StrEnum):
     """data: empty."""
     VEHICLE_CHANGED = "vehicle.changed"
     """data: mode, armed, landed, in_failsafe, vtol_state."""
+    VEHICLE_PARAMETERS = "vehicle.parameters"
+    """data: parameters (name: value). Those that Waydrop uses and that have another value now: somebody set them."""
     VEHICLE_REBOOTED = "vehicle.rebooted"
     """data: empty. The vehicle's boot time jumped back."""
     VEHICLE_STATUS_TEXT = "vehicle.status_text"
@@ -48,6 +50,9 @@ class EventKind(StrEnum):
     """data: the whole run."""
     RUN_PREDICTED = "run.predicted"
     """data: the timeline for this vehicle, as predicted before the flight; at most its first 500 visits."""
+    RUN_PLAN_REFUSED = "run.plan_refused"
+    """data: code, findings, parameters_age_s (s, null if they were not read since the link was lost). The check at a
+    start found errors, by the parameters as they were then; the vehicle was not armed."""
     RUN_UPLOAD_PROGRESS = "run.upload_progress"
     """data: mission_type, sent, total, attempt, percent."""
     RUN_MISSION_CHANGED = "run.mission_changed"

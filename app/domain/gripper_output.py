@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from typing import Final
 
 from app.domain.vehicle import VehicleFacts
@@ -18,10 +19,16 @@ def function_parameters() -> tuple[str, ...]:
 
 
 def has_gripper_output(facts: VehicleFacts) -> bool | None:
+    """As is_assigned."""
+    return is_assigned(facts.parameters, facts.unanswered)
+
+
+def is_assigned(parameters: Mapping[str, float | int], unanswered: Collection[str]) -> bool | None:
     """Whether a servo output is assigned to the gripper; None: not known, since parameters did not answer."""
-    if any(facts.parameters.get(name) == GRIPPER_FUNCTION for name in function_parameters()):
+    names = function_parameters()
+    if any(parameters.get(name) == GRIPPER_FUNCTION for name in names):
         return True
-    return None if unanswered_functions(facts) else False
+    return None if any(name in unanswered for name in names) else False
 
 
 def unanswered_functions(facts: VehicleFacts) -> tuple[str, ...]:

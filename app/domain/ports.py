@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncGenerator, Callable, Sequence
+from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -99,7 +99,14 @@ class ClockRateTold:
     rate: float
 
 
-LinkChange = LinkLost | LinkRestored | IdentityKnown | DuplicateSystem
+@dataclass(frozen=True, slots=True)
+class ParametersChanged:
+    """Parameters that Waydrop uses have other values now: somebody set them."""
+
+    parameters: Mapping[str, float | int]
+
+
+LinkChange = LinkLost | LinkRestored | IdentityKnown | DuplicateSystem | ParametersChanged
 MissionFact = MissionCurrent | ItemReached | GripperOutput
 LinkFact = LinkChange | MissionFact | StateChanged | StatusText | Rebooted | ClockRateTold
 
@@ -123,8 +130,12 @@ class VehicleLink(MissionLink, OffboardLink, Protocol):
     def tell_clock_rate(self, rate: float) -> None:
         """A simulator's speed is changed: `state().clock` is measured anew, and listeners hear ClockRateTold."""
 
-    async def read_facts(self) -> VehicleFacts:
-        """Version, home and the parameters that rules need. Cached until a reboot; unknown ones are absent."""
+    async def read_facts(self, *, fresh: bool = False) -> VehicleFacts:
+        """Version, home and the parameters that rules need; unknown ones are absent.
+
+        Parameters are followed as the vehicle tells of changes. What it does not tell of is read again if `fresh`, or
+        older than 30 s; if that takes more than a second (3 s if `fresh`), `parameters_age_s` says how old they are.
+        """
 
     async def arm(self) -> None:
         """Arm: sent once, right after a HEARTBEAT that says disarmed.

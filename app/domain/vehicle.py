@@ -107,6 +107,8 @@ class VehicleFacts:
     `least_clock_rate`: see VehicleClock.least_rate. `in_flight`: it flies now, and the mission begins there; None: it
     begins on the ground, at home. `performance` is what the operator declares of it, `battery_percent` its charge as
     the facts were read. `assuming` is called with the name of each fact that is asked for, is not known and is assumed.
+    `parameters_age_s`: how long ago all of them were known to be the vehicle's; None: not since the link was lost.
+    Facts that differ in this alone are the same.
     """
 
     vehicle_type: VehicleType
@@ -123,6 +125,7 @@ class VehicleFacts:
     performance: Performance | None = None
     battery_percent: float | None = None
     assuming: Callable[[str], None] = field(default=_nobody_listens, compare=False, repr=False)
+    parameters_age_s: float | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,6 +19,7 @@ from app.domain.ports import (
     LinkLost,
     LinkRestored,
     LinkSource,
+    ParametersChanged,
     Rebooted,
     StateChanged,
     StatusText,
@@ -128,14 +129,16 @@ class Fleet:
             )
         return vehicle.link
 
-    async def facts(self, vehicle_id: str) -> VehicleFacts:
+    async def facts(self, vehicle_id: str, *, fresh: bool = False) -> VehicleFacts:
         """What plans are checked against: what the vehicle tells, what is declared of it, and its charge now.
+
+        `fresh`: before a start, see VehicleLink.read_facts.
 
         Raises:
             NotFoundError, VehicleQuarantinedError, LinkError.
         """
         link = self.link(vehicle_id)
-        facts = await link.read_facts()
+        facts = await link.read_facts(fresh=fresh)
         performance = declared_for(self._declared, vehicle_id, facts.uid, facts.vehicle_type)
         return replace(facts, performance=performance, battery_percent=link.state().battery_percent)
 
@@ -171,6 +174,8 @@ class Fleet:
                 self._tell_state(vehicle)
             case StatusText():
                 self.tell(EventKind.VEHICLE_STATUS_TEXT, vehicle, severity=fact.severity, text=fact.text)
+            case ParametersChanged():
+                self.tell(EventKind.VEHICLE_PARAMETERS, vehicle, parameters=dict(fact.parameters))
             case Rebooted():
                 self.tell(EventKind.VEHICLE_REBOOTED, vehicle)
             case DuplicateSystem():

@@ -25,12 +25,17 @@ CACHED_VIEWS: Final = 32
 
 
 class PlanCheck(BaseModel):
-    """What was found in a plan, and the flight that is predicted; None where there is no flight to predict."""
+    """What was found in a plan, and the flight that is predicted; None where there is no flight to predict.
+
+    `parameters_age_s`: how many seconds ago the parameters that it was checked against were known to be the vehicle's;
+    null without a vehicle, or if they were not read since the link was lost.
+    """
 
     model_config = ConfigDict(frozen=True)
 
     findings: tuple[Finding, ...]
     timeline: Timeline | None
+    parameters_age_s: float | None = None
 
     @property
     def has_errors(self) -> bool:
@@ -85,7 +90,8 @@ class Plans:
         defaults = default_facts(plan.vehicle_type)
         fits = facts is not None and facts.vehicle_type is plan.vehicle_type  # that it does not is a finding
         timeline = predict(plan, facts if facts is not None and fits else defaults, wind)
-        return PlanCheck(findings=check_plan(plan, facts, wind), timeline=timeline)
+        age_s = None if facts is None or facts.parameters_age_s is None else round(facts.parameters_age_s, 1)
+        return PlanCheck(findings=check_plan(plan, facts, wind), timeline=timeline, parameters_age_s=age_s)
 
     async def create(self, plan: Plan, by: str) -> PlanView:
         """Store a plan that has no errors; the same document twice makes two plans with one hash.

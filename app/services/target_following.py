@@ -18,7 +18,7 @@ from app.domain.moving_target.moved_plan import Follower, follower_at, moved, sp
 from app.domain.moving_target.report import TargetFix
 from app.domain.plan import Plan, parse_plan
 from app.domain.run import Run, RunState
-from app.domain.vehicle import VehicleFacts, VehicleState
+from app.domain.vehicle import VehicleState
 from app.services.clock import Clock
 from app.services.fleet import Fleet
 from app.services.journal import Journal
@@ -42,7 +42,6 @@ class _Followed:
 
     plan_id: str = ""
     plan: Plan | None = None
-    facts: VehicleFacts | None = None
     tried_s: float | None = None
     told: str = ""
 
@@ -116,7 +115,8 @@ class TargetFollower:
         if place is None:
             return
         fix = self._targets.fixes([follower.target.feed]).get(follower.target.feed)
-        speed_m_s = speed_towards_m_s(plan, await self._facts(run, followed), follower.waypoint.id)
+        facts = await self._fleet.link(run.vehicle_id).read_facts()
+        speed_m_s = speed_towards_m_s(plan, facts, follower.waypoint.id)
         speed_m_s *= state.clock.sure_rate  # the target moves in our time, a simulated vehicle perhaps in a faster one
         wanted = aim(follower.target, follower.planned, fix, place, speed_m_s)
         if isinstance(wanted, NoAim):
@@ -186,12 +186,6 @@ class TargetFollower:
             stored = await self._plans.stored(run.plan_id)
             followed.plan_id, followed.plan = run.plan_id, parse_plan(stored.document)
         return followed.plan
-
-    async def _facts(self, run: Run, followed: _Followed) -> VehicleFacts:
-        """Asked for once."""
-        if followed.facts is None:
-            followed.facts = await self._fleet.link(run.vehicle_id).read_facts()
-        return followed.facts
 
 
 def _is_free(run: Run) -> bool:

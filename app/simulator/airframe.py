@@ -22,6 +22,17 @@ class Airframe:
     """What keeps a hovering vehicle in the air; a VTOL's lift motors are strong [25_land_detector_vtol]."""
 
     @property
+    def unread(self) -> frozenset[str]:
+        """Parameters that nothing looks up as it boots: the controllers of other types do not run, the
+        first mission check comes later. As PX4's SIH models answer (param_index 65535).
+        """
+        if self.is_fixed_wing:  # its own modules and its airframe file look up two of the three
+            return _NO_ROTORS | {"MIS_DIST_1WP"}
+        if self.is_vtol:
+            return _NO_RUNWAY | {"MIS_DIST_1WP"}
+        return _NO_WING | _CHECK | (_NO_ROTORS if self.is_rover else frozenset())
+
+    @property
     def is_fixed_wing(self) -> bool:
         """Never hovers."""
         return self.name == "plane"
@@ -57,6 +68,53 @@ class Airframe:
         return self.name in ("quad", "hexa")
 
 
+_CHECK = frozenset({"FW_LND_ANG", "MIS_DIST_1WP", "MIS_TKO_LAND_REQ"})
+"""Looked up by the first mission check."""
+_NO_RUNWAY = frozenset(
+    {
+        "LNDFW_AIRSPD_MAX",
+        "LNDFW_ROT_MAX",
+        "LNDFW_TRIG_TIME",
+        "LNDFW_VEL_XY_MAX",
+        "LNDFW_VEL_Z_MAX",
+        "LNDFW_XYACC_MAX",
+    }
+)
+_NO_WING = _NO_RUNWAY | frozenset(
+    {
+        "FW_AIRSPD_MIN",
+        "FW_GPSF_LT",
+        "FW_GPSF_R",
+        "FW_R_LIM",
+        "NPFG_DAMPING",
+        "NPFG_PERIOD",
+        "NPFG_SW_DST_MLT",
+        "RWTO_RAMP_TIME",
+        "VT_ARSP_TRANS",
+    }
+)
+_NO_ROTORS = frozenset(
+    {
+        "LNDMC_ALT_GND",
+        "LNDMC_ROT_MAX",
+        "LNDMC_XY_VEL_MAX",
+        "LNDMC_Z_VEL_MAX",
+        "MPC_ACC_DOWN_MAX",
+        "MPC_ACC_UP_MAX",
+        "MPC_LAND_ALT1",
+        "MPC_LAND_ALT2",
+        "MPC_LAND_SPEED",
+        "MPC_MANTHR_MIN",
+        "MPC_THR_HOVER",
+        "MPC_THR_MIN",
+        "MPC_TKO_RAMP_T",
+        "MPC_TKO_SPEED",
+        "MPC_XY_ERR_MAX",
+        "MPC_XY_TRAJ_P",
+        "MPC_XY_VEL_MAX",
+        "VT_ARSP_TRANS",
+    }
+)
 _PLANE_SPEEDS = {"FW_AIRSPD_TRIM": 12.0, "FW_AIRSPD_MAX": 14.0, "FW_AIRSPD_MIN": 10.0}
 _PLANE_HEIGHTS = {"MIS_TAKEOFF_ALT": 25.0, "RTL_RETURN_ALT": 100.0}  # [14_infeasible_plane, 20_offboard_plane]
 _VTOL_HOVER = {"MPC_XY_VEL_MAX": 8.0, "MPC_XY_ERR_MAX": 5.0, "MIS_TAKEOFF_ALT": 20.0}  # rc.vtol_defaults

@@ -37,12 +37,18 @@ def build_vehicle(options: Options, index: int, entry: VehicleOptions, wall: Cal
     functions = airframe.functions
     if entry.external_gripper:
         functions = tuple(function for function in functions if function != GRIPPER_FUNCTION)
-    own: dict[str, Value] = {
-        "MAV_SYS_ID": entry.system_id,
-        "MAV_TYPE": airframe.mav_type,
-        **function_params(functions),
-    }
-    params = Params(airframe.params, profile.params, own, dict(options.params), absent=profile.absent)
+    outputs: dict[str, Value] = {**function_params(functions)}
+    own: dict[str, Value] = {"MAV_SYS_ID": entry.system_id, "MAV_TYPE": airframe.mav_type}
+    set_up = (*own, *(name for name, function in outputs.items() if function == GRIPPER_FUNCTION))
+    params = Params(
+        airframe.params,
+        profile.params,
+        {**own, **outputs},
+        dict(options.params),
+        absent=profile.absent,
+        unread=airframe.unread,
+        unsaved=("SYS_AUTOSTART", *set_up, *(name for name, _value in options.params)),
+    )
     first = LocalFrame(*options.home)
     latitude, longitude = first.to_global(0.0, SPACING_M * index)
     frame = LocalFrame(latitude, longitude, options.home[2])

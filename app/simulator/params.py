@@ -1,14 +1,21 @@
-"""The parameters of one vehicle: PX4's names, types and defaults, and the PARAM messages' packing."""
+"""The parameters of one vehicle: PX4's names, types and defaults, and the PARAM messages' packing.
+
+PX4 knows which of them a module has looked up since it booted (param_used). Only those have a param_index, count, are
+listed, announced and covered by the hash [28_param_changed, 28b_param_hash].
+"""
 
 from __future__ import annotations
 
 import struct
-from collections.abc import Collection, Iterator, Mapping
+import zlib
+from collections.abc import Collection, Iterable, Iterator, Mapping
 
 Value = int | float
 
+MAV_PARAM_TYPE_UINT32 = 5
 MAV_PARAM_TYPE_INT32 = 6
 MAV_PARAM_TYPE_REAL32 = 9
+FLT_EPSILON = 1.1920929e-07
 
 DEFAULTS: dict[str, Value] = {
     "BAT1_CAPACITY": -1.0,
@@ -111,6 +118,7 @@ class ParamError(Exception):
     """A parameter request that PX4 answers with PARAM_ERROR; `code` is MAV_PARAM_ERROR."""
 
     DOES_NOT_EXIST = 1
+    READ_ONLY = 5
     TYPE_MISMATCH = 7
 
     def __init__(self, code: int) -> None:
@@ -119,17 +127,43 @@ class ParamError(Exception):
 
 
 class Params:
-    """Name to value; the type of a default is the type for good, as in the autopilot."""
+    """Name to value; the type of a default is the type for good, as in the autopilot.
 
-    def __init__(self, *overrides: Mapping[str, Value], absent: Collection[str] = ()) -> None:
+    `unread` are those that no module of this vehicle looks up as it boots; `look_up` is a module that does so later.
+    """
+
+    NO_INDEX = 65535
+    """`param_index` of a parameter that has not been looked up."""
+
+    def __init__(
+        self,
+        *overrides: Mapping[str, Value],
+        absent: Collection[str] = (),
+        unread: Collection[str] = (),
+        unsaved: Collection[str] = (),
+    ) -> None:
         self._values: dict[str, Value] = {name: value for name, value in DEFAULTS.items() if name not in absent}
         for layer in overrides:
             for name, value in layer.items():
                 known = self._values.get(name, value)
                 self._values[name] = float(value) if isinstance(known, float) else int(value)
-        self._names = sorted(self._values)
+        self._at_boot = frozenset(self._values) - frozenset(unread)
+        self._used: list[str] = []
         self.version = 0
         """Counts the changes: what is derived from parameters in every cycle is derived once."""
+        self.unsaved = {name for name in unsaved if name in self._values}
+        """Changed, and not on the storage yet: they are announced at each change of any parameter."""
+        self.boot()
+
+    def boot(self) -> None:
+        """Nothing has been looked up but what every start looks up."""
+        self._used = sorted(self._at_boot)
+
+    def look_up(self, names: Iterable[str]) -> None:
+        """A module reads them for the first time: they are used from now on."""
+        new = {name for name in names if name in self._values} - set(self._used)
+        if new:
+            self._used = sorted((*self._used, *new))
 
     def __getitem__(self, name: str) -> Value:
         return self._values[name]
@@ -138,10 +172,12 @@ class Params:
         return name in self._values
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._names)
+        """Those that are used."""
+        return iter(tuple(self._used))
 
     def __len__(self) -> int:
-        return len(self._names)
+        """`param_count` of PARAM_VALUE."""
+        return len(self._used)
 
     def integer(self, name: str) -> int:
         """An int32 parameter's value."""
@@ -149,18 +185,36 @@ class Params:
 
     def index_of(self, name: str) -> int:
         """`param_index` of PARAM_VALUE."""
-        return self._names.index(name)
+        return self._used.index(name) if name in self._used else self.NO_INDEX
 
     def name_at(self, index: int) -> str:
         """The parameter with this `param_index`. Raises ParamError."""
-        if not 0 <= index < len(self._names):
+        if not 0 <= index < len(self._used):
             raise ParamError(ParamError.DOES_NOT_EXIST)
-        return self._names[index]
+        return self._used[index]
 
     def set(self, name: str, value: Value) -> None:
-        """Out-of-range values are taken, as PX4 takes them [01_connect]."""
-        self._values[name] = float(value) if isinstance(self._values[name], float) else int(value)
-        self.version += 1
+        """Out-of-range values are taken, as PX4 takes them [01_connect]. The same value again is no change."""
+        old = self._values[name]
+        self._values[name] = float(value) if isinstance(old, float) else int(value)
+        if abs(self._values[name] - old) > (FLT_EPSILON if isinstance(old, float) else 0):
+            self.unsaved.add(name)
+            self.version += 1
+        else:
+            self.unsaved.discard(name)  # as param_set does
+
+    def to_announce(self) -> list[str]:
+        """Those that a change makes PX4 announce: used, and not saved yet."""
+        return [name for name in self._used if name in self.unsaved]
+
+    def checksum(self) -> int:
+        """`_HASH_CHECK`: names and values of those that are used, as param_hash_check computes it."""
+        crc = 0xFFFFFFFF  # PX4's crc32part neither inverts at its beginning nor at its end
+        for name in self._used:
+            value = self._values[name]
+            data = struct.pack("<f" if isinstance(value, float) else "<i", value)
+            crc = zlib.crc32(name.encode() + data, crc)
+        return crc ^ 0xFFFFFFFF
 
     def encode(self, name: str) -> tuple[float, int]:
         """`param_value` and `param_type`; an int32 is packed bytewise into the float. Raises ParamError."""

@@ -184,7 +184,7 @@ class Vehicle:
         )
         payload_commands.connect(self._commands)
         self._transfer = MissionTransfer(self.store, self.radio, spec.profile, spec.airframe, self.faults, wall)
-        self._param_link = ParamLink(self.params, self.radio, spec.profile.reports_param_errors)
+        self._param_link = ParamLink(self.params, self.radio, self.clock, spec.profile.reports_param_errors)
         self._reporter = MissionReporter(
             self.mission.result, self.store, state.status, self.radio, self.clock, spec.profile
         )
@@ -224,6 +224,7 @@ class Vehicle:
         self._reporter.boot()
         self._transfer.reset()
         self._commands.reset()
+        self._param_link.boot()
         self._port.boot()
 
     def reboot(self) -> None:

@@ -177,11 +177,15 @@ class AutopilotVersion:
 
 @dataclass(frozen=True, slots=True)
 class ParamValue:
-    """PARAM_VALUE. `value` None: the bits are no float, so they are a negative int (PX4 packs ints bytewise)."""
+    """PARAM_VALUE. `value` None: the bits are no float, so they are a negative int (PX4 packs ints bytewise).
+
+    `param_index` 65535: PX4 has not looked it up itself.
+    """
 
     param_id: str
     param_type: int
     value: float | None
+    param_index: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -237,7 +241,8 @@ def _version(fields: Fields) -> AutopilotVersion:
 def _param(fields: Fields) -> ParamValue:
     value = fields["param_value"]
     known = value is not None and math.isfinite(value)
-    return ParamValue(str(fields["param_id"]), int(fields["param_type"]), float(value) if known else None)
+    index = int(fields.get("param_index", 0))
+    return ParamValue(str(fields["param_id"]), int(fields["param_type"]), float(value) if known else None, index)
 
 
 def _param_error(fields: Fields) -> ParamError:

@@ -1,72 +1,176 @@
-"""What rules need to know of a vehicle: version, home and parameters, read once and again after a reboot."""
+"""What rules need to know of a vehicle: version, home and parameters.
+
+The vehicle announces what is changed. What it does not announce is read again when it is old, and before a start; the
+checksum of all (`_HASH_CHECK`) says whether an announcement was lost on the way.
+"""
 
 from __future__ import annotations
 
 import asyncio
+import contextlib
+import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from typing import Final
 
 from app.domain.default_facts import default_facts
-from app.domain.errors import LinkTimeoutError
-from app.domain.gripper_output import function_parameters
+from app.domain.errors import LinkTimeoutError, WaydropError
+from app.domain.gripper_output import function_parameters, is_assigned
 from app.domain.mav_type import vehicle_type
 from app.domain.vehicle import VehicleFacts, VehicleType
 from app.vehicles.decoders import AutopilotVersion, Heartbeat, HomePosition
-from app.vehicles.gripper_output import limit_parameters
+from app.vehicles.gripper_output import GripperChannel, gripper_channel, limit_parameters
 from app.vehicles.identity import Identity
 from app.vehicles.inbox import Inbox
+from app.vehicles.known_parameters import KnownParameters
 from app.vehicles.measurements import Measurements
 from app.vehicles.parameters import ParameterReader, Value
 
 _ALSO: Final = ("COM_OF_LOSS_T", "COM_OBL_RC_ACT", "COM_RC_IN_MODE", "COM_DL_LOSS_T", "COM_DISARM_PRFLT")
 """Read besides those that rules have a default for."""
 _HEARD_WITHIN_S: Final = 3.0
+_HASH_CHECK: Final = "_HASH_CHECK"
+_STALE_AFTER_S: Final = 30.0
+_WAIT_S: Final = 1.0
+_FRESH_WITHIN_S: Final = 3.0
+"""A start waits longer than a check: as long as a parameter is asked for again."""
 
 
 class FactReader:
-    """Reads and keeps the facts of one vehicle."""
+    """Reads and keeps the facts of one vehicle. `changed` is called with parameters that are different now."""
 
     def __init__(
-        self, measurements: Measurements, identity: Identity, parameters: ParameterReader, inbox: Inbox
+        self,
+        measurements: Measurements,
+        identity: Identity,
+        parameters: ParameterReader,
+        inbox: Inbox,
+        changed: Callable[[Mapping[str, Value]], None],
     ) -> None:
         self._measurements = measurements
         self._identity = identity
         self._parameters = parameters
+        self._known = KnownParameters(inbox, changed, self._read_unclear)
         self._turn = asyncio.Lock()
         self._heard = asyncio.Event()
-        self._values: dict[str, Value] | None = None
+        self._checksum: Value | None = None
+        self._limits: frozenset[str] = frozenset()
+        self._boots = 0
+        self._refreshing: asyncio.Task[None] | None = None
+        self._unclear: dict[str, asyncio.Task[None]] = {}
         for kind in (Heartbeat, AutopilotVersion, HomePosition):
             inbox.on(kind, lambda _message, _at_s: self._heard.set())
 
-    def forget(self) -> None:
-        """Read the parameters again the next time."""
-        self._values = None
+    def gripper(self) -> GripperChannel | None:
+        """The gripper's channel; None without one, or while the limits of its output are not read."""
+        return gripper_channel(self._known.values) if self.limits_read else None
 
-    async def read(self) -> VehicleFacts:
+    def has_gripper_output(self) -> bool | None:
+        """Whether an output is assigned to the gripper; None: not known."""
+        return is_assigned(self._known.values, self._parameters.unanswered) if self._known.values else None
+
+    @property
+    def limits_read(self) -> bool:
+        """Whether the vehicle was asked what the pulses of the gripper's output mean, since it has this output."""
+        return self._limits.issuperset(limit_parameters(self._known.values))
+
+    def forget(self) -> None:
+        """The vehicle restarted: read the parameters again the next time."""
+        self._boots += 1
+        self._stop()
+        self._known.forget()
+        self._limits = frozenset()
+
+    def doubt(self) -> None:
+        """Changes may have been missed: look at all of them the next time."""
+        self._known.confirmed_s = self._checksum = None
+
+    async def close(self) -> None:
+        """Read nothing more."""
+        await asyncio.gather(*self._stop(), return_exceptions=True)
+
+    async def read(self, *, fresh: bool = False) -> VehicleFacts:
         """See VehicleLink.read_facts.
 
         Raises:
             LinkTimeoutError: the type is not known, or no parameter at all came.
         """
+        kind = await self._type()
         async with self._turn:
-            kind = await self._type()
-            if self._values is None:
-                await self._until_complete()
-                names = (*default_facts(kind).parameters, *_ALSO, *function_parameters())
-                values = await self._parameters.read(names)
-                if not values:
-                    raise LinkTimeoutError("the vehicle answers no parameter request")
-                self._values = values | await self._parameters.read(limit_parameters(values))
+            while not self._known.values:
+                await self._read_all(kind)
+        if fresh or not self.limits_read or self._known.age_s() > _STALE_AFTER_S:
+            await self._refreshed(kind, _FRESH_WITHIN_S if fresh else _WAIT_S)
+        age_s = self._known.age_s()
         return VehicleFacts(
             vehicle_type=kind,
             firmware=self._identity.firmware,
             uid=self._identity.uid,
             home=self._measurements.home,
-            parameters=self._values,
+            parameters=self._known.values,
             unanswered=frozenset(self._parameters.unanswered),
+            parameters_age_s=age_s if math.isfinite(age_s) else None,
             least_clock_rate=self._measurements.clock.least_rate,
         )
+
+    async def _read_all(self, kind: VehicleType) -> None:
+        boots = self._boots
+        await self._until_complete()
+        began_s = time.monotonic()
+        names = (*default_facts(kind).parameters, *_ALSO, *function_parameters())
+        values = await self._parameters.read((_HASH_CHECK, *names))
+        checksum = values.pop(_HASH_CHECK, None)
+        if not values:
+            raise LinkTimeoutError("the vehicle answers no parameter request")
+        limits = limit_parameters(values)
+        values |= await self._parameters.read(limits)
+        if boots == self._boots:  # else it restarted meanwhile, and may have others
+            self._known.put(values)
+            self._known.confirmed_s, self._checksum = began_s, checksum
+            self._limits = frozenset(limits)
+
+    async def _refreshed(self, kind: VehicleType, within_s: float) -> None:
+        """Wait so long for what is under way, or begins now; it goes on after that."""
+        if self._refreshing is None or self._refreshing.done():
+            self._refreshing = asyncio.create_task(self._refresh(), name=f"parameters of a {kind}")
+        await asyncio.wait({self._refreshing}, timeout=within_s)
+
+    async def _refresh(self) -> None:
+        """Read what the vehicle does not announce; all that is known if announcements were missed."""
+        began_s, known = time.monotonic(), self._known
+        asked = known.unannounced
+        with contextlib.suppress(WaydropError):  # the age of what is known says so
+            found = await self._parameters.read((_HASH_CHECK, *asked))
+            checksum = found.pop(_HASH_CHECK, None)
+            if checksum is None or checksum != self._checksum:
+                rest = known.values.keys() - found.keys()
+                asked |= rest
+                found |= await self._parameters.read(rest)
+            known.put(found)
+            if not self.limits_read:
+                limits = limit_parameters(known.values)
+                known.put(await self._parameters.read(limits))
+                self._limits = frozenset(limits)
+            if found.keys() >= asked:
+                known.confirmed_s, self._checksum = began_s, checksum
+
+    def _read_unclear(self, name: str) -> None:
+        """A negative int was announced. One reading of a name is enough."""
+        if self._parameters.is_reading(name) or name in self._unclear:
+            return
+        task = asyncio.create_task(self._read_one(name), name=f"parameter {name}")
+        self._unclear[name] = task
+        task.add_done_callback(lambda _: self._unclear.pop(name, None))
+
+    async def _read_one(self, name: str) -> None:
+        with contextlib.suppress(WaydropError):
+            self._known.put(await self._parameters.read((name,)))
+
+    def _stop(self) -> Sequence[asyncio.Task[None]]:
+        tasks = [*self._unclear.values(), *([] if self._refreshing is None else [self._refreshing])]
+        for task in tasks:
+            task.cancel()
+        return tasks
 
     async def _type(self) -> VehicleType:
         beat = self._measurements.heartbeat or await self._first_heartbeat()

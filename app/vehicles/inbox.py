@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import re
 from collections import defaultdict
 from collections.abc import Callable
 from typing import Any, Final, TypeVar
@@ -20,13 +21,20 @@ TELEMETRY: Final = frozenset(
 """Only the newest matters. BATTERY_STATUS and SERVO_OUTPUT_RAW come for several batteries and ports, so they queue."""
 
 
+_PARAM_ID: Final = re.compile(r'"param_id"\s*:\s*"([^"]*)"')
+
+
 class Inbox:
-    """Handlers are called on the loop in the order of their registration, with the message and its arrival time."""
+    """Handlers are called on the loop in the order of their registration, with the message and its arrival time.
+
+    Of PARAM_VALUE the newest of each name in `parameters` is let in: another station may have all of a thousand listed.
+    """
 
     def __init__(self, loop: asyncio.AbstractEventLoop, *, capacity: int) -> None:
         self._handlers: defaultdict[type[Any], list[Callable[[Any, float], None]]] = defaultdict(list)
         self._mailbox = Mailbox(loop, self._deliver, capacity=capacity)
         self.unreadable = 0
+        self.parameters: set[str] = set()
 
     names = tuple(DECODERS)
 
@@ -37,7 +45,12 @@ class Inbox:
 
     def post(self, name: str, body: str) -> None:
         """Hand over from any thread."""
-        self._mailbox.post(name, body, slot=name if name in TELEMETRY else None)
+        slot = name if name in TELEMETRY else None
+        if name == "PARAM_VALUE" and (found := _PARAM_ID.search(body)) is not None:
+            if found[1] not in self.parameters:
+                return
+            slot = f"{name} {found[1]}"
+        self._mailbox.post(name, body, slot=slot)
 
     def on(self, kind: type[M], handler: Callable[[M, float], None]) -> Callable[[], None]:
         """Call `handler` for each message of this type until the returned function is called."""

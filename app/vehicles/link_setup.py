@@ -6,10 +6,8 @@ import asyncio
 import logging
 from typing import Final
 
-from app.domain.errors import LinkError, VehicleQuarantinedError
-from app.domain.gripper_output import has_gripper_output
+from app.domain.errors import LinkError, LinkTimeoutError, VehicleQuarantinedError
 from app.vehicles.fact_reader import FactReader
-from app.vehicles.gripper_output import gripper_channel
 from app.vehicles.link_watch import LinkWatch
 from app.vehicles.stream_rates import StreamRates
 
@@ -32,10 +30,23 @@ class LinkSetup:
             self._task.cancel()
         self._task = asyncio.create_task(self._until_done(), name="link setup")
 
+    def begin_after_silence(self) -> None:
+        """What the vehicle announced meanwhile was not heard."""
+        self._facts.doubt()
+        self.begin()
+
+    def look_at_gripper(self) -> None:
+        """Parameters changed: the gripper may have another output now, or none."""
+        channel, before = self._facts.gripper(), self._watch.gripper
+        is_over = self._task is None or self._task.done()
+        self._watch.look_at(channel, self._facts.has_gripper_output())
+        if channel != before or (is_over and not self._facts.limits_read):
+            self.begin()  # the limits of another output are read, and its stream asked for
+
     def begin_after_reboot(self) -> None:
         """The vehicle may have another firmware and other parameters now."""
         self._facts.forget()
-        self._watch.gripper = None
+        self._watch.look_at(None, None)
         self.begin()
 
     async def close(self) -> None:
@@ -48,9 +59,10 @@ class LinkSetup:
         while True:
             try:
                 await self._rates.set_all()
-                facts = await self._facts.read()
-                self._watch.gripper = gripper_channel(facts.parameters)
-                self._watch.has_gripper_output(has_gripper_output(facts))
+                await self._facts.read()
+                if not self._facts.limits_read:
+                    raise LinkTimeoutError("the limits of the gripper's output were not read yet")
+                self._watch.look_at(self._facts.gripper(), self._facts.has_gripper_output())
                 if self._watch.gripper is not None:
                     await self._rates.set_servo_outputs()
             except VehicleQuarantinedError:

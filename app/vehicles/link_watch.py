@@ -82,6 +82,13 @@ class LinkWatch:
         inbox.on(EventReport, self._event)
         inbox.on(AutopilotVersion, self._version)
 
+    def look_at(self, gripper: GripperChannel | None, is_assigned: bool | None) -> None:
+        """Take the gripper's position from this output; None: it shows nowhere. `is_assigned`: whether it has one."""
+        self._measurements.has_gripper_output = is_assigned
+        if gripper != self.gripper:
+            self.gripper = gripper
+            self._measurements.gripper_output_us = self._measurements.gripper_output_s = None
+
     def tick(self, now_s: float) -> None:
         """Look at the silence. Called a few times a second."""
         self._texts.tick(now_s)
@@ -89,10 +96,6 @@ class LinkWatch:
         if heard_s is not None and not self.lost and now_s - heard_s > self._settings.link_lost_s:
             self.lost = True
             self._facts.tell(LinkLost(heartbeat_age_s=now_s - heard_s))
-
-    def has_gripper_output(self, known: bool | None) -> None:
-        """Whether an output is assigned to the gripper, as its parameters say."""
-        self._measurements.has_gripper_output = known
 
     def is_connected(self) -> bool:
         """Whether a HEARTBEAT came lately."""

@@ -20,6 +20,7 @@ from app.domain.ports import (
     DuplicateSystem,
     LinkFact,
     LinkRestored,
+    ParametersChanged,
     Rebooted,
     Unsubscribe,
     VehicleIdentity,
@@ -81,7 +82,13 @@ class MavsdkVehicleLink:
         self._modes = ModeSwitch(self._sender, self._inbox, settings)
         self._current = CurrentItem(self._send, self._sender, self._inbox, settings)
         self._parameters = ParameterReader(self._send, system.read_int_parameter, self._inbox, settings)
-        self._fact_reader = FactReader(self._measurements, self._identity, self._parameters, self._inbox)
+        self._fact_reader = FactReader(
+            self._measurements,
+            self._identity,
+            self._parameters,
+            self._inbox,
+            lambda changed: self._facts.tell(ParametersChanged(changed)),
+        )
         self._uploader = MissionUploader(
             system, self._send, self._inbox, self._texts, self._watch.is_connected, settings
         )
@@ -119,9 +126,9 @@ class MavsdkVehicleLink:
         self._measurements.clock = self._measurements.clock.told(rate)
         self._facts.tell(ClockRateTold(rate))
 
-    async def read_facts(self) -> VehicleFacts:
+    async def read_facts(self, *, fresh: bool = False) -> VehicleFacts:
         """See VehicleLink."""
-        return await self._fact_reader.read()
+        return await self._fact_reader.read(fresh=fresh)
 
     async def upload(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:
         """See VehicleLink."""
@@ -227,6 +234,7 @@ class MavsdkVehicleLink:
         self._closed = True
         self._system.cancel_transfers()
         await self._setup.close()
+        await self._fact_reader.close()
         self._sender.close()
         await self._uploader.close(timeout_s=self._settings.close_timeout_s)
         await self._parameters.close(timeout_s=self._settings.close_timeout_s)
@@ -253,7 +261,9 @@ class MavsdkVehicleLink:
         if isinstance(fact, Rebooted):
             self._setup.begin_after_reboot()
         elif isinstance(fact, LinkRestored):
-            self._setup.begin()
+            self._setup.begin_after_silence()
+        elif isinstance(fact, ParametersChanged):
+            self._setup.look_at_gripper()
 
     async def _come_down(self, mode: FlightMode) -> None:
         through_hold = self._measurements.goes_back_to_offboard

@@ -22,9 +22,17 @@ from app.vehicles.inbox import Inbox
 from app.vehicles.mavsdk_system import OUR_COMPONENT_ID, OUR_SYSTEM_ID
 from app.vehicles.settings import LinkSettings
 
+_UINT32: Final = 5
 _REAL32: Final = 9
 _AT_ONCE: Final = 16
 Value = int | float
+
+
+def value_of(message: ParamValue) -> Value | None:
+    """The value; None if it is a negative int, which has to be read by other means."""
+    if message.value is None or message.param_type == _REAL32:
+        return message.value
+    return int(struct.unpack("<i", struct.pack("<f", message.value))[0])
 
 
 class ParameterReader:
@@ -40,6 +48,7 @@ class ParameterReader:
         self._send = send
         self._read_int = read_int
         self._settings = settings
+        self._inbox = inbox
         self._waiting: defaultdict[str, list[asyncio.Future[ParamValue | None]]] = defaultdict(list)
         self._plugin = BlockingCall("waydrop-param")
         self.unanswered: set[str] = set()
@@ -57,6 +66,7 @@ class ParameterReader:
         """
         places = asyncio.Semaphore(_AT_ONCE)
         wanted = tuple(dict.fromkeys(names))
+        self._inbox.parameters.update(wanted)
 
         async def one(name: str) -> Value | None:
             async with places:
@@ -69,6 +79,10 @@ class ParameterReader:
             for task in tasks:
                 task.cancel()
         return {name: value for name, value in zip(wanted, values, strict=True) if value is not None}
+
+    def is_reading(self, name: str) -> bool:
+        """Whether somebody waits for it."""
+        return name in self._waiting
 
     async def close(self, *, timeout_s: float) -> None:
         """End all waits with LinkError, and wait for the blocking call if one is under way."""
@@ -97,11 +111,10 @@ class ParameterReader:
     async def _value(self, message: ParamValue | None) -> Value | None:
         if message is None:
             return None
-        if message.param_type == _REAL32:
-            return message.value
-        if message.value is None:
+        value = value_of(message)
+        if value is None and message.param_type not in (_REAL32, _UINT32):
             return await self._plugin.run(lambda: self._read_int(message.param_id))
-        return int(struct.unpack("<i", struct.pack("<f", message.value))[0])
+        return value
 
     def _take_value(self, message: ParamValue, _received_s: float) -> None:
         self._answer(message.param_id, message)

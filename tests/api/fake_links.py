@@ -93,11 +93,12 @@ class FakeLink:
         self.move(clock=self._state.clock.told(rate))
         self.tell(ClockRateTold(rate))
 
-    async def read_facts(self) -> VehicleFacts:
+    async def read_facts(self, *, fresh: bool = False) -> VehicleFacts:
         self._refuse()
         if self.facts is not None:
             return self.facts
-        return VehicleFacts(VehicleType.MULTICOPTER, self.identity.firmware, self.identity.uid, HOME)
+        firmware, uid = self.identity.firmware, self.identity.uid
+        return VehicleFacts(VehicleType.MULTICOPTER, firmware, uid, HOME, parameters_age_s=2.54)
 
     async def upload(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:
         if self.upload_refusal is not None:

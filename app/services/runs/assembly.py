@@ -7,13 +7,16 @@ from dataclasses import dataclass
 from app.domain.mission import Mission
 from app.domain.plan import Gripper, Plan
 from app.domain.ports import VehicleLink
+from app.domain.prediction import CALM
 from app.domain.run import Run
+from app.domain.vehicle import VehicleFacts
 from app.services.clock import Clock
 from app.services.journal import Journal
-from app.services.runs.changing import FactsRead, MissionChanger
+from app.services.runs.changing import MissionChanger
 from app.services.runs.consents import Consents
 from app.services.runs.flight import RunFlight
 from app.services.runs.leg import leg_of
+from app.services.runs.plan_gate import FactsRead, refuse_changed_vehicle
 from app.services.runs.prepare import Preparation
 from app.services.runs.rally_return import RallyReturn
 from app.services.runs.recorder import RunRecorder
@@ -37,17 +40,23 @@ def assemble(
     plan: Plan,
     mission: Mission,
     link: VehicleLink,
+    then: VehicleFacts,
     facts: FactsRead,
     journal: Journal,
     settings: RunSettings,
     clock: Clock,
     targets: Targets,
 ) -> Assembled:
-    """One flight, ready to `fly`. `facts` reads what a change of its plan is checked against."""
+    """One flight, ready to `fly`. `then`: what the mission was compiled for; `facts` reads what is now."""
     recorder = RunRecorder(run, journal, clock)
     leg = leg_of(run, plan, mission, settings)
     watch = FlightWatch(link, leg, recorder, settings, clock, targets)
-    preparation = Preparation(link, mission, recorder, settings, clock, closes_gripper=_starts_loaded(plan))
+
+    async def check() -> None:
+        await refuse_changed_vehicle(plan, then, await facts(fresh=True), run.wind or CALM, link.mission_id_of)
+
+    loaded = _starts_loaded(plan)
+    preparation = Preparation(link, mission, recorder, settings, clock, check, closes_gripper=loaded)
     changer = MissionChanger(link, facts, recorder, watch, settings, clock)
     sender = OrderSender(link, recorder, watch, settings, changer.break_off)
     consents = Consents(watch, recorder)

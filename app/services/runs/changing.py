@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Collection
+from collections.abc import Callable, Collection
 from contextlib import aclosing, suppress
 from dataclasses import replace
 
@@ -33,12 +33,11 @@ from app.services.plans import NewPlan
 from app.services.runs.clock_gate import refuse_fast_clock
 from app.services.runs.leg import concluded_drops
 from app.services.runs.pending_change import PendingChange
+from app.services.runs.plan_gate import FactsRead
 from app.services.runs.recorder import RunRecorder
 from app.services.runs.settings import RECORDED_VISITS, RunSettings
 from app.services.runs.watch import FlightWatch
 
-FactsRead = Callable[[], Awaitable[VehicleFacts]]
-"""See Fleet.facts."""
 _OF_THE_REST = ("battery.", "payload.")
 
 

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Awaitable, Callable
+from dataclasses import replace
+from typing import Protocol
 
 from app.domain.compiler import compile_plan
 from app.domain.errors import PlanRejectedError
@@ -12,6 +15,13 @@ from app.domain.prediction import Timeline, Wind, predict
 from app.domain.rules import Severity, check_plan
 from app.domain.vehicle import VehicleFacts
 from app.services.runs.settings import RECORDED_VISITS
+
+
+class FactsRead(Protocol):
+    """See Fleet.facts."""
+
+    def __call__(self, *, fresh: bool = False) -> Awaitable[VehicleFacts]:
+        """Raises LinkError."""
 
 
 async def refuse_unfit_plan(plan: Plan, facts: VehicleFacts, wind: Wind) -> None:
@@ -24,6 +34,27 @@ async def refuse_unfit_plan(plan: Plan, facts: VehicleFacts, wind: Wind) -> None
             hint="mend what the findings name, and post it as a new plan",
             findings=[finding.model_dump(mode="json") for finding in findings],
         )
+
+
+async def refuse_changed_vehicle(
+    plan: Plan, then: VehicleFacts, now: VehicleFacts, wind: Wind, id_of: Callable[[Mission], int]
+) -> None:
+    """Before arming, with parameters read just now; `then` are the facts that the mission on board was compiled for.
+
+    Raises PlanRejectedError, with `parameters_age_s` too.
+    """
+    try:
+        await refuse_unfit_plan(plan, now, wind)
+        alike = replace(now, home=then.home)  # the mission on board stays where it is when home moves
+        if id_of(compile_plan(plan, alike)) != id_of(compile_plan(plan, then)):
+            raise PlanRejectedError(
+                "the vehicle's parameters changed since the upload: its mission would be another now",
+                hint="abort the run, and order it again",
+                findings=[],
+            )
+    except PlanRejectedError as error:
+        found = {**error.extra, "parameters_age_s": now.parameters_age_s}
+        raise PlanRejectedError(error.detail, hint=error.hint, **found) from error
 
 
 async def compiled_and_predicted(plan: Plan, facts: VehicleFacts, wind: Wind) -> tuple[Mission, Timeline]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+from collections.abc import Awaitable, Callable
 from typing import Final
 
 from app.domain.arming import armed_by_others, arming_obstacle, hold_hint, name_of
@@ -12,6 +13,7 @@ from app.domain.errors import (
     CommandExpiredError,
     LinkError,
     LinkTimeoutError,
+    PlanRejectedError,
     StorageError,
     VehicleRefusedError,
     VehicleTakenError,
@@ -36,6 +38,7 @@ _STEP_PERCENT: Final = 2.0
 class Preparation:
     """The steps before the flight, each recorded before and after. Cancelling a step ends its transfer.
 
+    `check` raises PlanRejectedError if the vehicle, as it is now, would not fly what was uploaded.
     `closes_gripper`: the vehicle carries a parcel from the start, so its gripper must hold before it takes off.
     """
 
@@ -46,6 +49,7 @@ class Preparation:
         recorder: RunRecorder,
         settings: RunSettings,
         clock: Clock,
+        check: Callable[[], Awaitable[None]],
         *,
         closes_gripper: bool,
     ) -> None:
@@ -54,6 +58,7 @@ class Preparation:
         self._recorder = recorder
         self._settings = settings
         self._clock = clock
+        self._check = check
         self._closes_gripper = closes_gripper
         self.may_fly = False
         """A start armed the vehicle, or may have, and no disarming was accepted since."""
@@ -81,6 +86,7 @@ class Preparation:
 
         Raises:
             VehicleTakenError: somebody else has armed it, or changed its mode meanwhile.
+            PlanRejectedError: its parameters are others now, and it would not fly the plan; recorded with the findings.
             ConflictError: its clock runs too fast for supervised drops. LinkError: with the vehicle's reason.
             StorageError.
         """
@@ -88,6 +94,7 @@ class Preparation:
             raise armed_by_others("the vehicle", self._link.state().mode)
         self._recorder.move(RunState.STARTING)
         await self._recorder.flush()
+        await self._refuse_unfit()
         await refuse_fast_clock(self._link, self._mission, self._clock)
         await self._hold()
         await self._link.wait_mission_ready(
@@ -105,6 +112,13 @@ class Preparation:
                 await self._disarm()
             raise
         await self._said("start_mission", "accepted")
+
+    async def _refuse_unfit(self) -> None:
+        try:
+            await self._check()
+        except PlanRejectedError as error:
+            self._recorder.note(EventKind.RUN_PLAN_REFUSED, code=error.code, **error.extra)
+            raise
 
     async def _tell(self, step: UploadProgress) -> None:
         percent = round(100.0 * step.sent / max(step.total, 1), 1)

@@ -132,7 +132,7 @@ class Runs:
         flight.require_startable()
         stored = await self._plans.get(flight.run.plan_id)
         if stored is not None:
-            facts = await self._fleet.facts(flight.run.vehicle_id)
+            facts = await self._fleet.facts(flight.run.vehicle_id, fresh=True)
             await refuse_unfit_plan(parse_plan(stored.document), facts, flight.run.wind or CALM)
         last_look()
         flight.ask_start()
@@ -221,11 +221,14 @@ class Runs:
         stored = await self._stored(plan)
         old = None if continues is None else await self.continuable(continues)  # nobody else has the vehicle now
         parsed = parse_plan(stored.document)
-        mission, timeline = await compiled_and_predicted(parsed, await self._fleet.facts(vehicle.id), wind)
+        then = await self._fleet.facts(vehicle.id)
+        mission, timeline = await compiled_and_predicted(parsed, then, wind)
         now, identity = self._clock.now(), link.identity
         run = new_run(run_id, stored, vehicle.id, identity, mission, wind, continues, start=start, by=by, now=now)
         facts = partial(self._fleet.facts, vehicle.id)
-        made = assemble(run, parsed, mission, link, facts, self._journal, self._settings, self._clock, self._targets)
+        made = assemble(
+            run, parsed, mission, link, then, facts, self._journal, self._settings, self._clock, self._targets
+        )
         if isinstance(plan, NewPlan):
             made.recorder.bring(plan)
         made.recorder.note(EventKind.RUN_CREATED, **run.model_dump(mode="json"))
@@ -266,7 +269,14 @@ class Runs:
         return vehicle.run_id
 
     async def _take_up(self, run: Run) -> None:
-        take_up = TakeUp(self._fleet, self._plans, self._journal, self._settings, self._clock, self._targets)
+        take_up = TakeUp(
+            self._fleet,
+            self._plans,
+            self._journal,
+            self._settings,
+            self._clock,
+            self._targets,
+        )
         made = await take_up.find(run)
         if made is None:
             return

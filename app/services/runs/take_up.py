@@ -64,7 +64,10 @@ class TakeUp:
             return None
         run, plan, mission = carried.run, carried.plan, carried.mission
         facts = partial(self._fleet.facts, run.vehicle_id)
-        made = assemble(run, plan, mission, link, facts, self._journal, self._settings, self._clock, self._targets)
+        then = await facts()
+        made = assemble(
+            run, plan, mission, link, then, facts, self._journal, self._settings, self._clock, self._targets
+        )
         carried.tell(made.recorder)
         if run.state is RunState.STARTING:
             made.recorder.move(RunState.FLYING, "Waydrop restarted during the start; the vehicle is armed")

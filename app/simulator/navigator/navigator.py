@@ -24,6 +24,8 @@ from app.simulator.wire import Mode, Severity
 FENCE_CHECK_S = 0.6
 """A changed fence is looked at this late [05_fence_rally]."""
 ROUTE_CACHE_ITEMS = 500
+LOOKED_UP_BY_THE_CHECK = ("FW_LND_ANG", "MIS_DIST_1WP", "MIS_TKO_LAND_REQ", "NAV_ACC_RAD")
+"""PX4's FeasibilityChecker looks these up (param_find) as it checks the first mission after the boot [28]."""
 
 
 class Navigator:
@@ -181,6 +183,8 @@ class Navigator:
     def _check_mission(self) -> bool:
         context = self._context
         mission = self._feasibility_input()
+        if mission.items:
+            context.params.look_up(LOOKED_UP_BY_THE_CHECK)
         self._warn_far_first_waypoint(mission)
         found = list(problems(mission))
         for problem in found:

@@ -2,12 +2,24 @@
 
 from __future__ import annotations
 
+import struct
+from dataclasses import dataclass, field
+
 import pytest
 
 from app.simulator.dialect import Message, mavlink
-from tests.unit.simulator.cockpit import Cockpit
+from tests.unit.simulator.cockpit import RETURN, Cockpit, takeoff
 
 READ, SET, LIST = "read", "set", "list"
+UNREAD = 65535
+
+
+def as_float(value: int) -> float:
+    return float(struct.unpack("<f", struct.pack("<i", value))[0])
+
+
+def bits(message: Message) -> bytes:
+    return struct.pack("<f", message.param_value)
 
 
 @pytest.fixture
@@ -36,40 +48,148 @@ def test_it_answers_what_is_for_the_autopilot(
     cockpit: Cockpit, what: str, system: int, component: int, heard: bool
 ) -> None:
     send(cockpit, what, system, component)
-    assert bool(cockpit.messages("PARAM_VALUE")) is heard
+    assert bool(cockpit.messages("PARAM_VALUE", since_s=3.0)) is heard
 
 
 @pytest.mark.parametrize("index", [9999, 32767])
 def test_an_index_beyond_the_last_is_an_error(cockpit: Cockpit, index: int) -> None:
     cockpit.send(mavlink.MAVLink_param_request_read_message(1, 1, b"", index))
     assert cockpit.last("PARAM_ERROR").error == 1
-    assert cockpit.messages("PARAM_VALUE") == []
+    assert cockpit.messages("PARAM_VALUE", since_s=3.0) == []
 
 
-def test_a_set_is_told_to_every_link(cockpit: Cockpit) -> None:
-    class Ear:
-        gcs_heard_s: float | None = None
+@dataclass
+class Ear:
+    """A second link of the vehicle; `values` are the PARAM_VALUEs on it."""
 
-        def __init__(self) -> None:
-            self.names: list[str] = []
+    gcs_heard_s: float | None = None
+    values: list[tuple[str, float, int]] = field(default_factory=list)
+    names: list[str] = field(default_factory=list)
 
-        def send(self, message: Message, system_id: int, component_id: int) -> None:
-            self.names.append(message.get_type())
-
-    other = Ear()
-    cockpit.vehicle.radio.channels.append(other)
-    send(cockpit, SET)
-    assert "PARAM_VALUE" in other.names
+    def send(self, message: Message, system_id: int, component_id: int) -> None:
+        self.names.append(message.get_type())
+        if message.get_type() == "PARAM_VALUE":
+            self.values.append((message.param_id, message.param_value, message.param_index))
 
 
-def test_a_second_list_request_begins_the_list_again(cockpit: Cockpit) -> None:
+@pytest.fixture
+def other(cockpit: Cockpit) -> Ear:
+    ear = Ear()
+    cockpit.vehicle.radio.channels.append(ear)
+    return ear
+
+
+def change(cockpit: Cockpit, name: str, value: float, kind: int = 9) -> list[Message]:
+    """PARAM_SET on the cockpit's link; the PARAM_VALUEs that come on it within 0.1 s."""
+    mark = len(cockpit.heard)
+    cockpit.send(mavlink.MAVLink_param_set_message(1, 1, name.encode(), value, kind))
+    cockpit.fly(0.1)
+    return [heard.message for heard in cockpit.heard[mark:] if heard.name == "PARAM_VALUE"]
+
+
+def checksum(cockpit: Cockpit) -> Message:
+    mark = len(cockpit.heard)
+    cockpit.send(mavlink.MAVLink_param_request_read_message(1, 1, b"_HASH_CHECK", -1))
+    return next(heard.message for heard in cockpit.heard[mark:] if heard.name == "PARAM_VALUE")
+
+
+def test_an_answer_goes_to_the_asking_link_alone(cockpit: Cockpit, other: Ear) -> None:
+    send(cockpit, READ)
+    send(cockpit, LIST)
+    cockpit.fly(1.0)
+    assert len(cockpit.messages("PARAM_VALUE")) > 50
+    assert other.values == []
+
+
+def test_a_change_is_answered_and_told_to_every_link(cockpit: Cockpit, other: Ear) -> None:
+    """Recording 28."""
+    index = cockpit.vehicle.params.index_of("NAV_ACC_RAD")
+    told = [(value.param_id, value.param_value, value.param_index) for value in change(cockpit, "NAV_ACC_RAD", 3.0)]
+    assert told == [("NAV_ACC_RAD", 3.0, index)] * 2
+    assert other.values == [("NAV_ACC_RAD", 3.0, index)]
+
+
+def test_the_same_value_again_is_answered_alone(cockpit: Cockpit, other: Ear) -> None:
+    change(cockpit, "NAV_ACC_RAD", 3.0)
+    cockpit.fly(3.0)
+    other.values.clear()
+    assert len(change(cockpit, "NAV_ACC_RAD", 3.0)) == 1
+    assert other.values == []
+
+
+def test_changes_in_a_burst_are_announced_once_each(cockpit: Cockpit, other: Ear) -> None:
+    for value in (3.0, 4.0):
+        cockpit.send(mavlink.MAVLink_param_set_message(1, 1, b"NAV_ACC_RAD", value, 9))
+    cockpit.send(mavlink.MAVLink_param_set_message(1, 1, b"PD_GRIPPER_TO", 2.0, 9))
+    cockpit.fly(0.1)
+    assert [(name, value) for name, value, _index in other.values] == [("NAV_ACC_RAD", 4.0), ("PD_GRIPPER_TO", 2.0)]
+
+
+def test_what_px4_has_not_read_yet_is_answered_without_an_index_and_not_announced(cockpit: Cockpit, other: Ear) -> None:
+    """Recording 28: MIS_TKO_LAND_REQ until the first mission check after the boot."""
+    told = change(cockpit, "MIS_TKO_LAND_REQ", as_float(1), 6)
+    assert [value.param_index for value in told] == [UNREAD]
+    assert other.values == []
+    count = told[0].param_count
+    assert cockpit.upload([takeoff(15), RETURN]) == 0
+    cockpit.fly(1.0)
+    told = change(cockpit, "MIS_TKO_LAND_REQ", as_float(0), 6)
+    index = cockpit.vehicle.params.index_of("MIS_TKO_LAND_REQ")
+    assert [value.param_index for value in told] == [index] * 2
+    assert [(name, at) for name, _value, at in other.values] == [("MIS_TKO_LAND_REQ", index)]
+    assert told[0].param_count == count + 3
+    cockpit.send(mavlink.MAVLink_mission_clear_all_message(1, 1, 0))
+    cockpit.vehicle.reboot()
+    cockpit.fly(2.0)
+    assert cockpit.vehicle.params.index_of("MIS_TKO_LAND_REQ") == UNREAD
+
+
+def test_the_hash_changes_with_what_px4_has_read(cockpit: Cockpit) -> None:
+    """Recording 28b."""
+    before = checksum(cockpit)
+    assert (before.param_type, before.param_index) == (5, UNREAD)
+    change(cockpit, "MIS_TKO_LAND_REQ", as_float(1), 6)
+    assert bits(checksum(cockpit)) == bits(before)
+    change(cockpit, "NAV_ACC_RAD", 3.0)
+    assert bits(checksum(cockpit)) != bits(before)
+    change(cockpit, "NAV_ACC_RAD", 10.0)
+    assert bits(checksum(cockpit)) == bits(before)
+    cockpit.upload([takeoff(15), RETURN])
+    cockpit.fly(1.0)
+    read = checksum(cockpit)
+    assert bits(read) != bits(before)
+    change(cockpit, "MIS_TKO_LAND_REQ", as_float(0), 6)
+    assert bits(checksum(cockpit)) != bits(read)
+
+
+def test_the_hash_cannot_be_set_and_ends_a_list(cockpit: Cockpit) -> None:
+    cockpit.send(mavlink.MAVLink_param_request_list_message(1, 1))
+    cockpit.send(mavlink.MAVLink_param_set_message(1, 1, b"_HASH_CHECK", 0.0, 6))
+    cockpit.fly(1.0)
+    assert cockpit.last("PARAM_ERROR").error == 5
+    assert cockpit.messages("PARAM_VALUE", since_s=3.0) == []
+
+
+def test_what_is_not_saved_yet_comes_unasked_at_the_boot_and_not_after_the_next(cockpit: Cockpit) -> None:
+    told = {value.param_id for value in cockpit.messages("PARAM_VALUE")}
+    assert {"SYS_AUTOSTART", "MAV_SYS_ID", "PWM_MAIN_FUNC5"} <= told
+    assert len(told) < 10
+    cockpit.vehicle.reboot()
+    mark_s = cockpit.now_s
+    cockpit.fly(3.0)
+    assert cockpit.messages("PARAM_VALUE", since_s=mark_s) == []
+
+
+def test_a_second_list_request_begins_the_list_again_without_the_hash(cockpit: Cockpit) -> None:
     send(cockpit, LIST)
     send(cockpit, LIST)
     cockpit.fly(1.0)
-    indices = [value.param_index for value in cockpit.messages("PARAM_VALUE")]
-    count = cockpit.last("PARAM_VALUE").param_count
+    values = cockpit.messages("PARAM_VALUE", since_s=3.0)
+    indices = [value.param_index for value in values]
+    count = values[-1].param_count
     assert indices[-count:] == list(range(count))
     assert count < len(indices) < 2 * count
+    assert [value.param_id for value in values].count("_HASH_CHECK") == 1
 
 
 def test_out_of_range_values_are_taken(cockpit: Cockpit) -> None:

@@ -60,7 +60,8 @@ def test_an_unknown_name_and_a_wrong_type_are_errors(cockpit: Cockpit) -> None:
 def test_the_list_is_complete_and_indexed(cockpit: Cockpit) -> None:
     cockpit.send(mavlink.MAVLink_param_request_list_message(1, 1))
     cockpit.fly(1.0)
-    values = cockpit.messages("PARAM_VALUE")
+    hashed, *values = cockpit.messages("PARAM_VALUE", since_s=3.0)
+    assert hashed.param_id == "_HASH_CHECK"
     assert [value.param_index for value in values] == list(range(values[0].param_count))
     assert len({value.param_id for value in values}) == values[0].param_count
     cockpit.send(mavlink.MAVLink_param_request_read_message(1, 1, b"", 7))

@@ -83,6 +83,8 @@ describe("sentences", () => {
     expect(say("vehicle.link_lost", {}).text).toBe("The link to v1 is lost.");
     expect(say("vehicle.changed", { mode: "mission", armed: true, landed: "in_air", in_failsafe: false }).text).toBe("v1: mission mode, armed, in air.");
     expect(say("vehicle.changed", { mode: "return", in_failsafe: true })).toEqual({ text: "v1 is in failsafe, mode return.", tone: "danger" });
+    expect(say("vehicle.parameters", { parameters: { NAV_ACC_RAD: 3.5, PD_GRIPPER_TYPE: -1 } }).text).toBe("Parameters of v1 were changed: NAV_ACC_RAD 3.5, PD_GRIPPER_TYPE -1.");
+    expect(say("run.plan_refused", { code: "plan.rejected", findings: [] }).text).toBe("Run r1 was not started: v1, as it is set now, would not fly its plan.");
     expect(say("run.upload_progress", { mission_type: "fence", sent: 2, total: 4 }).text).toBe("Uploading the fence to v1: 2 of 4.");
     expect(say("run.changed", { ...sampleRun({ state: "failed", reason: "no answer" }) })).toEqual({ text: "Run r1 of v1: failed. No answer.", tone: "danger" });
     expect(say("run.changed", { ...sampleRun({ state: "uploaded", reason: "verified by mission_id" }) }).text).toBe("Run r1 of v1: ready to start. Verified: the vehicle names the same mission.");

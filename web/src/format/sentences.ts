@@ -24,6 +24,7 @@ const SAY: Readonly<Record<EventKind, Say>> = {
   "vehicle.link_lost": (_, v) => ({ text: `The link to ${v} is lost.`, tone: "danger" }),
   "vehicle.link_restored": (_, v) => ({ text: `The link to ${v} is back.`, tone: "ok" }),
   "vehicle.changed": sayChanged,
+  "vehicle.parameters": (e, v) => ({ text: `Parameters of ${v} were changed: ${settings(e.data["parameters"])}.`, tone: "warn" }),
   "vehicle.rebooted": (_, v) => ({ text: `${v} rebooted.`, tone: "danger" }),
   "vehicle.status_text": (e, v) => ({ text: `${v} says: “${str(e.data["text"])}”`, tone: severityTone(str(e.data["severity"])) }),
   "vehicle.quarantined": (e, v) => ({ text: `${v} is quarantined: ${str(e.data["reason"])}`, tone: "danger" }),
@@ -40,6 +41,7 @@ const SAY: Readonly<Record<EventKind, Say>> = {
   "run.continued": (e, v, name) => ({ text: `What was left of ${lowerFirst(runWords(e, name))} of ${v} is flown by run ${short(str(e.data["continued_by"]))}.`, tone: "info" }),
   "run.target_moved": (e, v) => ({ text: `${v} follows a moving target: “${str(e.data["waypoint_id"])}” is now ${distance(num(e.data["from_planned_m"]))} from where it was planned.`, tone: "info" }),
   "run.target_not_followed": (e, v) => ({ text: `${v} does not follow its moving target: ${str(e.data["reason"])}.`, tone: "warn" }),
+  "run.plan_refused": (e, v, name) => ({ text: `${runWords(e, name)} was not started: ${v}, as it is set now, would not fly its plan.`, tone: "danger" }),
   "run.item": (e, v) => ({ text: `${v} ${e.data["what"] === "reached" ? "has done" : "is on its way to"} “${str(e.data["item_id"])}”.`, tone: "info" }),
   "run.predicted": (e, v) => ({ text: `Predicted for ${v}: ${seconds(num(e.data["duration_s"]))} in flight.`, tone: "neutral" }),
   "run.item_ended": (e, v) => ({ text: `“${str(e.data["item_id"])}” took ${v} ${seconds(took(e.data["began_s"], e.data["ended_s"]))}.`, tone: "neutral" }),
@@ -62,6 +64,10 @@ export function sentence(event: StreamEvent, planName: PlanName = () => null): S
   const vehicle = event.vehicle_id ?? "A vehicle";
   const say: Say | undefined = SAY[event.kind]; // a newer service may tell more than this page knows
   return say?.(event, vehicle, planName) ?? { text: `${plain(event.kind.replaceAll(".", " "))}.`, tone: "neutral" };
+}
+
+function settings(parameters: unknown): string {
+  return Object.entries((parameters ?? {}) as Record<string, unknown>).map(([name, value]) => `${name} ${str(value)}`).join(", ");
 }
 
 const LEASE_WORDS: Readonly<Record<string, string>> = { taken: "has the offboard lease of", handed_over: "took over the offboard lease of", overridden: "overrode the offboard lease of", offered: "offers the offboard lease of", released: "gave back the offboard lease of", expired: "let the offboard lease expire of", revoked: "lost the offboard lease of" };

@@ -10,14 +10,14 @@ import { draftPlan, draftText, openDraft, planText } from "./draft-text";
 import { report } from "./notices";
 import { keepPlan, readStoredPlans } from "./plans";
 import { selectRun, vehicleId } from "./selection";
-import { dispatch, live } from "./store";
+import { dispatch, feed, live } from "./store";
 import { wind } from "./wind";
 
 const CHECK_DELAY_MS = 300;
 
 export type Check =
   | { readonly kind: "none" }
-  | { readonly kind: "done"; readonly findings: readonly Finding[]; readonly timeline: Timeline | null }
+  | { readonly kind: "done"; readonly findings: readonly Finding[]; readonly timeline: Timeline | null; readonly parametersAgeS: number | null }
   | { readonly kind: "refused"; readonly problem: ProblemError };
 
 /** A stored plan that the text still is, so that it is not stored a second time. */
@@ -57,10 +57,16 @@ export async function openStored(id: string): Promise<void> {
   }
 }
 
+/** The newest event that says that the chosen vehicle's parameters were changed: what was found may be otherwise now. */
+const parametersSeq = computed(
+  () => feed.value.findLast((event) => event.kind === "vehicle.parameters" && event.vehicle_id === vehicleId.value)?.seq ?? 0,
+);
+
 /** Check the draft a moment after the last change, against the chosen vehicle in the typed wind; an older answer never wins. */
 export function watchDraft(): void {
   effect(() => {
     const [plan, vehicle, air] = [draftPlan.value, vehicleId.value, wind.value];
+    void parametersSeq.value;
     if (plan === null || !live.value) {
       check.value = { kind: "none" };
       checking.value = false;
@@ -78,9 +84,9 @@ export function watchDraft(): void {
 
 async function runCheck(plan: PlanDocument, vehicle: string | null, air: Wind | null, signal: AbortSignal): Promise<void> {
   try {
-    const { findings, timeline } = await api.checkPlan(plan, vehicle, air, signal);
+    const { findings, timeline, parameters_age_s } = await api.checkPlan(plan, vehicle, air, signal);
     if (signal.aborted) return;
-    check.value = { kind: "done", findings, timeline };
+    check.value = { kind: "done", findings, timeline, parametersAgeS: parameters_age_s ?? null };
   } catch (error) {
     if (signal.aborted) return;
     check.value = { kind: "refused", problem: asProblem(error) };

@@ -80,6 +80,9 @@ function Verdict() {
       {errors > 0 && <Badge tone="danger">{plural(errors, "error")}</Badge>}
       {warnings > 0 && <Badge tone="warn">{plural(warnings, "warning")}</Badge>}
       {errors === 0 && check.value.kind === "done" && (depends ? <Badge tone="warn">Depends on the vehicle</Badge> : <Badge tone="ok">Can be flown</Badge>)}
+      {check.value.kind === "done" && check.value.parametersAgeS !== null && (
+        <small>parameters {Math.round(check.value.parametersAgeS)} s old</small>
+      )}
     </span>
   );
 }

@@ -143,7 +143,7 @@ async def test_a_vehicle_that_is_silent_holds_up_no_other_and_is_asked_on() -> N
     async with a_yard(2) as yard:
         silent, asked = yard.vehicles[0], asyncio.Event()
 
-        async def read_facts() -> VehicleFacts:
+        async def read_facts(*, fresh: bool = False) -> VehicleFacts:
             await asked.wait()
             return silent.facts
 

@@ -33,7 +33,7 @@ class HeldFacts:
     def let_go(self) -> None:
         self._gate.set()
 
-    async def _later(self) -> VehicleFacts:
+    async def _later(self, *, fresh: bool = False) -> VehicleFacts:
         self.asked = True
         await self._gate.wait()
         return await self._read()

@@ -110,7 +110,7 @@ class ScriptedVehicle:
         for listener in tuple(self.listeners):
             listener(ClockRateTold(rate))
 
-    async def read_facts(self) -> VehicleFacts:
+    async def read_facts(self, *, fresh: bool = False) -> VehicleFacts:
         return self.facts
 
     async def upload(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:

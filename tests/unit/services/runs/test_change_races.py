@@ -33,7 +33,7 @@ def when_the_facts_are_read(at: Desk) -> tuple[asyncio.Event, asyncio.Event]:
     """Told when a change asks for the vehicle's facts; it gets them when the second is set."""
     asked, gate, read_facts = asyncio.Event(), asyncio.Event(), at.vehicle.read_facts
 
-    async def later() -> object:
+    async def later(*, fresh: bool = False) -> object:
         asked.set()
         await gate.wait()
         return await read_facts()
