@@ -146,7 +146,7 @@ class FlightWatch:
                     return  # of which mission is not known
                 if self._link.state().mode is FlightMode.MISSION or fact.seq == self._progress.last_seq:
                     if self.leg.mission.is_return(fact.seq):
-                        self._fly_to(fact.seq)
+                        self._fly_to(self._progress.begun(fact.seq))
                     else:
                         what = {"what": "reached", "item_id": self._progress.plan_item_of.get(fact.seq)}
                         self._recorder.note(EventKind.RUN_ITEM, seq=fact.seq, **what)
@@ -203,7 +203,7 @@ class FlightWatch:
         flew_unseen = self._progress.is_behind(state, self._recorder.run.mission_id)
         if state.mission_seq is not None and (state.mode is FlightMode.MISSION or flew_unseen):
             self._was_away = self._was_away and state.mode is not FlightMode.MISSION
-            self._fly_to(state.mission_seq)
+            self._fly_to(self._progress.now_current(state.mission_seq))
         near_end = self._progress.current == self._progress.last_seq or self._progress.is_complete
         near_end = near_end or (self._was_away and state.mission_id == self._recorder.run.mission_id)
         self._complete = self._complete.seen(state)
@@ -304,9 +304,11 @@ class FlightWatch:
             self._recorder.change(flown_item_ids=progress.flown, reached_seq=max(progress.passed_to, 0))
         self._progress = progress
 
-    def _fly_to(self, seq: int) -> None:
+    def _fly_to(self, progress: Progress) -> None:
         before = self._progress.current
-        self._advance(self._progress.now_current(seq))
+        self._advance(progress)
         if self._progress.current != before:
-            self._recorder.note(EventKind.RUN_ITEM, seq=seq, what="current", item_id=self._progress.item_id)
+            self._recorder.note(
+                EventKind.RUN_ITEM, seq=self._progress.current, what="current", item_id=self._progress.item_id
+            )
             self._recorder.change(item_id=self._progress.item_id)
