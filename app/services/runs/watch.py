@@ -11,7 +11,7 @@ from typing import Final
 from app.domain.complete_sign import CompleteSign
 from app.domain.events import EventKind
 from app.domain.flight_phase import FlightView, how_it_ended, is_airborne, phase_of, why_open
-from app.domain.ports import ClockRateTold, ItemReached, LinkFact, Rebooted, VehicleLink
+from app.domain.ports import ClockRateTold, ItemReached, LinkFact, MissionCurrent, Rebooted, VehicleLink
 from app.domain.progress import Progress
 from app.domain.run import NEXT, RunState
 from app.domain.vehicle import FlightMode, VehicleState
@@ -144,13 +144,18 @@ class FlightWatch:
             case ItemReached():
                 if self.change is not None and self.change.is_open:
                     return  # of which mission is not known
-                if self._link.state().mode is FlightMode.MISSION or fact.seq == self._progress.last_seq:
+                mode = fact.mode or self._link.state().mode
+                if mode is FlightMode.MISSION or fact.seq == self._progress.last_seq:
                     if self.leg.mission.is_return(fact.seq):
                         self._fly_to(self._progress.begun(fact.seq))
                     else:
                         what = {"what": "reached", "item_id": self._progress.plan_item_of.get(fact.seq)}
                         self._recorder.note(EventKind.RUN_ITEM, seq=fact.seq, **what)
                     self._advance(self._progress.reached(fact.seq))
+            case MissionCurrent():
+                is_open = self.change is not None and self.change.is_open
+                if not is_open and fact.mission_id == self._recorder.run.mission_id:
+                    self._shown(fact.seq, fact.mode)
             case Rebooted():
                 self._rebooted = True
             case ClockRateTold():
@@ -204,6 +209,8 @@ class FlightWatch:
         if state.mission_seq is not None and (state.mode is FlightMode.MISSION or flew_unseen):
             self._was_away = self._was_away and state.mode is not FlightMode.MISSION
             self._fly_to(self._progress.now_current(state.mission_seq))
+        elif state.mission_seq is not None and state.mission_id == self._recorder.run.mission_id:
+            self._shown(state.mission_seq, state.mode)
         near_end = self._progress.current == self._progress.last_seq or self._progress.is_complete
         near_end = near_end or (self._was_away and state.mission_id == self._recorder.run.mission_id)
         self._complete = self._complete.seen(state)
@@ -214,6 +221,12 @@ class FlightWatch:
             self._advance(self._progress.completed())
         if self._progress.is_complete and unasked:
             self._mission_done = True
+
+    def _shown(self, seq: int, mode: FlightMode | None) -> None:
+        """MISSION_CURRENT. The mode of a return is told apart from its item, and may come first."""
+        returns = mode is FlightMode.RETURN and self._was_airborne and self.leg.mission.is_return(seq)
+        if mode is FlightMode.MISSION or returns:
+            self._fly_to(self._progress.now_current(seq))
 
     def divert(self, plan_item_id: str) -> None:
         """The vehicle is about to be sent to this drop's alternate: from now on the drop there is looked at too."""

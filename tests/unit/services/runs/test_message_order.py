@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from app.domain.ports import ItemReached
+from app.domain.ports import ItemReached, MissionCurrent
 from app.domain.run import RunState
+from app.domain.vehicle import FlightMode
 from tests.unit.services.runs.desk import Desk, desk
 from tests.unit.services.runs.test_change import fly
 
@@ -34,3 +35,45 @@ async def test_a_return_that_is_reached_before_it_is_shown_as_current_is_flown_o
         await at.until_state(RunState.COMPLETED)
         assert at.run.flown_item_ids[-2:] == ("door", "home")
         assert at.run.flown_item_ids.count("home") == 1
+
+
+async def test_a_lap_that_is_handled_in_one_go_is_counted() -> None:
+    """On a busy machine many facts wait; the state tells only the last."""
+    async with desk("multicopter-loop.json", changes=without_drop) as at:
+        await fly(at, "west")
+        west, east, door = (at.mission.seqs_of(item_id)[0] for item_id in ("west", "east", "door"))
+        told = [
+            MissionCurrent(seq, FlightMode.MISSION, at.vehicle.truth.mission_id) for seq in (east, west, east, door)
+        ]
+        at.vehicle.put(*told, mission_seq=door)
+        await at.until(lambda: at.run.item_id == "door", "it flies to the door")
+        assert at.run.flown_item_ids == ("takeoff", "west", "east", "west", "east")
+
+
+async def test_what_was_told_in_mission_mode_counts_although_another_mode_has_followed() -> None:
+    async with desk() as at:
+        await fly(at, "corner")
+        at.vehicle.put(ItemReached(at.mission.seqs_of("corner")[0], FlightMode.MISSION), mode=FlightMode.HOLD)
+        await at.until_state(RunState.PAUSED)
+        assert at.run.flown_item_ids == ("takeoff", "corner")
+
+
+async def test_what_was_told_before_in_another_mode_does_not_count_in_mission_mode() -> None:
+    async with desk() as at:
+        await fly(at, "takeoff")
+        at.vehicle.put(ItemReached(at.mission.seqs_of("corner")[0], FlightMode.LAND))
+        await looked_at(at)
+        assert at.run.flown_item_ids == ()
+
+
+async def test_a_return_whose_mode_is_seen_first_is_the_plan_s_own_although_its_reached_is_lost() -> None:
+    async with desk("multicopter-loop.json", changes=without_drop) as at:
+        await fly(at, "door")
+        seq = at.mission.seqs_of("home")[0]
+        at.vehicle.put(mode=FlightMode.RETURN)
+        await looked_at(at)
+        at.vehicle.put(mission_seq=seq)
+        await at.until(lambda: at.run.item_id == "home", "it flies home")
+        at.vehicle.touch_down(complete=True, last_seq=seq)
+        await at.until_state(RunState.COMPLETED)
+        assert at.run.flown_item_ids[-2:] == ("door", "home")
