@@ -11,6 +11,7 @@ from typing import Final
 from app.domain.complete_sign import CompleteSign
 from app.domain.events import EventKind
 from app.domain.flight_phase import FlightView, how_it_ended, is_airborne, phase_of, why_open
+from app.domain.mode_sign import ModeSign
 from app.domain.ports import ClockRateTold, ItemReached, LinkFact, MissionCurrent, Rebooted, VehicleLink
 from app.domain.progress import Progress
 from app.domain.run import NEXT, RunState
@@ -62,6 +63,7 @@ class FlightWatch:
         self._progress = Progress.of(leg.mission)
         self._item_clock = ItemClock(leg.mission, recorder)
         self._complete = CompleteSign()
+        self._mode = ModeSign()
         self._mission_done = False
         self._was_airborne = False
         self._was_armed = False
@@ -194,6 +196,7 @@ class FlightWatch:
         if self._rebooted:
             self.end(RunState.FAILED, "the vehicle rebooted in flight")
             return ()
+        self._mode = self._mode.seen(seen.state, seen.now_s)
         self._was_airborne = self._was_airborne or is_airborne(seen.state)
         self._first_look_s = seen.now_s if self._first_look_s is None else self._first_look_s
         late = seen.now_s - self._first_look_s > SLOWEST_HEARTBEAT_S
@@ -272,6 +275,9 @@ class FlightWatch:
             command=self._command,
             was_armed=self._was_armed,
             after_hands=self.hands.look(seen.state.mode),
+            at_last_item=self._progress.current == self._progress.last_seq,
+            mode_is_settled=self._mode.is_settled(seen.now_s),
+            by_failsafe=self._mode.by_failsafe,
             was_returning=self._recorder.run.state is RunState.RETURNING,
             rally_point=None if self._recorder.run.rally is None else self._recorder.run.rally.index + 1,
             asks_consent_to=next((r.record.plan_item_id for r in self.leg.supervised if r.is_asking), ""),

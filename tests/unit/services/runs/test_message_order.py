@@ -71,7 +71,8 @@ async def test_a_return_whose_mode_is_seen_first_is_the_plan_s_own_although_its_
         await fly(at, "door")
         seq = at.mission.seqs_of("home")[0]
         at.vehicle.put(mode=FlightMode.RETURN)
-        await looked_at(at)
+        await at.until_state(RunState.RETURNING)
+        assert at.run.reason == "", "nobody is named before the item of the return has had time to come"
         at.vehicle.put(mission_seq=seq)
         await at.until(lambda: at.run.item_id == "home", "it flies home")
         at.vehicle.touch_down(complete=True, last_seq=seq)
