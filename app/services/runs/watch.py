@@ -15,7 +15,7 @@ from app.domain.mode_sign import ModeSign
 from app.domain.ports import ClockRateTold, ItemReached, LinkFact, MissionCurrent, Rebooted, VehicleLink
 from app.domain.progress import Progress
 from app.domain.run import NEXT, RunState
-from app.domain.vehicle import FlightMode, VehicleState
+from app.domain.vehicle import FlightMode, LandedState, VehicleState
 from app.domain.vehicle_clock import VehicleClock
 from app.services.clock import Clock
 from app.services.runs.evidence import Look
@@ -30,6 +30,15 @@ from app.services.targets import Targets
 
 UNASKED: Final = frozenset({"", "pause", "resume", "refused"})
 """What a user may have asked for with the mission still being flown to its end."""
+
+OBEYED_IN: Final = {
+    "pause": FlightMode.HOLD,
+    "refused": FlightMode.HOLD,
+    "return": FlightMode.RETURN,
+    "contingency": FlightMode.RETURN,
+    "land": FlightMode.LAND,
+}
+"""The mode in which a vehicle does what was asked."""
 
 
 class FlightWatch:
@@ -64,6 +73,7 @@ class FlightWatch:
         self._item_clock = ItemClock(leg.mission, recorder)
         self._complete = CompleteSign()
         self._mode = ModeSign()
+        self._obeyed = ""
         self._mission_done = False
         self._was_airborne = False
         self._was_armed = False
@@ -217,13 +227,23 @@ class FlightWatch:
         near_end = self._progress.current == self._progress.last_seq or self._progress.is_complete
         near_end = near_end or (self._was_away and state.mission_id == self._recorder.run.mission_id)
         self._complete = self._complete.seen(state)
-        if self._recorder.run.asked == "resume" and state.mode is FlightMode.MISSION:
-            self._recorder.change(asked="")
+        self._settle_asked(state)
         unasked = self._recorder.run.asked in UNASKED
         if near_end and unasked and self._complete.says_done(state, last_seq=self._progress.last_seq):
             self._advance(self._progress.completed())
         if self._progress.is_complete and unasked:
             self._mission_done = True
+
+    def _settle_asked(self, state: VehicleState) -> None:
+        """What was asked explains one obedience: a vehicle that then flies its mission on was told so by somebody."""
+        asked = self._recorder.run.asked
+        self._obeyed = asked if state.mode is OBEYED_IN.get(asked) else self._obeyed
+        in_air = state.landed is not LandedState.ON_GROUND and self._mode.is_settled(self._clock.monotonic())
+        goes_on = self._obeyed == asked and in_air  # PX4 may be in Mission for a moment as it lands
+        if asked and state.mode is FlightMode.MISSION and (asked == "resume" or goes_on):
+            self._recorder.change(asked="")
+        if not self._recorder.run.asked:
+            self._obeyed = ""
 
     def _shown(self, seq: int, mode: FlightMode | None) -> None:
         """MISSION_CURRENT. The mode of a return is told apart from its item, and may come first."""

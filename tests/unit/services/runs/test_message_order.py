@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
+
 from app.domain.ports import ItemReached, MissionCurrent
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode
@@ -78,3 +80,30 @@ async def test_a_return_whose_mode_is_seen_first_is_the_plan_s_own_although_its_
         at.vehicle.touch_down(complete=True, last_seq=seq)
         await at.until_state(RunState.COMPLETED)
         assert at.run.flown_item_ids[-2:] == ("door", "home")
+
+
+@pytest.mark.parametrize(("asked", "mode"), [("pause", FlightMode.HOLD), ("return", FlightMode.RETURN)])
+async def test_what_was_asked_explains_one_obedience_only(asked: str, mode: FlightMode) -> None:
+    """Its pilot flies the mission on; what comes then is not as asked."""
+    async with desk() as at:
+        await fly(at, "corner")
+        await (at.runs.pause if asked == "pause" else at.runs.return_to_launch)(at.run_id, "ann")
+        await at.until(lambda: "as asked" in at.run.reason, "it obeys")
+        at.vehicle.put(mode=FlightMode.MISSION)
+        await at.until(lambda: at.run.asked == "", "what was asked is over")
+        at.vehicle.put(mode=mode)
+        await at.until(lambda: "somebody else" in at.run.reason, "nobody asked for this")
+
+
+async def test_a_mission_that_is_flown_on_by_its_pilot_after_a_return_that_was_asked_for_is_completed() -> None:
+    async with desk("multicopter-loop.json", changes=without_drop) as at:
+        await fly(at, "door")
+        await at.runs.return_to_launch(at.run_id, "ann")
+        await at.until_state(RunState.RETURNING)
+        at.vehicle.put(mode=FlightMode.MISSION)
+        await at.until(lambda: at.run.asked == "", "what was asked is over")
+        seq = at.mission.seqs_of("home")[0]
+        at.vehicle.put(mission_seq=seq)
+        at.vehicle.touch_down(complete=True, last_seq=seq)
+        await at.until(lambda: at.run.is_over, "it ends")
+        assert (at.run.state, at.run.reason) == (RunState.COMPLETED, "")
