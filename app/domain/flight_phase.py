@@ -28,7 +28,7 @@ class FlightView:
     the same words. `was_armed` is False while a HEARTBEAT that says armed may still be on its way (they come at 1 Hz).
     `asks_consent_to` is the drop that waits for an operator, `rally_point` the number (from 1) of the one to which
     "return" goes, `was_returning` whether the run was on its way back when it was last looked at. `after_hands`: it was
-    flown by hand since anything was asked for.
+    flown by hand since anything was asked for. For `mode_is_settled` and `by_failsafe` see ModeSign.
     """
 
     state: VehicleState
@@ -43,6 +43,14 @@ class FlightView:
     rally_point: int | None = None
     was_returning: bool = False
     after_hands: bool = False
+    at_last_item: bool = False
+    mode_is_settled: bool = True
+    by_failsafe: bool = False
+
+    @property
+    def in_failsafe(self) -> bool:
+        """Whether this mode was entered by a failsafe, as far as is known."""
+        return self.state.in_failsafe or self.by_failsafe
 
 
 def phase_of(view: FlightView) -> tuple[RunState, str]:
@@ -80,9 +88,9 @@ def phase_of(view: FlightView) -> tuple[RunState, str]:
         return RunState.FLYING, "the mission is finished: the vehicle holds where it ended"
     if state.mode is FlightMode.OFFBOARD:
         return RunState.PAUSED, _BY_HAND
-    mode = state.mode.value if state.mode is not None else "an unknown"
-    cause = "a failsafe acts" if state.in_failsafe else "somebody else has control"
-    return RunState.PAUSED, f"the vehicle is in {mode} mode: {cause}; Waydrop commands nothing"
+    if state.mode is FlightMode.HOLD and view.at_last_item and not (view.mode_is_settled or view.in_failsafe):
+        return RunState.FLYING, ""  # it may be about to say that the mission is complete
+    return RunState.PAUSED, _why_stopped(view)
 
 
 def how_it_ended(*, mission_done: bool, asked: str, reason: str) -> tuple[RunState, str]:
@@ -122,6 +130,13 @@ def _why_paused(view: FlightView) -> str:
     return _AFTER_HANDS_FAILSAFE if view.state.in_failsafe else _AFTER_HANDS
 
 
+def _why_stopped(view: FlightView) -> str:
+    mode = view.state.mode.value if view.state.mode is not None else "an unknown"
+    cause = ": somebody else has control" if view.mode_is_settled else ""
+    cause = ": a failsafe acts" if view.in_failsafe else cause
+    return f"the vehicle is in {mode} mode{cause}; Waydrop commands nothing"
+
+
 def _why_returning(view: FlightView) -> str:
     if view.asked == "return":
         return "returning, as asked" if view.rally_point is None else f"to rally point {view.rally_point}, as asked"
@@ -129,4 +144,6 @@ def _why_returning(view: FlightView) -> str:
         return "a drop failed: returning, as the plan says"
     if view.mission_done:
         return "the mission is done"
-    return "a failsafe acts" if view.state.in_failsafe else "somebody else commanded Return mode"
+    if view.in_failsafe:
+        return "a failsafe acts"
+    return "somebody else commanded Return mode" if view.mode_is_settled else ""

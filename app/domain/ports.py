@@ -13,7 +13,7 @@ from app.domain.mission_port import MissionLink
 from app.domain.offboard_port import OffboardLink
 from app.domain.run import Run
 from app.domain.run_filter import RunFilter
-from app.domain.vehicle import FirmwareVersion, VehicleFacts, VehicleState, VehicleType
+from app.domain.vehicle import FirmwareVersion, FlightMode, VehicleFacts, VehicleState, VehicleType
 
 Unsubscribe = Callable[[], None]
 
@@ -53,16 +53,22 @@ class StateChanged:
 
 @dataclass(frozen=True, slots=True)
 class MissionCurrent:
-    """MISSION_CURRENT changed (seq, total, mission_state or mission_id): read `state()`."""
+    """MISSION_CURRENT changed (seq, total, mission_state or mission_id): read `state()`.
+
+    `mode` is the vehicle's when this came (None: not known), `mission_id` the mission that it is about.
+    """
 
     seq: int
+    mode: FlightMode | None = None
+    mission_id: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class ItemReached:
-    """MISSION_ITEM_REACHED, once per visit (PX4 repeats it about ten times; it may also never come)."""
+    """MISSION_ITEM_REACHED, once per visit (PX4 repeats it about ten times; it may never come). `mode` as above."""
 
     seq: int
+    mode: FlightMode | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,6 +2,9 @@
 
 PX4 repeats REACHED about ten times and may also lose it, and an item may be current for 20 ms only. So an item counts
 as passed when a later one is current or when it, or a later one, was reached. With jumps an item is visited again.
+
+The two overtake each other by up to a second: PX4's links share the item that they last showed, so the link that does
+not notice its change first shows it a second later, and what changes at once comes as MISSION_CURRENT before REACHED.
 """
 
 from __future__ import annotations
@@ -9,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from app.domain.mission import MavCmd, Mission
+from app.domain.mission import MavCmd, Mission, MissionItem
 from app.domain.vehicle import FlightMode, VehicleState
 
 
@@ -17,22 +20,26 @@ from app.domain.vehicle import FlightMode, VehicleState
 class Progress:
     """`current` is the item being flown; `passed_to` the highest seq passed in this visit (-1: none).
 
-    `flown` holds the plan items passed, in order, once per visit. Law: it only grows. What lies in one of the `detours`
-    counts only if the vehicle was seen there: the mission jumps over it.
+    `shown` is what MISSION_CURRENT said last: only its own steps back are a way back. `left_to` is how far the visit
+    before a way back came, whose REACHED may come late. `jumps` maps a DO_JUMP to where it leads: to its target, or
+    further if that is no place. `flown` holds the plan items passed, in order, once per visit. Law: it only grows. What
+    lies in one of the `detours` counts only if the vehicle was seen there: the mission jumps over it.
     """
 
     last_seq: int
-    jumps: Mapping[int, int]
+    jumps: Mapping[int, range]
     plan_item_of: Mapping[int, str]
     detours: tuple[range, ...] = ()
     current: int | None = None
+    shown: int | None = None
+    left_to: int = -1
     passed_to: int = -1
     flown: tuple[str, ...] = field(default=())
 
     @classmethod
     def of(cls, mission: Mission) -> Progress:
         """The progress before the start."""
-        jumps = {item.seq: int(item.param1) for item in mission.items if item.command is MavCmd.DO_JUMP}
+        jumps = {item.seq: _landing(mission, item) for item in mission.items if item.command is MavCmd.DO_JUMP}
         last_seq = len(mission.items) - 1
         return cls(last_seq=last_seq, jumps=jumps, plan_item_of=mission.plan_item_of, detours=mission.detours)
 
@@ -54,14 +61,23 @@ class Progress:
 
     def now_current(self, seq: int) -> Progress:
         """MISSION_CURRENT shows `seq`. Going back along a jump passes what lay before the jump."""
-        if seq == self.current or not 0 <= seq <= self.last_seq:
+        if seq == self.shown or not 0 <= seq <= self.last_seq:
             return self
-        if self.current is not None and seq < self.current:
-            return self._gone_back(seq)
+        before, now = self.shown, replace(self, shown=seq)
+        if before is not None and seq < before:
+            return now._gone_back(seq)
+        return now.begun(seq)
+
+    def begun(self, seq: int) -> Progress:
+        """`seq` is being flown, whatever told it. Never a way back: MISSION_CURRENT may only come later."""
+        if self.current is not None and seq <= self.current:
+            return self
         return replace(self._passed(seq - 1, seen_at=seq), current=seq)
 
     def reached(self, seq: int) -> Progress:
         """MISSION_ITEM_REACHED says `seq`: it and all before it in this visit are passed."""
+        if self.current is not None and self.current < seq <= self.left_to:
+            return self  # of the visit before, or it counts as soon as it is current
         return self._passed(min(seq, self.last_seq))
 
     def completed(self) -> Progress:
@@ -76,9 +92,11 @@ class Progress:
         return replace(passed, flown=(*passed.flown, plan_item_id))
 
     def _gone_back(self, seq: int) -> Progress:
-        over = [at for at, target in self.jumps.items() if target == seq and at >= (self.current or 0)]
+        over = [at for at, landing in self.jumps.items() if seq in landing and at >= (self.current or 0)]
         before = self._passed(min(over) - 1) if over else self
-        return replace(before, current=seq, passed_to=seq - 1)
+        back_to = self.jumps[min(over)].start if over else seq
+        back = replace(before, current=back_to, passed_to=back_to - 1, left_to=before.passed_to)
+        return back.begun(seq)
 
     def _passed(self, seq: int, seen_at: int | None = None) -> Progress:
         flown = list(self.flown)
@@ -93,3 +111,11 @@ class Progress:
                 flown.append(item_id)
             previous = item_id
         return replace(self, passed_to=max(self.passed_to, seq), flown=tuple(flown))
+
+
+def _landing(mission: Mission, jump: MissionItem) -> range:
+    """The target of a jump, and what may be shown in its stead: DO_ items are current for a moment only."""
+    target = end = int(jump.param1)
+    while end < jump.seq and mission.items[end].command.name.startswith("DO_"):
+        end += 1
+    return range(target, end + 1)

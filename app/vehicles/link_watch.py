@@ -150,7 +150,7 @@ class LinkWatch:
 
     def _item_reached(self, message: MissionItemReached, received_s: float) -> None:
         if self._visits.reached(message.seq, received_s):
-            self._facts.tell(ItemReached(seq=message.seq))
+            self._facts.tell(ItemReached(message.seq, self._measurements.mode))
 
     def _servo(self, message: ServoOutputRaw, received_s: float) -> None:
         output = output_us(self.gripper, message)

@@ -129,7 +129,7 @@ class Measurements:
         """MISSION_CURRENT."""
         old, self.mission = self.mission, message
         self.mission_s = received_s
-        return None if old == message else MissionCurrent(seq=message.seq)
+        return None if old == message else MissionCurrent(message.seq, self.mode, message.mission_id or None)
 
     def forget_after_reboot(self) -> None:
         """What the vehicle said before it restarted is not true any more."""

@@ -11,10 +11,11 @@ from typing import Final
 from app.domain.complete_sign import CompleteSign
 from app.domain.events import EventKind
 from app.domain.flight_phase import FlightView, how_it_ended, is_airborne, phase_of, why_open
-from app.domain.ports import ClockRateTold, ItemReached, LinkFact, Rebooted, VehicleLink
+from app.domain.mode_sign import ModeSign
+from app.domain.ports import ClockRateTold, ItemReached, LinkFact, MissionCurrent, Rebooted, VehicleLink
 from app.domain.progress import Progress
 from app.domain.run import NEXT, RunState
-from app.domain.vehicle import FlightMode, VehicleState
+from app.domain.vehicle import FlightMode, LandedState, VehicleState
 from app.domain.vehicle_clock import VehicleClock
 from app.services.clock import Clock
 from app.services.runs.evidence import Look
@@ -29,6 +30,15 @@ from app.services.targets import Targets
 
 UNASKED: Final = frozenset({"", "pause", "resume", "refused"})
 """What a user may have asked for with the mission still being flown to its end."""
+
+OBEYED_IN: Final = {
+    "pause": FlightMode.HOLD,
+    "refused": FlightMode.HOLD,
+    "return": FlightMode.RETURN,
+    "contingency": FlightMode.RETURN,
+    "land": FlightMode.LAND,
+}
+"""The mode in which a vehicle does what was asked."""
 
 
 class FlightWatch:
@@ -62,6 +72,8 @@ class FlightWatch:
         self._progress = Progress.of(leg.mission)
         self._item_clock = ItemClock(leg.mission, recorder)
         self._complete = CompleteSign()
+        self._mode = ModeSign()
+        self._obeyed = ""
         self._mission_done = False
         self._was_airborne = False
         self._was_armed = False
@@ -144,13 +156,18 @@ class FlightWatch:
             case ItemReached():
                 if self.change is not None and self.change.is_open:
                     return  # of which mission is not known
-                if self._link.state().mode is FlightMode.MISSION or fact.seq == self._progress.last_seq:
+                mode = fact.mode or self._link.state().mode
+                if mode is FlightMode.MISSION or fact.seq == self._progress.last_seq:
                     if self.leg.mission.is_return(fact.seq):
-                        self._fly_to(fact.seq)
+                        self._fly_to(self._progress.begun(fact.seq))
                     else:
                         what = {"what": "reached", "item_id": self._progress.plan_item_of.get(fact.seq)}
                         self._recorder.note(EventKind.RUN_ITEM, seq=fact.seq, **what)
                     self._advance(self._progress.reached(fact.seq))
+            case MissionCurrent():
+                is_open = self.change is not None and self.change.is_open
+                if not is_open and fact.mission_id == self._recorder.run.mission_id:
+                    self._shown(fact.seq, fact.mode)
             case Rebooted():
                 self._rebooted = True
             case ClockRateTold():
@@ -189,6 +206,7 @@ class FlightWatch:
         if self._rebooted:
             self.end(RunState.FAILED, "the vehicle rebooted in flight")
             return ()
+        self._mode = self._mode.seen(seen.state, seen.now_s)
         self._was_airborne = self._was_airborne or is_airborne(seen.state)
         self._first_look_s = seen.now_s if self._first_look_s is None else self._first_look_s
         late = seen.now_s - self._first_look_s > SLOWEST_HEARTBEAT_S
@@ -203,17 +221,35 @@ class FlightWatch:
         flew_unseen = self._progress.is_behind(state, self._recorder.run.mission_id)
         if state.mission_seq is not None and (state.mode is FlightMode.MISSION or flew_unseen):
             self._was_away = self._was_away and state.mode is not FlightMode.MISSION
-            self._fly_to(state.mission_seq)
+            self._fly_to(self._progress.now_current(state.mission_seq))
+        elif state.mission_seq is not None and state.mission_id == self._recorder.run.mission_id:
+            self._shown(state.mission_seq, state.mode)
         near_end = self._progress.current == self._progress.last_seq or self._progress.is_complete
         near_end = near_end or (self._was_away and state.mission_id == self._recorder.run.mission_id)
         self._complete = self._complete.seen(state)
-        if self._recorder.run.asked == "resume" and state.mode is FlightMode.MISSION:
-            self._recorder.change(asked="")
+        self._settle_asked(state)
         unasked = self._recorder.run.asked in UNASKED
         if near_end and unasked and self._complete.says_done(state, last_seq=self._progress.last_seq):
             self._advance(self._progress.completed())
         if self._progress.is_complete and unasked:
             self._mission_done = True
+
+    def _settle_asked(self, state: VehicleState) -> None:
+        """What was asked explains one obedience: a vehicle that then flies its mission on was told so by somebody."""
+        asked = self._recorder.run.asked
+        self._obeyed = asked if state.mode is OBEYED_IN.get(asked) else self._obeyed
+        in_air = state.landed is not LandedState.ON_GROUND and self._mode.is_settled(self._clock.monotonic())
+        goes_on = self._obeyed == asked and in_air  # PX4 may be in Mission for a moment as it lands
+        if asked and state.mode is FlightMode.MISSION and (asked == "resume" or goes_on):
+            self._recorder.change(asked="")
+        if not self._recorder.run.asked:
+            self._obeyed = ""
+
+    def _shown(self, seq: int, mode: FlightMode | None) -> None:
+        """MISSION_CURRENT. The mode of a return is told apart from its item, and may come first."""
+        returns = mode is FlightMode.RETURN and self._was_airborne and self.leg.mission.is_return(seq)
+        if mode is FlightMode.MISSION or returns:
+            self._fly_to(self._progress.now_current(seq))
 
     def divert(self, plan_item_id: str) -> None:
         """The vehicle is about to be sent to this drop's alternate: from now on the drop there is looked at too."""
@@ -259,6 +295,9 @@ class FlightWatch:
             command=self._command,
             was_armed=self._was_armed,
             after_hands=self.hands.look(seen.state.mode),
+            at_last_item=self._progress.current == self._progress.last_seq,
+            mode_is_settled=self._mode.is_settled(seen.now_s),
+            by_failsafe=self._mode.by_failsafe,
             was_returning=self._recorder.run.state is RunState.RETURNING,
             rally_point=None if self._recorder.run.rally is None else self._recorder.run.rally.index + 1,
             asks_consent_to=next((r.record.plan_item_id for r in self.leg.supervised if r.is_asking), ""),
@@ -304,9 +343,11 @@ class FlightWatch:
             self._recorder.change(flown_item_ids=progress.flown, reached_seq=max(progress.passed_to, 0))
         self._progress = progress
 
-    def _fly_to(self, seq: int) -> None:
+    def _fly_to(self, progress: Progress) -> None:
         before = self._progress.current
-        self._advance(self._progress.now_current(seq))
+        self._advance(progress)
         if self._progress.current != before:
-            self._recorder.note(EventKind.RUN_ITEM, seq=seq, what="current", item_id=self._progress.item_id)
+            self._recorder.note(
+                EventKind.RUN_ITEM, seq=self._progress.current, what="current", item_id=self._progress.item_id
+            )
             self._recorder.change(item_id=self._progress.item_id)

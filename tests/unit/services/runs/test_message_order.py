@@ -1,0 +1,109 @@
+"""A run's record is of what the vehicle did, and not of the order in which its messages are handled."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from app.domain.ports import ItemReached, MissionCurrent
+from app.domain.run import RunState
+from app.domain.vehicle import FlightMode
+from tests.unit.services.runs.desk import Desk, desk
+from tests.unit.services.runs.test_change import fly
+
+
+def without_drop(plan: dict[str, Any]) -> None:
+    plan["items"] = [item for item in plan["items"] if item["id"] != "drop"]
+
+
+async def looked_at(at: Desk) -> None:
+    """The run has looked at the vehicle, as it is now."""
+    before = at.vehicle.looks
+    await at.until(lambda: at.vehicle.looks > before + 3, "the vehicle must be looked at")
+
+
+async def test_a_return_that_is_reached_before_it_is_shown_as_current_is_flown_once() -> None:
+    """MISSION_CURRENT may show the item before it for a second."""
+    async with desk("multicopter-loop.json", changes=without_drop) as at:
+        await fly(at, "door")
+        seq = at.mission.seqs_of("home")[0]
+        at.vehicle.put(ItemReached(seq))
+        await at.until(lambda: at.run.item_id == "home", "it flies home")
+        await looked_at(at)
+        assert at.run.item_id == "home", "it does not seem to fly back"
+        at.vehicle.put(mission_seq=seq)
+        at.vehicle.touch_down(complete=True, last_seq=seq)
+        await at.until_state(RunState.COMPLETED)
+        assert at.run.flown_item_ids[-2:] == ("door", "home")
+        assert at.run.flown_item_ids.count("home") == 1
+
+
+async def test_a_lap_that_is_handled_in_one_go_is_counted() -> None:
+    """On a busy machine many facts wait; the state tells only the last."""
+    async with desk("multicopter-loop.json", changes=without_drop) as at:
+        await fly(at, "west")
+        west, east, door = (at.mission.seqs_of(item_id)[0] for item_id in ("west", "east", "door"))
+        told = [
+            MissionCurrent(seq, FlightMode.MISSION, at.vehicle.truth.mission_id) for seq in (east, west, east, door)
+        ]
+        at.vehicle.put(*told, mission_seq=door)
+        await at.until(lambda: at.run.item_id == "door", "it flies to the door")
+        assert at.run.flown_item_ids == ("takeoff", "west", "east", "west", "east")
+
+
+async def test_what_was_told_in_mission_mode_counts_although_another_mode_has_followed() -> None:
+    async with desk() as at:
+        await fly(at, "corner")
+        at.vehicle.put(ItemReached(at.mission.seqs_of("corner")[0], FlightMode.MISSION), mode=FlightMode.HOLD)
+        await at.until_state(RunState.PAUSED)
+        assert at.run.flown_item_ids == ("takeoff", "corner")
+
+
+async def test_what_was_told_before_in_another_mode_does_not_count_in_mission_mode() -> None:
+    async with desk() as at:
+        await fly(at, "takeoff")
+        at.vehicle.put(ItemReached(at.mission.seqs_of("corner")[0], FlightMode.LAND))
+        await looked_at(at)
+        assert at.run.flown_item_ids == ()
+
+
+async def test_a_return_whose_mode_is_seen_first_is_the_plan_s_own_although_its_reached_is_lost() -> None:
+    async with desk("multicopter-loop.json", changes=without_drop) as at:
+        await fly(at, "door")
+        seq = at.mission.seqs_of("home")[0]
+        at.vehicle.put(mode=FlightMode.RETURN)
+        await at.until_state(RunState.RETURNING)
+        assert at.run.reason == "", "nobody is named before the item of the return has had time to come"
+        at.vehicle.put(mission_seq=seq)
+        await at.until(lambda: at.run.item_id == "home", "it flies home")
+        at.vehicle.touch_down(complete=True, last_seq=seq)
+        await at.until_state(RunState.COMPLETED)
+        assert at.run.flown_item_ids[-2:] == ("door", "home")
+
+
+@pytest.mark.parametrize(("asked", "mode"), [("pause", FlightMode.HOLD), ("return", FlightMode.RETURN)])
+async def test_what_was_asked_explains_one_obedience_only(asked: str, mode: FlightMode) -> None:
+    """Its pilot flies the mission on; what comes then is not as asked."""
+    async with desk() as at:
+        await fly(at, "corner")
+        await (at.runs.pause if asked == "pause" else at.runs.return_to_launch)(at.run_id, "ann")
+        await at.until(lambda: "as asked" in at.run.reason, "it obeys")
+        at.vehicle.put(mode=FlightMode.MISSION)
+        await at.until(lambda: at.run.asked == "", "what was asked is over")
+        at.vehicle.put(mode=mode)
+        await at.until(lambda: "somebody else" in at.run.reason, "nobody asked for this")
+
+
+async def test_a_mission_that_is_flown_on_by_its_pilot_after_a_return_that_was_asked_for_is_completed() -> None:
+    async with desk("multicopter-loop.json", changes=without_drop) as at:
+        await fly(at, "door")
+        await at.runs.return_to_launch(at.run_id, "ann")
+        await at.until_state(RunState.RETURNING)
+        at.vehicle.put(mode=FlightMode.MISSION)
+        await at.until(lambda: at.run.asked == "", "what was asked is over")
+        seq = at.mission.seqs_of("home")[0]
+        at.vehicle.put(mission_seq=seq)
+        at.vehicle.touch_down(complete=True, last_seq=seq)
+        await at.until(lambda: at.run.is_over, "it ends")
+        assert (at.run.state, at.run.reason) == (RunState.COMPLETED, "")
