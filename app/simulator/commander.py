@@ -41,6 +41,7 @@ class Commander:
         checks: ModeChecks,
         text: Text,
         event: Event,
+        is_ground_vehicle: bool = False,
     ) -> None:
         self._state = state
         self._params = params
@@ -50,6 +51,7 @@ class Commander:
         self._checks = checks
         self._text = text
         self._event = event
+        self._is_ground_vehicle = is_ground_vehicle
         self.mode_changes = 0
         """Counts what users and the ends of modes changed; failsafes do not count."""
         self._mode_after_disarming = Mode.LOITER
@@ -194,11 +196,14 @@ class Commander:
         return Result.ACCEPTED
 
     def disarm(self, force: bool) -> Result:
-        """COMPONENT_ARM_DISARM 0: refused in the air unless forced."""
-        if not self._state.status.armed:
+        """COMPONENT_ARM_DISARM 0: refused in the air unless forced; what drives may stop at any time [13]."""
+        status = self._state.status
+        if not status.armed:
             return Result.ACCEPTED
-        if not force and not self._state.status.landed and self._state.status.landed_state != LandedState.UNDEFINED:
+        landed = status.landed or status.land.maybe_landed or self._is_ground_vehicle
+        if not force and not landed and status.landed_state != LandedState.UNDEFINED:
             self._text(Severity.CRITICAL, "Disarming denied: not landed")
+            self._event("commander_disarm_denied_not_landed")
             return Result.TEMPORARILY_REJECTED
         self._disarm("external command", BY_COMMAND)
         return Result.ACCEPTED

@@ -13,7 +13,7 @@ from app.simulator.clock import VehicleClock
 from app.simulator.commander import Commander
 from app.simulator.mission.geofence import Geofence
 from app.simulator.params import Params
-from app.simulator.state import VehicleState
+from app.simulator.state import Home, VehicleState
 from app.simulator.wire import Mode, Severity
 
 CHECK_S = 0.2
@@ -32,6 +32,19 @@ TEXTS = {
 }
 """By their events, in the order of PX4's check."""
 TEXT_BEFORE_V1_15 = "Approaching on Geofence"
+
+
+def breaches_at(
+    point: tuple[float, float], up_m: float, params: Params, home: Home | None, fence: Geofence
+) -> list[str]:
+    """The events of what is exceeded there (checkPointAgainstAllGeofences)."""
+    far_m, high_m = float(params["GF_MAX_HOR_DIST"]), float(params["GF_MAX_VER_DIST"])
+    found = (
+        home is not None and 0.0 < far_m <= math.dist(point, (home.north_m, home.east_m)),
+        home is not None and 0.0 < high_m <= up_m - home.up_m,
+        not fence.allows(point),
+    )
+    return [name for name, exceeded in zip(TEXTS, found, strict=True) if exceeded]
 
 
 class GeofenceBreach:
@@ -103,15 +116,8 @@ class GeofenceBreach:
 
     def _breaches(self) -> list[str]:
         """The events of what is exceeded."""
-        body, home = self._state.body, self._state.status.home
-        far_m, high_m = float(self._params["GF_MAX_HOR_DIST"]), float(self._params["GF_MAX_VER_DIST"])
-        here = (body.north_m, body.east_m)
-        found = (
-            home is not None and 0.0 < far_m <= math.dist(here, (home.north_m, home.east_m)),
-            home is not None and 0.0 < high_m <= body.up_m - home.up_m,
-            not self._fence().allows(here),
-        )
-        return [name for name, exceeded in zip(TEXTS, found, strict=True) if exceeded]
+        body = self._state.body
+        return breaches_at((body.north_m, body.east_m), body.up_m, self._params, self._state.status.home, self._fence())
 
     def _say(self, breaches: list[str]) -> None:
         if not self._names_limit:

@@ -101,8 +101,9 @@ class Vehicle:
         self._offboard = OffboardStream(self.params, self.clock)
         checks = ModeChecks(state.status, self.params, self.clock, result, self._offboard)
         self.commander = Commander(
-            state, self.params, self.clock, result, self._offboard, checks, self.radio.text, self._events.emit
-        )
+            state, self.params, self.clock, result, self._offboard, checks, self.radio.text, self._events.emit,
+            spec.airframe.is_rover,
+        )  # fmt: skip
         self._mode_warning = ModeWarning(state.status, self.commander, checks, self._events.emit)
         self.context = NavContext(
             state, self.params, spec.system_id, spec.airframe, spec.profile, spec.frame, self.clock,
@@ -154,8 +155,9 @@ class Vehicle:
     def _build_wire(self, wall: Callable[[], float]) -> None:
         spec, state = self.spec, self.state
         flight = FlightCommands(
-            self.context, self.commander, self.mission, self._hold, self._takeoff, self._orbit, self._transition
-        )
+            self.context, self.commander, self.mission, self._hold, self._takeoff, self._orbit, self._transition,
+            lambda: self._navigator.fence_in_force,
+        )  # fmt: skip
         self._internal = InternalCommands(
             self.radio,
             self.clock,

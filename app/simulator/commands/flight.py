@@ -7,6 +7,8 @@ from collections.abc import Callable
 
 from app.simulator.commander import Commander, is_force
 from app.simulator.commands.link import Handler, Request
+from app.simulator.geofence_breach import HOLD, breaches_at
+from app.simulator.mission.geofence import Geofence
 from app.simulator.navigator.context import NavContext
 from app.simulator.navigator.hold_mode import HoldMode, Reposition
 from app.simulator.navigator.mission_mode import MissionMode
@@ -31,6 +33,7 @@ class FlightCommands:
         takeoff: TakeoffMode,
         orbit: OrbitMode,
         transition: Callable[[float], Result],
+        fence: Callable[[], Geofence],
     ) -> None:
         self._context = context
         self._commander = commander
@@ -39,6 +42,7 @@ class FlightCommands:
         self._takeoff = takeoff
         self._orbit = orbit
         self._transition = transition
+        self._fence = fence
 
     def handlers(self) -> dict[int, Handler]:
         """Command number to handler."""
@@ -83,11 +87,28 @@ class FlightCommands:
         return self._commander.set_mode(Mode.TAKEOFF)
 
     def _reposition(self, request: Request) -> Result:
+        """Commander and navigator each take it by themselves: it holds though the place is refused."""
+        changes_mode = request.whole(2) & REPOSITION_CHANGES_MODE
+        if not changes_mode and self._context.state.status.mode is not Mode.LOITER:
+            return Result.DENIED
         point, up_m = self._place(request)
-        self._hold.reposition(Reposition(point, up_m, speed_m_s=request.param1))
-        if request.whole(2) & REPOSITION_CHANGES_MODE:
+        if self._fence_allows(point, up_m):
+            self._hold.reposition(Reposition(point, up_m, speed_m_s=request.param1))
+        else:
+            self._context.text(Severity.CRITICAL, "Reposition is outside geofence")
+            self._context.event("navigator_reposition_outside_geofence")
+        if changes_mode:
             self._commander.change_mode(Mode.LOITER)
         return Result.ACCEPTED
+
+    def _fence_allows(self, point: tuple[float, float] | None, up_m: float) -> bool:
+        """A fence that only warns refuses no place; what is not given stays as it is."""
+        context = self._context
+        if context.params.integer("GF_ACTION") < HOLD:
+            return True
+        body = context.state.body
+        there, height_m = point or (body.north_m, body.east_m), up_m if math.isfinite(up_m) else body.up_m
+        return not breaches_at(there, height_m, context.params, context.state.status.home, self._fence())
 
     def _do_orbit(self, request: Request) -> Result:
         """A plane loiters with that radius; all else changes to the orbit mode [22_reposition_*]."""
@@ -97,7 +118,10 @@ class FlightCommands:
             return Result.TEMPORARILY_REJECTED
         point, up_m = self._place(request)
         if context.flies_like_plane:
-            self._hold.reposition(Reposition(point, up_m, orbit_radius_m=request.param1))
+            if self._fence_allows(point, up_m):
+                self._hold.reposition(Reposition(point, up_m, orbit_radius_m=request.param1))
+            else:
+                context.text(Severity.CRITICAL, "Orbit is outside geofence")
             self._commander.change_mode(Mode.LOITER)
             return Result.ACCEPTED
         self._orbit.command(OrbitCommand(request.param1, request.param2, request.param3, point, up_m))

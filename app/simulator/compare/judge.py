@@ -9,7 +9,7 @@ from app.simulator.compare.heard import Dialogue
 from app.simulator.compare.judging.home import judge_home
 from app.simulator.compare.judging.own_commands import judge_own_commands
 from app.simulator.compare.judging.progress import judge_progress
-from app.simulator.compare.judging.release import Release, judge_releases, releases
+from app.simulator.compare.judging.release import Release, judge_releases, pair_releases, releases
 from app.simulator.compare.judging.replies import judge_replies
 from app.simulator.compare.judging.track import judge_track
 from app.simulator.compare.judging.verdict import Verdict
@@ -56,11 +56,12 @@ class Judgement:
 def compare(trace: Trace) -> Judgement:
     """Replay the recording and judge."""
     replay = Replay(trace)
-    return judge(trace, replay.run(), replay.missed)
+    simulated = replay.run()
+    return judge(trace, simulated, replay.missed, replay.unsent)
 
 
-def judge(trace: Trace, simulated: Dialogue, missed: Sequence[str]) -> Judgement:
-    """`missed` are the deeds that the ground side waited for in vain."""
+def judge(trace: Trace, simulated: Dialogue, missed: Sequence[str], unsent: Sequence[str] = ()) -> Judgement:
+    """`missed` are the deeds that the ground side waited for in vain, `unsent` the messages it could not make."""
     recorded = trace.dialogue
     frame = LocalFrame(*trace.home)
     verdicts = [
@@ -72,6 +73,7 @@ def judge(trace: Trace, simulated: Dialogue, missed: Sequence[str]) -> Judgement
         *judge_own_commands(recorded, simulated),
         *judge_words(recorded, simulated),
         Verdict("deeds the ground side waits for", 0, tuple(f"missing: {what}" for what in missed)),
+        Verdict("messages of the ground side", 0, tuple(f"not sent: {name}" for name in unsent)),
     ]
     differences = tuple(
         Difference(verdict.aspect, what, reason_for(trace.scenario, verdict.aspect, what))
@@ -79,8 +81,8 @@ def judge(trace: Trace, simulated: Dialogue, missed: Sequence[str]) -> Judgement
         for what in verdict.differences
     )
     aspects = {one.aspect: one.compared for one in verdicts if one.compared}
-    sides = (releases(side, frame, trace.gripper_servo) for side in (recorded, simulated))
-    return Judgement(trace.scenario, aspects, differences, tuple(zip(*sides, strict=False)))
+    ours, theirs = (list(releases(side, frame, trace.gripper_servo)) for side in (recorded, simulated))
+    return Judgement(trace.scenario, aspects, differences, tuple(pair_releases(ours, theirs)))
 
 
 def reason_for(scenario: str, aspect: str, what: str) -> str | None:

@@ -44,7 +44,6 @@ _ENERGY = (
     "how TECS trades speed for height is not modelled: a steep descent and its end are up to 4 m above or below, and "
     "so is a VTOL right after its transition"
 )
-_CIRCLE = "a release on a circle after a hold of 20 s: 4 m along it are a third of a second"
 _BOBBING = (
     "at 5 m/s the wing of a hovering VTOL is at its stall and PX4's height swings by 2.5 m; the phase of that is chance"
 )
@@ -102,7 +101,6 @@ KNOWN: tuple[Known, ...] = (
     Known("*_vtol*", "track", r"[23]\.\d m apart in height", _ENERGY),
     Known("25_land_detector_plane", "home position", r"^4\.\d m apart, after a move", _ENERGY),
     Known("27_vtol_transitions", "track", "^14 to 15, ", _BOBBING),
-    Known("11_plane_loiter_delivery", "release", r"^4\.\d m apart", _CIRCLE),
     Known("25_land_detector_quad", "current mission item: times", "^2 after 1: 5.04 s", _TWO_SLOTS),
     Known(
         "17_gripper_commands",

@@ -55,11 +55,22 @@ class Replay:
         self._ons = list(trace.on_s)
         self._offs = list(trace.off_s)
         self._powered = True
+        self._unsent: list[str] = []
 
     @property
     def missed(self) -> list[str]:
         """Deeds of the vehicle that the ground side waited for in vain."""
         return self._ground.missed
+
+    @property
+    def unsent(self) -> list[str]:
+        """Names of recorded messages that cannot be made: not of this dialect, or without all their fields."""
+        return self._unsent
+
+    @property
+    def wind_m_s(self) -> tuple[float, float]:
+        """North and east, that the vehicle flies in."""
+        return self._vehicle.faults.wind_north_m_s, self._vehicle.faults.wind_east_m_s
 
     def run(self) -> Dialogue:
         """As long as the recording, and longer when the ground side had to wait."""
@@ -72,6 +83,7 @@ class Replay:
         options = Options(fleet=(), speed=trace.speed, home=trace.home, params=tuple(trace.params.items()))
         entry = VehicleOptions(trace.model, trace.system_id)
         vehicle = build_vehicle(options, 0, entry, lambda: self._now_s / trace.speed)
+        vehicle.faults.wind_north_m_s, vehicle.faults.wind_east_m_s = trace.wind_m_s
         names = {None, *(one.link for one in trace.dialogue.sent), *(one.link for one in trace.dialogue.heard)}
         for name in sorted(names, key=str):
             self._links[name] = ReplayLink(name, self._take)
@@ -98,12 +110,13 @@ class Replay:
             self._vehicle.reboot()
 
     def _send(self, sent: Sent) -> None:
+        message = _message(sent)
+        if message is None:
+            self._unsent.append(sent.name)
+            return
         self._sent.append(Sent(self._now_s, sent.name, sent.fields, sent.source, sent.link))
         if not self._powered:
             return
-        kind = getattr(mavlink, f"MAVLink_{sent.name.lower()}_message")
-        fields = {name: value for name, value in sent.fields.items() if name in kind.fieldnames}
-        message = kind(**{name: _wire_value(value) for name, value in fields.items()})
         packer = mavlink.MAVLink(None, srcSystem=sent.source[0], srcComponent=sent.source[1])
         self._vehicle.receive(self._links[sent.link], mavlink.MAVLink(None).decode(bytearray(message.pack(packer))))
 
@@ -112,6 +125,18 @@ class Replay:
             return
         self._heard.append(Heard(self._now_s, name, fields, link))
         self._ground.hear(name, fields)
+
+
+def _message(sent: Sent) -> Message | None:
+    """None for one that this dialect does not know, and for one that lacks fields."""
+    kind = getattr(mavlink, f"MAVLink_{sent.name.lower()}_message", None)
+    if kind is None:
+        return None
+    fields = {name: _wire_value(value) for name, value in sent.fields.items() if name in kind.fieldnames}
+    try:
+        return kind(**fields)
+    except TypeError:
+        return None
 
 
 def _wire_value(value: Any) -> Any:

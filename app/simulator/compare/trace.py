@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import gzip
 import json
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from app.simulator.airframe import AIRFRAMES
 from app.simulator.compare.heard import Dialogue, Heard, Sent
 
 POWER_OFF = "autopilot process is stopped"
@@ -31,11 +33,17 @@ class Trace:
     home: tuple[float, float, float]
     """Latitude and longitude in degrees, altitude AMSL in metres."""
     params: dict[str, int | float]
-    gripper_servo: str
+    gripper_servo: str | None
+    """The field of SERVO_OUTPUT_RAW that moves the gripper; None without one."""
     dialogue: Dialogue
     off_s: tuple[float, ...]
     on_s: tuple[float, ...]
     end_s: float
+
+    @property
+    def wind_m_s(self) -> tuple[float, float]:
+        """North and east: where the air of PX4's SIH moves to."""
+        return float(self.params.get("SIH_WIND_N", 0.0)), float(self.params.get("SIH_WIND_E", 0.0))
 
 
 def trace_files(folder: Path) -> list[Path]:
@@ -48,9 +56,14 @@ def read_trace(path: Path) -> Trace:
     try:
         lines = [json.loads(line) for line in _lines(path)]
         header = lines[0]
-        return _trace(header, _Axis(float(header["speed_factor"])), lines[1:])
-    except (ValueError, KeyError, IndexError, TypeError, EOFError) as error:
+        trace = _trace(header, _Axis(float(header["speed_factor"])), lines[1:])
+    except (ValueError, KeyError, IndexError, TypeError, AttributeError, EOFError, OSError, zlib.error) as error:
+        if isinstance(error, OSError) and not isinstance(error, gzip.BadGzipFile):
+            raise
         raise TraceError(f"{path.name} is no recording: {error!r}") from error
+    if trace.model not in AIRFRAMES:
+        raise TraceError(f"{path.name}: no simulated vehicle is a {trace.model}; known: {', '.join(AIRFRAMES)}")
+    return trace
 
 
 def _lines(path: Path) -> Iterator[str]:
@@ -79,7 +92,7 @@ def _trace(header: dict[str, Any], axis: _Axis, lines: list[dict[str, Any]]) -> 
         system_id=header["vehicle_sysid"],
         home=(latitude, longitude, altitude),
         params=header["params"],
-        gripper_servo=header["gripper_servo"],
+        gripper_servo=header.get("gripper_servo"),
         dialogue=Dialogue(tuple(sent), tuple(heard)),
         off_s=tuple(off),
         on_s=tuple(axis.restarts_s),

@@ -188,7 +188,7 @@ class MissionMode:
         self._item_started_s = context.now_s
         self._preparation.cancel()
         if item.has_position:
-            waits = self._preparation.begin(item, self._target(item))
+            waits = self._preparation.begin(item, self._target(item), from_here=self._from_here)
         else:
             towards = next_target(context, self._store.mission.items, self._store.current_seq, self.jumps)
             waits = self._preparation.begin_transition(item, towards)

@@ -50,13 +50,17 @@ class Preparation:
         """Another item begins."""
         self._stage = _Stage.NONE
 
-    def begin(self, item: Item, target: Target) -> bool:
-        """Start what a position item needs first; False when it needs nothing."""
+    def begin(self, item: Item, target: Target, *, from_here: bool) -> bool:
+        """Start what a position item needs first; False when it needs nothing.
+
+        It climbs only where a mission is entered: after a landing amid it the item itself lifts off
+        [09_quad_land_deliver].
+        """
         context = self._context
         if item.command in LAND_COMMANDS:
             return self._move_to_land(target)
         runs_up = context.airframe.is_fixed_wing and item.command not in TAKEOFF_COMMANDS  # [14_infeasible_plane]
-        if context.state.status.landed and (context.hovers or runs_up):
+        if from_here and context.state.status.landed and (context.hovers or runs_up):
             self._climb(target)
             return True
         return False

@@ -70,7 +70,7 @@ class Airborne:
         self.state.body.north_m, self.state.body.east_m, self.state.body.up_m = north_m, east_m, up_m
 
     def land(self, landed: bool = True) -> None:
-        self.status.land = LandDetected(landed=landed)
+        self.status.land = LandDetected(ground_contact=landed, maybe_landed=landed, landed=landed)
 
     def stream_attitude(self) -> None:
         self.offboard.hear(OffboardTarget(thrust=0.5))

@@ -155,7 +155,9 @@ def test_takeoff_goes_to_mis_takeoff_alt_or_to_the_altitude_above_the_sea_that_i
     assert "Using default takeoff altitude: 7.0 m" in cockpit.texts()
 
 
-def reposition(cockpit: Cockpit, speed: float, flags: int, north_m: float | None, up_m: float) -> None:
+def reposition(
+    cockpit: Cockpit, speed: float, flags: int, north_m: float | None, up_m: float, answer: Result = Result.ACCEPTED
+) -> None:
     x = y = 2147483647  # "not given"
     if north_m is not None:
         latitude, longitude = cockpit.vehicle.spec.frame.to_global(north_m, 0.0)
@@ -163,14 +165,14 @@ def reposition(cockpit: Cockpit, speed: float, flags: int, north_m: float | None
     z = cockpit.vehicle.spec.frame.altitude_m + up_m
     cockpit.send(mavlink.MAVLink_command_int_message(1, 1, 6, Cmd.DO_REPOSITION, 0, 0, speed, flags, 0, 0, x, y, z))
     cockpit.fly(0.1)
-    assert cockpit.last("COMMAND_ACK").result == Result.ACCEPTED
+    assert cockpit.last("COMMAND_ACK").result == answer
 
 
 def test_reposition_changes_the_mode_only_when_its_flag_says_so() -> None:
     """Scenario 22: without the flag it moves a vehicle that holds, and no other."""
     cockpit = airborne()
     cockpit.vehicle.commander.change_mode(Mode.POSCTL)  # by somebody with sticks
-    reposition(cockpit, -1, 0, 20.0, 10.0)
+    reposition(cockpit, -1, 0, 20.0, 10.0, Result.DENIED)
     assert cockpit.vehicle.state.status.mode is Mode.POSCTL
     reposition(cockpit, -1, 1, 20.0, 10.0)
     assert cockpit.vehicle.state.status.mode is Mode.LOITER

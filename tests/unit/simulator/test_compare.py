@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from app.simulator.commander import Commander
 from app.simulator.compare.__main__ import main
 from app.simulator.compare.heard import Dialogue, Heard
 from app.simulator.compare.judge import Judgement, compare, judge
@@ -17,6 +18,7 @@ from app.simulator.compare.known import KNOWN
 from app.simulator.compare.replay import Replay
 from app.simulator.compare.report import lines
 from app.simulator.compare.trace import Trace, read_trace, trace_files
+from app.simulator.wire import Result
 
 TRACES = Path(__file__).resolve().parents[2] / "data" / "traces"
 PLANE, QUAD = "10_plane_delivery", "06_quad_delivery_default"
@@ -47,7 +49,7 @@ def other(heard: Heard, **fields: object) -> Heard:
 
 
 def test_there_are_recordings() -> None:
-    assert len(SCENARIOS) >= 19
+    assert len(SCENARIOS) >= 20
 
 
 @pytest.mark.parametrize("scenario", SCENARIOS)
@@ -224,6 +226,13 @@ def test_an_infeasible_mission_that_is_accepted_is_caught() -> None:
         return other(heard, mission_state=2) if heard.name == "MISSION_CURRENT" else heard
 
     assert "mission_state" in {difference.aspect for difference in judged(INFEASIBLE, lenient).differences}
+
+
+def test_a_rover_that_refuses_to_be_disarmed_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Commander, "disarm", lambda self, force: Result.TEMPORARILY_REJECTED)
+    judgement = compare(trace("13_rover_delivery"))
+    assert {"command acks", "mode and arming", "landed_state"} <= {one.aspect for one in judgement.differences}
+    assert not judgement.agrees
 
 
 def test_the_replay_sends_what_the_recorded_ground_station_sent() -> None:

@@ -9,6 +9,7 @@ import pytest
 from app.simulator.commands.flight import FlightCommands
 from app.simulator.commands.link import Request
 from app.simulator.dialect import Message
+from app.simulator.mission.geofence import Geofence
 from app.simulator.navigator.deployment import Deployment
 from app.simulator.navigator.hold_mode import HoldMode
 from app.simulator.navigator.mission_mode import MissionMode
@@ -44,8 +45,9 @@ class Commanded:
         self.takeoff = TakeoffMode(air.context)
         self.orbit = OrbitMode(air.context)
         self.commands = FlightCommands(
-            air.context, air.commander, self.mission, self.hold, self.takeoff, self.orbit, self._transition
-        )
+            air.context, air.commander, self.mission, self.hold, self.takeoff, self.orbit, self._transition,
+            lambda: Geofence((), FRAME),
+        )  # fmt: skip
 
     def _transition(self, state: float) -> Result:
         self.transitions.append(state)
@@ -190,12 +192,22 @@ def test_a_transition_is_the_airframes_to_answer() -> None:
 # reposition and orbit ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("flags", "mode"), [(0, Mode.MISSION), (1, Mode.LOITER), (2, Mode.MISSION), (3, Mode.LOITER)])
-def test_a_reposition_changes_to_hold_only_when_it_says_so(flags: int, mode: Mode) -> None:
+@pytest.mark.parametrize("flags", [0, 2])
+def test_a_reposition_that_does_not_change_to_hold_is_denied_outside_of_it(flags: int) -> None:
     vehicle = Commanded()
     vehicle.air.commander.change_mode(Mode.MISSION)
+    assert vehicle.give(Cmd.DO_REPOSITION, 3.0, flags, place=THERE, up_m=UP_M) is Result.DENIED
+    assert vehicle.mode is Mode.MISSION
+
+
+@pytest.mark.parametrize(
+    ("before", "flags"), [(Mode.MISSION, 1), (Mode.MISSION, 3), (Mode.LOITER, 0), (Mode.LOITER, 1), (Mode.LOITER, 2)]
+)
+def test_a_reposition_flies_there_in_hold(before: Mode, flags: int) -> None:
+    vehicle = Commanded()
+    vehicle.air.commander.change_mode(before)
     assert vehicle.give(Cmd.DO_REPOSITION, 3.0, flags, place=THERE, up_m=UP_M) is Result.ACCEPTED
-    assert vehicle.mode is mode
+    assert vehicle.mode is Mode.LOITER
     vehicle.hold.step()
     setpoint = vehicle.air.context.setpoint
     assert (setpoint.kind, setpoint.up_m, setpoint.cruise_speed_m_s) == (SetpointKind.LOITER, UP_M, 3.0)

@@ -43,11 +43,15 @@ def northwards(fence: list[Plan], airframe: str = "quad", firmware: str = "px4-m
 
 
 def send_north(cockpit: Cockpit, up_m: float = UP_M, north_m: float = 120.0) -> None:
-    """A DO_REPOSITION, which PX4 checks against no fence before it flies."""
+    """A DO_REPOSITION over the border: PX4 flies it only where the fence just warns, so it does for that moment."""
     frame = cockpit.vehicle.spec.frame
     latitude, longitude = frame.to_global(north_m, 0.0)
     position = (latitude, longitude, frame.altitude_m + up_m)
+    params = cockpit.vehicle.params
+    action = params.integer("GF_ACTION")
+    params.set("GF_ACTION", 0)
     assert cockpit.command(Cmd.DO_REPOSITION, -1, 1, 0, float("nan"), *position) == [Result.ACCEPTED]
+    params.set("GF_ACTION", action)
 
 
 def breached(cockpit: Cockpit) -> bool:

@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from app.simulator.compare.heard import Dialogue
-from app.simulator.compare.judging.alignment import align, late
+from app.simulator.compare.judging.alignment import Alignment, late
+from app.simulator.compare.judging.pairing import pair_up
 from app.simulator.compare.judging.verdict import Verdict
 from app.simulator.compare.sides import Stand
 from app.simulator.geo import LocalFrame
@@ -35,9 +36,12 @@ def judge_home(recorded: Dialogue, simulated: Dialogue, frame: LocalFrame) -> It
     ours, theirs = list(places(recorded, frame)), list(places(simulated, frame))
     if not ours and not theirs:
         return
-    apart = tuple(text for a, b in zip(ours, theirs, strict=False) for text in _apart(a, b))
-    alignment = align(_stands(ours), _stands(theirs), short=0)
-    yield Verdict(ASPECT, len(ours), alignment.differences + apart)
+    pairs = pair_up(ours, theirs, _distance_m)
+    missing = tuple(f"missing: home at {one.t_s:.1f} s" for one in ours if not any(one is a for a, _ in pairs))
+    extra = tuple(f"extra: home at {one.t_s:.1f} s" for one in theirs if not any(one is b for _, b in pairs))
+    apart = tuple(text for a, b in pairs for text in _apart(a, b))
+    yield Verdict(ASPECT, len(ours), missing + extra + apart)
+    alignment = Alignment(tuple((_stand(a), _stand(b)) for a, b in pairs), ())
     acts = (recorded.acts_s(), simulated.acts_s())
     yield Verdict(f"{ASPECT}: times", len(alignment.pairs), tuple(late(alignment, PERIOD_S, acts)))
 
@@ -54,12 +58,16 @@ def places(side: Dialogue, frame: LocalFrame) -> Iterator[Place]:
             yield last
 
 
-def _stands(homes: list[Place]) -> list[Stand]:
-    return [Stand(home.t_s, f"home {index}", 1) for index, home in enumerate(homes)]
+def _stand(home: Place) -> Stand:
+    return Stand(home.t_s, "home", 1)
+
+
+def _distance_m(a: Place, b: Place) -> float:
+    return math.dist((a.north_m, a.east_m), (b.north_m, b.east_m))
 
 
 def _apart(a: Place, b: Place) -> Iterator[str]:
-    apart_m = math.dist((a.north_m, a.east_m), (b.north_m, b.east_m))
+    apart_m = _distance_m(a, b)
     if apart_m > max(DISTANCE_M, SHARE * a.moved_m):
         yield f"{apart_m:.1f} m apart, after a move of {a.moved_m:.1f}, simulated {b.moved_m:.1f} m"
     if abs(a.amsl_m - b.amsl_m) > HEIGHT_M:

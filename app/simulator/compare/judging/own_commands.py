@@ -16,6 +16,8 @@ SOON_S = 0.26
 """The period that a command is held to: one is sent when something is over, or a quarter of a second later."""
 REPEAT_S = 1.02
 """PX4 repeats a command after 0.5 or 1.0 s, whichever turn of its sender comes first."""
+LAST_S = 4.0
+"""A last repeat that comes later is not of this command."""
 HEIGHT_M = 1.0
 """param7 is a height in all of these commands; PX4 measures it, the others are set."""
 
@@ -29,7 +31,7 @@ def judge_own_commands(recorded: Dialogue, simulated: Dialogue) -> Iterator[Verd
     yield Verdict(ASPECT, len(ours), alignment.differences + tuple(_heights(alignment, ours, theirs)))
     acts = (recorded.acts_s(), simulated.acts_s())
     yield Verdict(f"{ASPECT}: times", len(alignment.pairs), tuple(late(alignment, SOON_S, acts)))
-    repeats = tuple(_repeats(recorded, simulated))
+    repeats = tuple(_repeats(recorded, simulated, alignment))
     yield Verdict(f"{ASPECT}: repeats", sum(_confirmations(recorded).values()), repeats)
 
 
@@ -70,23 +72,35 @@ def _confirmations(side: Dialogue) -> Counter[tuple[str, int]]:
     return Counter((_said(one), one.fields["confirmation"]) for one in repeats)
 
 
-def _repeats(recorded: Dialogue, simulated: Dialogue) -> Iterator[str]:
+def _repeats(recorded: Dialogue, simulated: Dialogue, alignment: Alignment) -> Iterator[str]:
     """How often each is repeated, and when the last repeat comes."""
     ours, theirs = _confirmations(recorded), _confirmations(simulated)
     for key in sorted(ours.keys() | theirs.keys()):
         if ours[key] != theirs[key]:
             yield f"{key[0]} confirmation {key[1]}: {ours[key]} times, simulated {theirs[key]}"
     last = max((confirmation for _, confirmation in ours), default=0)
-    for said in sorted({said for said, confirmation in ours if confirmation == last}):
-        pairs = zip(_last_after_s(recorded, said, last), _last_after_s(simulated, said, last), strict=False)
-        for a_s, b_s in pairs:
-            if abs(a_s - b_s) > REPEAT_S:
-                yield f"{said} confirmation {last} after {a_s:.2f} s, simulated {b_s:.2f} s"
+    ours_s, theirs_s = _last_after_s(recorded, last), _last_after_s(simulated, last)
+    for a, b in alignment.pairs:
+        a_s, b_s = ours_s.get((a.value, a.t_s)), theirs_s.get((b.value, b.t_s))
+        if (
+            a_s is not None
+            and (b_s is None or abs(a_s - b_s) > REPEAT_S)
+            and ours[a.value, last] == theirs[a.value, last]
+        ):
+            after = "not" if b_s is None else f"{b_s:.2f} s"
+            yield f"{a.value} confirmation {last} after {a_s:.2f} s, simulated {after}"
 
 
-def _last_after_s(side: Dialogue, said: str, last: int) -> list[float]:
-    """From each first transmission to its last repeat, in order; the boot's first is recorded without a clock."""
-    same = [one for one in _commands(side) if _said(one) == said and not _is_at_boot(one)]
-    begun = [one.t_s for one in same if not one.fields["confirmation"]]
-    ended = [one.t_s for one in same if one.fields["confirmation"] == last]
-    return [end_s - begin_s for begin_s, end_s in zip(begun, ended, strict=False)]
+def _last_after_s(side: Dialogue, last: int) -> dict[tuple[str, float], float]:
+    """From each first transmission to its last repeat, soon after; the boot's first is recorded without a clock."""
+    found: dict[tuple[str, float], float] = {}
+    ends = [(_said(one), one.t_s) for one in _commands(side) if one.fields["confirmation"] == last]
+    for one in _commands(side):
+        if one.fields["confirmation"] or _is_at_boot(one):
+            continue
+        said, t_s = _said(one), one.t_s
+        end = next((end for end in ends if end[0] == said and 0.0 <= end[1] - t_s <= LAST_S), None)
+        if end is not None:
+            ends.remove(end)
+            found[said, t_s] = end[1] - t_s
+    return found

@@ -27,6 +27,7 @@ KEYS: dict[str, tuple[str, ...]] = {
     "PARAM_VALUE": ("param_id", "param_type", "param_value"),
     "PARAM_ERROR": ("param_id", "error"),
 }
+PARAM_LIST = "PARAM_REQUEST_LIST"
 MISSION = tuple(name for name in KEYS if name.startswith("MISSION"))
 COMMAND = ("COMMAND_ACK",)
 PARAM = ("PARAM_VALUE", "PARAM_ERROR")
@@ -38,7 +39,7 @@ PROTOCOLS = (
 
 
 def judge_replies(recorded: Dialogue, simulated: Dialogue) -> Iterator[Verdict]:
-    """The three protocols, each with its times."""
+    """The three protocols, each with its times; and the parameter list."""
     for aspect, names, period_s in PROTOCOLS:
         ours, theirs = _replies(recorded, names), _replies(simulated, names)
         if not ours and not theirs:
@@ -57,13 +58,16 @@ def judge_replies(recorded: Dialogue, simulated: Dialogue) -> Iterator[Verdict]:
             if abs(a.count - b.count) > max(1.0, 0.2 * a.count)
         )
         yield Verdict(f"{aspect}: times", len(alignment.pairs), late + repeats)
+    if any(sent.name == PARAM_LIST for sent in recorded.sent):
+        ours_all, theirs_all = _listed(recorded), _listed(simulated)
+        yield Verdict("parameter list", len(ours_all.keys() & theirs_all.keys()), tuple(_unlike(ours_all, theirs_all)))
 
 
 def _replies(side: Dialogue, names: tuple[str, ...]) -> list[Stand]:
     grounds = {sent.source[0] for sent in side.sent}
     asked: dict[str, float] = {}
     for sent in side.sent:
-        if sent.name.startswith("PARAM"):
+        if sent.name.startswith("PARAM") and sent.name != PARAM_LIST:
             asked.setdefault(sent.fields["param_id"], sent.t_s)
 
     def value(heard: Heard) -> str | None:
@@ -73,6 +77,24 @@ def _replies(side: Dialogue, names: tuple[str, ...]) -> list[Stand]:
         return _shown(heard) if fields["target_system"] in grounds else None
 
     return stands(side.named(*names), value)
+
+
+def _listed(side: Dialogue) -> dict[str, str]:
+    """The parameters that were told after the first request of a list, each as it was told first."""
+    asked_s = min((sent.t_s for sent in side.sent if sent.name == PARAM_LIST), default=math.inf)
+    told = [one.fields for one in side.named("PARAM_VALUE") if one.t_s >= asked_s]
+    return {one["param_id"]: f"{_number(one['param_value'])} of type {one['param_type']}" for one in reversed(told)}
+
+
+def _unlike(ours: dict[str, str], theirs: dict[str, str]) -> Iterator[str]:
+    """A simulated vehicle has the parameters that it uses, PX4 some hundreds more: those are not missing."""
+    if ours and not theirs:
+        yield f"{PARAM_LIST} is not answered"
+    for name in sorted(theirs):
+        if name not in ours:
+            yield f"extra: {name}"
+        elif ours[name] != theirs[name]:
+            yield f"{name}: {ours[name]}, simulated {theirs[name]}"
 
 
 def _shown(heard: Heard) -> str:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import bisect
 import itertools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from app.simulator.compare.heard import Dialogue, Heard
+from app.simulator.compare.judging.alignment import align
 from app.simulator.compare.judging.verdict import Verdict
 from app.simulator.compare.sides import Stand, stands
 from app.simulator.geo import LocalFrame
@@ -20,6 +20,8 @@ LONG_S = 3.0
 
 Point = tuple[float, float, float]
 """North, east, up."""
+Pair = tuple[Stand, Stand]
+"""Recorded and simulated."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,31 +42,31 @@ def judge_track(recorded: Dialogue, simulated: Dialogue, frame: LocalFrame) -> I
 
     Near: within 5 m, or 5 % of the leg, and in height within 2 m. The points are some metres from each other.
     """
-    ours, theirs = legs(recorded, frame), legs(simulated, frame)
-    both = [(leg, theirs[name]) for name, leg in ours.items() if name in theirs]
+    pairs = align(_reached(recorded), _reached(simulated)).pairs
+    both = []
+    for n, ((a, b), (a_end, b_end)) in enumerate(itertools.pairwise(pairs)):
+        if a_end.t_s - a.t_s >= LONG_S:
+            again = sum((one.value, end.value) == (a.value, a_end.value) for (one, _), (end, _) in _before(pairs, n))
+            name = f"{a.value} to {a_end.value}, flight {again + 1}"
+            both.append((_leg(name, recorded, a, a_end, frame), _leg(name, simulated, b, b_end, frame)))
     if both:
         found = tuple(text for a, b in both for text in _apart(a, b))
         yield Verdict(ASPECT, sum(len(leg.points) for leg, _ in both), found)
 
 
-def legs(side: Dialogue, frame: LocalFrame) -> dict[str, Leg]:
-    """By the items that they lead from and to; a leg that is flown again has a number."""
-    reached = stands(side.broadcast("MISSION_ITEM_REACHED"), lambda heard: str(heard.fields["seq"]))
+def _before(pairs: Sequence[Pair], index: int) -> Iterator[tuple[Pair, Pair]]:
+    """The legs before this one that were long enough."""
+    found = itertools.islice(itertools.pairwise(pairs), index)
+    return (leg for leg in found if leg[1][0].t_s - leg[0][0].t_s >= LONG_S)
+
+
+def _reached(side: Dialogue) -> list[Stand]:
+    return stands(side.broadcast("MISSION_ITEM_REACHED"), lambda heard: str(heard.fields["seq"]))
+
+
+def _leg(name: str, side: Dialogue, start: Stand, end: Stand, frame: LocalFrame) -> Leg:
     positions = side.broadcast("GLOBAL_POSITION_INT")
-    times = [one.t_s for one in positions]
-    found: dict[str, Leg] = {}
-    for a, b in itertools.pairwise(reached):
-        if b.t_s - a.t_s < LONG_S:
-            continue
-        part = positions[bisect.bisect_left(times, a.t_s) : bisect.bisect_right(times, b.t_s)]
-        name = _name(found, a, b)
-        found[name] = Leg(name, tuple(_point(one, frame) for one in part))
-    return found
-
-
-def _name(found: dict[str, Leg], a: Stand, b: Stand) -> str:
-    again = sum(name.startswith(f"{a.value} to {b.value},") for name in found)
-    return f"{a.value} to {b.value}, flight {again + 1}"
+    return Leg(name, tuple(_point(one, frame) for one in positions if start.t_s <= one.t_s <= end.t_s))
 
 
 def _point(heard: Heard, frame: LocalFrame) -> Point:

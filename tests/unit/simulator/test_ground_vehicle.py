@@ -1,0 +1,29 @@
+"""What drives may be disarmed at any time: it cannot fall [13_rover_delivery]."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.simulator.events import EVENTS
+from app.simulator.wire import Cmd, Result
+from tests.unit.simulator.cockpit import Cockpit, takeoff, waypoint
+
+REFUSED = EVENTS["commander_disarm_denied_not_landed"][0]
+
+
+@pytest.mark.parametrize("seconds", [3.0, 60.0])
+def test_a_rover_is_disarmed_while_it_drives_and_after_its_mission(seconds: float) -> None:
+    rover = Cockpit("rover")
+    rover.start([waypoint(30.0, 0.0, 0.0), waypoint(30.0, 25.0, 0.0)])
+    rover.fly(seconds)
+    assert rover.command(Cmd.COMPONENT_ARM_DISARM, 0) == [Result.ACCEPTED]
+    assert not rover.armed
+    assert rover.texts()[-1] == "Disarmed by external command"
+
+
+def test_a_quad_is_not_and_its_event_says_why() -> None:
+    quad = Cockpit()
+    quad.start([takeoff(10.0), waypoint(30.0, 0.0, 10.0)])
+    quad.until(lambda: quad.vehicle.state.body.up_m > 5.0)
+    assert quad.command(Cmd.COMPONENT_ARM_DISARM, 0) == [Result.TEMPORARILY_REJECTED]
+    assert REFUSED in [one.id for one in quad.messages("EVENT")]
