@@ -51,4 +51,5 @@ async def test_a_large_plan_that_is_none_is_refused_with_a_hundred_findings(
         "message": "unknown field 'k0'",
         "item_id": None,
         "hint": "take it away, or see `waydrop schema`",
+        "assumed": [],
     }

@@ -72,6 +72,7 @@ class ScriptedVehicle:
         self.lost_ack: LinkError | None = None
         self.upload_gate = asyncio.Event()
         self.upload_gate.set()
+        self.waits_at_gate = False
         self.upload_closed = False
         self.arm_refusals = 0
         self.arm_errors: list[WaydropError] = []
@@ -116,7 +117,9 @@ class ScriptedVehicle:
     async def upload(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:
         try:
             yield UploadProgress(MissionType.MISSION, 0, len(mission.items), 1)
+            self.waits_at_gate = True
             await self.upload_gate.wait()
+            self.waits_at_gate = False
             if self.upload_error is not None:
                 raise self.upload_error
             self.on_board = mission.items
@@ -137,7 +140,9 @@ class ScriptedVehicle:
         total, named = len(mission.items), self.mission_id_of(mission)
         try:
             yield UploadProgress(MissionType.MISSION, 0, total, 1)
+            self.waits_at_gate = True
             await self.upload_gate.wait()
+            self.waits_at_gate = False
             if self.upload_error is not None:
                 raise self.upload_error
             self.on_board = mission.items
@@ -156,7 +161,7 @@ class ScriptedVehicle:
         if self.infeasible > 0:
             self.infeasible -= 1
             self.put(mode=FlightMode.HOLD, mission_state=MissionState.NO_MISSION)
-            raise VehicleRefusedError("the vehicle found the mission infeasible", texts=["Geofence violation"])
+            raise VehicleRefusedError("the mission is infeasible: Geofence violation", texts=["Geofence violation"])
 
     async def set_current(self, seq: int) -> None:
         self.sent.append(f"set_current {seq}")
@@ -168,7 +173,7 @@ class ScriptedVehicle:
             raise self.arm_errors.pop(0)
         if self.arm_refusals:
             self.arm_refusals -= 1
-            raise VehicleRefusedError("arming denied", texts=["Preflight Fail: no GNSS"])
+            raise VehicleRefusedError("arming denied; Preflight Fail: no GNSS", texts=["Preflight Fail: no GNSS"])
         self.put(armed=self.says_armed)
 
     async def disarm(self) -> None:

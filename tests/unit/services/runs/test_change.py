@@ -53,7 +53,8 @@ async def begun(
     """A change that is recorded, and whose upload waits for the vehicle's gate."""
     at.vehicle.upload_gate.clear()
     changing = asyncio.create_task(at.runs.change_mission(at.run_id, store(at, change), None, "ann", needed))
-    await at.until(lambda: at.run.changing is not None, "what is sent must be recorded first")
+    await at.until(lambda: at.vehicle.waits_at_gate, "all that could refuse it was looked at")
+    assert at.run.changing is not None, "what is sent must be recorded first"
     return changing
 
 
