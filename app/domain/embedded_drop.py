@@ -28,7 +28,7 @@ class EmbeddedSight:
     `passed`: its release item is passed in this visit. The others tell it apart from the mission's other gripper
     items. `at_item`: the mission is at the drop's own items. `earlier_passed`: so is every release before it.
     `regrabbed`, `reopened`: a grab, or a release, that comes after it has had its turn.
-    `has_output`: one is assigned to the gripper; None: not known.
+    `has_output`: one is assigned to the gripper; None: not known. `has_gripper`: it is no winch, which shows nothing.
     """
 
     now_s: float
@@ -41,6 +41,7 @@ class EmbeddedSight:
     regrabbed: bool = False
     reopened: bool = False
     has_output: bool | None = None
+    has_gripper: bool = True
 
     @property
     def output(self) -> int | None:
@@ -115,7 +116,9 @@ class EmbeddedDrop:
             reason = "its item passed, but the gripper's output stayed at grab"
             return self._over(DropOutcome.KEPT, Certainty.INFERRED, reason)
         reason = "its item passed, but the gripper's output is not known"
-        if seen.has_output is False:
+        if not seen.has_gripper:
+            reason = "its item passed, and nothing on the link shows what a winch does"
+        elif seen.has_output is False:
             reason = "its item passed, but no output is assigned to the gripper: nothing was seen to move"
         if seen.output == GRIPPER_CLOSED_US:
             reason = "its item passed unseen, and a later grab too"

@@ -81,6 +81,7 @@ class EmbeddedRelease:
                 regrabbed=self._gripper.is_regrabbed(progress),
                 reopened=self._gripper.is_reopened(progress),
                 has_output=state.has_gripper_output if has_gripper else None,
+                has_gripper=has_gripper,
             )
         )
         self._state = state

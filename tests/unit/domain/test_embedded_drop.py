@@ -92,3 +92,13 @@ def test_a_grab_or_a_release_that_came_later_hides_what_became_of_the_item() -> 
     )
     reopened = sight(9, passed=True, output_us=1000, regrabbed=True, reopened=True)
     assert after(sight(0), gone, reopened) == (DropOutcome.UNKNOWN, Certainty.NONE)
+
+
+def test_a_winch_is_not_explained_by_the_output_of_a_gripper() -> None:
+    drop = EmbeddedDrop()
+    for at_s in (0, 4):
+        drop = drop.saw(sight(at_s, passed=True, output_us=None, has_gripper=False))
+    assert drop.finish is not None
+    assert (drop.finish.outcome, drop.finish.certainty) == (DropOutcome.UNKNOWN, Certainty.NONE)
+    assert "winch" in drop.finish.reason
+    assert "gripper" not in drop.finish.reason
