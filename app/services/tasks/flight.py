@@ -248,15 +248,19 @@ class TaskFlight:
 
     def _look_at_lease(self) -> None:
         lease = self.control.lease
-        if self.lease_id is None or (lease is not None and lease.id == self.lease_id):
+        if self.lease_id is None:
+            self.reason = "" if lease is not None else self.reason  # what ended an earlier lease explains nothing now
+            return
+        if lease is not None and lease.id == self.lease_id:
             return
         self.lease_id, self.origin, self.phase, self._ticked_s = None, None, Phase.IDLE, None
-        self.reason, self.when_empty = self.control.reason, "plan"
+        why, self.when_empty = self.control.reason, "plan"
+        self.reason = "" if lease is not None else why
         dropped, self.queue = self.queue, self.queue.cleared()
         self._begin()
         self._helm = None
         if dropped.entries:
-            self.tell("dropped", dropped.current, self.reason)
+            self.tell("dropped", dropped.current, why)
 
     def _tell_gripper(self, task_id: str, action: Action, result: str) -> None:
         self._fleet.tell(EventKind.TASKS_GRIPPER, self.control.vehicle, task_id=task_id, action=action, result=result)

@@ -276,3 +276,15 @@ async def test_a_target_that_moves_is_not_set_back_by_another_duration() -> None
         quad.clock.time_s += 3.0
         quad.desk.change(quad.lease, made, TaskTerms(duration_s=60.0))
         assert quad.control.guide.queue.entry(made).course is course  # type: ignore[union-attr]
+
+
+async def test_a_new_lease_begins_without_the_reason_of_the_last_one() -> None:
+    async with cockpit() as quad:
+        await flying(quad, "circle")
+        quad.control.give_up("revoked", "the link to the vehicle is lost")
+        assert report(quad).reason == "the link to the vehicle is lost", "so the last queue ended"
+        await quad.until(lambda: quad.control.lease is None, "the lease is over")
+        quad.take()
+        assert report(quad).reason == ""
+        queue(quad, "segment")
+        assert report(quad).reason == ""
