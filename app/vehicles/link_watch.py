@@ -164,7 +164,7 @@ class LinkWatch:
     def _event(self, message: EventReport, received_s: float) -> None:
         reason = reason_of(message)
         if reason is not None:
-            self._texts.told(reason, received_s)
+            self._texts.told(reason.text, received_s, reason.topic)
 
 
 def _began_anew(before: MissionCurrentReport, now: MissionCurrentReport) -> bool:

@@ -14,6 +14,7 @@ from app.domain.errors import LinkTimeoutError, VehicleRefusedError
 from app.domain.mission import MissionType
 from app.domain.vehicle import MissionState
 from app.vehicles.decoders import MissionCurrentReport
+from app.vehicles.event_reasons import Topic
 from app.vehicles.inbox import Inbox
 from app.vehicles.measurements import Measurements, mission_state
 from app.vehicles.mission_upload import MissionUploader, UploadRecord
@@ -95,7 +96,7 @@ class MissionReadiness:
             raise VehicleRefusedError(f"the vehicle holds another mission: item {seq} differs", item_seq=seq)
 
     def _refuse(self, report: MissionCurrentReport, upload: UploadRecord | None, since_s: float) -> None:
-        texts = self._texts.reasons_since(upload.started_s if upload else since_s)
+        texts = self._texts.reasons_since(upload.started_s if upload else since_s, but=Topic.HEALTH)
         why = "; ".join(texts) or "the vehicle gave no reason"
         raise VehicleRefusedError(
             f"the vehicle found the mission infeasible: {why}",

@@ -12,6 +12,7 @@ from app.domain.errors import LinkError, UploadError
 from app.domain.mission import Mission, MissionItem, MissionType
 from app.domain.mission_port import UploadProgress
 from app.vehicles.encoders import Outgoing
+from app.vehicles.event_reasons import Topic
 from app.vehicles.inbox import Inbox
 from app.vehicles.list_transfer import ListTransfer
 from app.vehicles.mavsdk_system import NativeSystem
@@ -175,7 +176,9 @@ class MissionUploader:
     ) -> None:
         assert outcome.ack is not None
         word, seq, name = result_word(outcome.ack.type), outcome.requested_seq, mission_type.name.lower()
-        texts = await self._texts.await_reasons(since_s, window_s=self._settings.refusal_text_window_s)
+        texts = await self._texts.await_reasons(
+            since_s, window_s=self._settings.refusal_text_window_s, but=Topic.HEALTH
+        )
         place = "" if seq is None else f" item {seq} ({items[seq].command.name})"
         raise UploadError(
             f"the vehicle refused the {name}{place}: {word}" + "".join(f"; {text}" for text in texts),

@@ -10,6 +10,7 @@ from typing import Final
 
 from app.domain.ports import StatusText
 from app.vehicles.decoders import StatusTextChunk
+from app.vehicles.event_reasons import Topic
 
 _SEVERITIES: Final = ("emergency", "alert", "critical", "error", "warning", "notice", "info", "debug")
 _CHUNK_CHARS: Final = 50
@@ -32,7 +33,7 @@ class StatusTexts:
     def __init__(self, tell: Callable[[StatusText], None]) -> None:
         self._tell = tell
         self._open: dict[int, _Open] = {}
-        self._kept: deque[tuple[float, StatusText]] = deque(maxlen=_KEPT)
+        self._kept: deque[tuple[float, StatusText, Topic | None]] = deque(maxlen=_KEPT)
         self._arrived = asyncio.Event()
 
     def take(self, chunk: StatusTextChunk, received_s: float) -> None:
@@ -54,27 +55,31 @@ class StatusTexts:
         for key in [key for key, text in self._open.items() if now_s - text.since_s > _LOST_AFTER_S]:
             self._finish(key, now_s)
 
-    def told(self, text: StatusText, received_s: float) -> None:
-        """Keep and tell a text from elsewhere (an EVENT in words)."""
-        self._kept.append((received_s, text))
+    def told(self, text: StatusText, received_s: float, topic: Topic | None = None) -> None:
+        """Keep and tell a text from elsewhere (an EVENT in words); the topic of a STATUSTEXT is not known."""
+        self._kept.append((received_s, text, topic))
         self._arrived.set()
         self._tell(text)
 
-    def reasons_since(self, since_s: float) -> tuple[str, ...]:
-        """Texts of severity warning and above since `since_s` (monotonic), each once."""
-        found = [t.text for at_s, t in self._kept if at_s >= since_s and t.severity in _REASON_SEVERITIES]
+    def reasons_since(self, since_s: float, *, but: Topic | None = None) -> tuple[str, ...]:
+        """Texts of severity warning and above since `since_s` (monotonic), each once, without those about `but`."""
+        found = [
+            text.text
+            for at_s, text, topic in self._kept
+            if at_s >= since_s and text.severity in _REASON_SEVERITIES and (topic is None or topic is not but)
+        ]
         return tuple(dict.fromkeys(found))
 
-    async def await_reasons(self, since_s: float, *, window_s: float) -> tuple[str, ...]:
+    async def await_reasons(self, since_s: float, *, window_s: float, but: Topic | None = None) -> tuple[str, ...]:
         """As reasons_since, but waits up to `window_s` for the first one: texts may follow the ack they explain."""
         try:
             async with asyncio.timeout(window_s):
-                while not self.reasons_since(since_s):
+                while not self.reasons_since(since_s, but=but):
                     self._arrived.clear()
                     await self._arrived.wait()
         except TimeoutError:
             pass
-        return self.reasons_since(since_s)
+        return self.reasons_since(since_s, but=but)
 
     def _finish(self, key: int, received_s: float) -> None:
         text = self._open.pop(key)

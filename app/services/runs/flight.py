@@ -221,7 +221,7 @@ class RunFlight:
                 return True
             if not isinstance(error, WaydropError):
                 raise error
-            await self._close(on_failure, _in_words(error))
+            await self._close(on_failure, error.detail)
             return False
         finally:
             for pending in (task, abort):
@@ -232,7 +232,7 @@ class RunFlight:
         """It was armed and that could not be undone, so it may be in the air: no end of the run is claimed."""
         why = "its start was aborted" if error is None else "its start failed"
         if isinstance(error, WaydropError):
-            why += f": {_in_words(error)}"
+            why += f": {error.detail}"
         elif error is not None:
             log.error("a defect ended a start", run_id=self._recorder.run.id, exc_info=error)
         self._recorder.move(RunState.FLYING, f"{why}; the vehicle did not disarm")
@@ -296,9 +296,3 @@ class RunFlight:
             self._facts.put_nowait(fact)
         except asyncio.QueueFull:  # each look reads the whole state, so only a repeated sign is lost
             log.warning("a fact was dropped: the run is behind", run_id=self._recorder.run.id, fact=type(fact).__name__)
-
-
-def _in_words(error: WaydropError) -> str:
-    texts = error.extra.get("texts")
-    said = f" ({'; '.join(str(t) for t in texts)})" if isinstance(texts, (list, tuple)) and texts else ""
-    return f"{error.detail}{said}"

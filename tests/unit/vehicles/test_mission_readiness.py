@@ -11,7 +11,8 @@ from typing import cast
 import pytest
 
 from app.domain.errors import LinkTimeoutError, VehicleRefusedError
-from app.vehicles.decoders import GlobalPositionInt, Heartbeat, MissionCurrentReport
+from app.vehicles.decoders import EventReport, GlobalPositionInt, Heartbeat, MissionCurrentReport
+from app.vehicles.event_reasons import reason_of
 from app.vehicles.inbox import Inbox
 from app.vehicles.measurements import Measurements
 from app.vehicles.mission_readiness import MissionReadiness
@@ -34,11 +35,12 @@ class Waiting:
         for quarter in range(16):  # four seconds of position reports
             at_s = quarter / 4
             self.measurements.take_position(position(round(at_s * clock_rate * 1e3)), self._acked_s + at_s)
+        self.texts = StatusTexts(lambda _text: None)
         uploader = SimpleNamespace(last=UploadRecord((), OURS, self._acked_s - 1.0, self._acked_s))
         self.readiness = MissionReadiness(
             self.measurements,
             cast(Inbox, self),
-            StatusTexts(lambda _text: None),
+            self.texts,
             cast(MissionUploader, uploader),
             LinkSettings(),
         )
@@ -115,3 +117,18 @@ async def test_a_vehicle_that_goes_on_naming_another_mission_is_told_as_such() -
     await vehicle.report(5.0, ACTIVE, BEFORE)
     with pytest.raises(LinkTimeoutError, match="shows mission 66, not 77"):
         await waits
+
+
+async def test_an_infeasible_mission_is_explained_by_what_is_about_the_mission_alone() -> None:
+    """PX4 sends its health report anew at each upload: "No offboard signal" says nothing of the mission."""
+    vehicle = Waiting(armed=False)
+    for event_id in (28241790, 33440290):
+        reason = reason_of(EventReport(event_id, b""))
+        assert reason is not None
+        vehicle.texts.told(reason.text, time.monotonic(), reason.topic)
+    waiting = vehicle.begin()
+    await vehicle.report(30.0, 1)
+    with pytest.raises(VehicleRefusedError) as refused:
+        await waiting
+    assert refused.value.extra["texts"] == ("Mission rejected: takeoff is not the first waypoint item",)
+    assert "No offboard signal" not in refused.value.detail

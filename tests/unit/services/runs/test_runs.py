@@ -122,6 +122,14 @@ async def test_arming_is_tried_again_until_the_vehicle_is_armable() -> None:
         assert at.vehicle.sent.count("arm") == 3
 
 
+async def test_what_the_vehicle_says_stands_once_in_the_reason() -> None:
+    async with desk() as at:
+        at.vehicle.infeasible = 1
+        await at.create()
+        await at.until_state(RunState.FAILED)
+        assert at.run.reason == "the mission is infeasible: Geofence violation"
+
+
 async def test_a_start_that_fails_on_the_ground_disarms() -> None:
     async with desk() as at:
         at.vehicle.start_error = VehicleRefusedError("Mission start denied! No valid mission")
