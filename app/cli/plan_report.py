@@ -72,7 +72,7 @@ def show_timeline(console: Console, plan: Plan, timeline: Timeline) -> None:
     for alternate in timeline.alternates:
         console.print(_alternate_line(alternate), markup=False)
     end = "without an end of its own" if timeline.open_ended else f"{_clock(timeline.duration_s)} min"
-    calm = "" if timeline.wind.speed_m_s > 0.0 else ", in calm air: wind is not in it"
+    calm = "" if timeline.wind.given else ", in calm air: wind is not in it"
     console.print(f"{timeline.distance_m / 1000:.2f} km, {end}{calm}{_battery_words(timeline)}", markup=False)
 
 

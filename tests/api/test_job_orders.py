@@ -29,7 +29,7 @@ async def test_a_job_that_no_vehicle_can_ever_fly_says_so_at_once_and_waits_all_
 
 async def test_the_wind_of_a_job_is_that_of_its_run(service: Service) -> None:
     job = await queue(service, wind={"from_deg": 0, "speed_m_s": 5})
-    assert job["wind"] == {"north_m_s": pytest.approx(-5.0), "east_m_s": pytest.approx(0.0, abs=1e-6)}
+    assert job["wind"] == {"north_m_s": pytest.approx(-5.0), "east_m_s": pytest.approx(0.0, abs=1e-6), "given": True}
     job = await until_job(service, job["id"], "prepared")
     _, _, run = await service.call("GET", f"/api/v1/runs/{job['run_id']}")
     assert run["wind"] == job["wind"]

@@ -74,13 +74,21 @@ async def test_a_check_answers_200_for_good_plans_and_for_bad_ones(service: Serv
     assert listed["plans"] == []
 
 
+async def test_a_check_tells_a_wind_that_nobody_gave_from_calm_air(service: Service, plan: dict[str, Any]) -> None:
+    _, _, assumed = await service.call("POST", "/api/v1/plan-checks", json={"plan": plan})
+    assert assumed["timeline"]["wind"] == {"north_m_s": 0.0, "east_m_s": 0.0, "given": False}
+    calm = {"from_deg": 0, "speed_m_s": 0}
+    _, _, told = await service.call("POST", "/api/v1/plan-checks", json={"plan": plan, "wind": calm})
+    assert told["timeline"]["wind"]["given"] is True
+
+
 @pytest.mark.parametrize("wind", [{"from_deg": 270, "speed_m_s": 8}, {"north_m_s": 0, "east_m_s": 8}])
 async def test_a_check_reckons_with_the_wind_that_it_is_given(
     service: Service, plan: dict[str, Any], wind: dict[str, float]
 ) -> None:
     status, _, check = await service.call("POST", "/api/v1/plan-checks", json={"plan": plan, "wind": wind})
     assert status == 200
-    assert check["timeline"]["wind"] == pytest.approx({"north_m_s": 0.0, "east_m_s": 8.0})
+    assert check["timeline"]["wind"] == {"north_m_s": pytest.approx(0.0), "east_m_s": pytest.approx(8.0), "given": True}
     drop = check["timeline"]["drops"][0]
     assert drop["landing_longitude_deg"] > drop["release_longitude_deg"]
 

@@ -21,6 +21,7 @@ PLANS = Path(__file__).parents[2] / "plans"
         ("fixed-wing-pass", "plane", (0.0, 5.0)),
         ("multicopter-landed", "quad", (0.0, 0.0)),
         ("vtol-hover-drop", "vtol", (0.0, 0.0)),
+        ("vtol-hover-drop", "vtol", (5.0, 0.0)),
     ],
 )
 def test_times_and_releases_are_as_predicted(name: str, airframe: str, wind_m_s: tuple[float, float]) -> None:
@@ -30,6 +31,11 @@ def test_times_and_releases_are_as_predicted(name: str, airframe: str, wind_m_s:
     assert not flown.failures
     assert flown.drops
     assert flown.flown_s == pytest.approx(flown.predicted_s, rel=0.1)
+
+
+def test_what_a_hovering_vtol_in_a_crosswind_does_is_named_as_unsure() -> None:
+    example = parse_plan((PLANS / "vtol-hover-drop.json").read_bytes())
+    assert not predicted_and_flown(example, "vtol", wind_m_s=(0.0, 5.0)).failures
 
 
 def test_the_vehicles_own_parameters_are_what_is_predicted_with() -> None:

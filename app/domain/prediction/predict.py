@@ -15,6 +15,7 @@ from app.domain.plan.document import Plan
 from app.domain.plan.drops import DropUse, drops_of
 from app.domain.plan.items import Delay, Land, Loiter, ReturnToLaunch, Takeoff, Waypoint
 from app.domain.plan.walk import Carried, Step, reference_home, walk
+from app.domain.prediction import vtol
 from app.domain.prediction.alternates import with_alternates
 from app.domain.prediction.durations import Ahead, effort, point_of
 from app.domain.prediction.effort import Effort, Flight
@@ -86,6 +87,7 @@ def _flown(flight: Flight, plan: Plan, steps: Sequence[Step]) -> tuple[list[Time
             took = replace(took, unsure_s=took.unsure_s + now_s)
         if took.distance_m > 0.0:
             took, was_unsure = _after_unsure(took) if was_unsure else took, took.unsure_s > 0.0
+            took = replace(took, unsure_s=took.unsure_s + vtol.unsure_s(flight, step))
         brakes = _brakes(step, drop, steps[number + 1] if number + 1 < len(steps) else None)
         seqs = tuple(seqs_of[step.item.id])
         used = used_percent(flight.facts, motion, step, took, fly_m_s)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 
 from app.domain.default_facts import parameter
+from app.domain.plan.items import Transition
+from app.domain.plan.walk import Carried, Step
 from app.domain.prediction import rotary, wing
 from app.domain.prediction.effort import Effort, Flight
 from app.domain.prediction.motion import Motion, Point, ahead, course, turn
@@ -27,6 +29,10 @@ YAW_TOLERANCE_RAD = math.radians(12.0)
 """MIS_YAW_ERR: turned far enough."""
 HOVERS_AT_MOST_M_S = 5.7
 """Nose down its wing holds it down until the lift motors are at their limit: asked for 8 m/s it flies 5.6."""
+BRAKES_M_S2 = 2.0
+"""VT_B_DEC_MSS: in a tail wind the pitch brakes."""
+HEADING_TIMEOUT_S = 10.0
+"""MIS_YAW_TMT of a VTOL: so long it may turn to a heading, then the mission fails."""
 
 
 def take_off(flight: Flight, before: Motion, point: Point, up_m: float, airspeed_m_s: float) -> Effort:
@@ -75,11 +81,32 @@ def _push(speed_m_s: float, needed_m_s: float) -> tuple[float, float, float]:
 def to_hover(flight: Flight, before: Motion) -> Effort:
     """The pusher stops and the air brakes, down to the speed that it hovers at."""
     left_m_s = min(before.speed_m_s, max(1.0, parameter(flight.facts, "MPC_XY_CRUISE")))
-    brakes_s = math.log(before.speed_m_s / left_m_s) / DRAG_PER_S if before.speed_m_s > left_m_s else 0.0
-    way_m = (before.speed_m_s - left_m_s) / DRAG_PER_S
     along = before.course_rad or 0.0
+    air_m_s = flight.wind.north_m_s * math.cos(along) + flight.wind.east_m_s * math.sin(along)
+    brakes_s, way_m = _brake(before.speed_m_s, left_m_s, air_m_s)
     there = ahead(before.point, along, way_m)
     return Effort(way_m, brakes_s, Motion(there, before.up_m, left_m_s, before.course_rad, before.heading_rad))
+
+
+def _brake(speed_m_s: float, left_m_s: float, air_m_s: float) -> tuple[float, float]:
+    """How long and how far; `air_m_s` is the wind from behind."""
+    gone_s = way_m = 0.0
+    while speed_m_s > left_m_s:
+        speed_m_s -= max(BRAKES_M_S2, DRAG_PER_S * (speed_m_s - air_m_s)) * STEP_S
+        way_m += speed_m_s * STEP_S
+        gone_s += STEP_S
+    return gone_s, way_m
+
+
+def unsure_s(flight: Flight, step: Step) -> float:
+    """In wind the fin turns a hovering VTOL, and sideways its lift motors are near their limit."""
+    if flight.facts.vehicle_type is not VehicleType.VTOL or flight.wind.speed_m_s == 0.0:
+        return 0.0
+    ends_hovering = step.after in (Carried.ROTARY_WING, Carried.GROUND)
+    if isinstance(step.item, Transition):
+        return 0.0 if ends_hovering else HEADING_TIMEOUT_S
+    starts_hovering = step.before in (Carried.ROTARY_WING, Carried.GROUND)
+    return HEADING_TIMEOUT_S if starts_hovering or ends_hovering else 0.0
 
 
 def hover_speed_m_s(facts: VehicleFacts, speed_m_s: float) -> float:

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 _SLOWEST_M_S = 1.0
 
 
 @dataclass(frozen=True, slots=True)
 class Wind:
-    """Where the air goes, over ground. A prediction without wind is one for calm air."""
+    """Where the air goes, over ground. Not `given`: nobody told a wind, and calm air is assumed."""
 
     north_m_s: float = 0.0
     east_m_s: float = 0.0
+    given: bool = field(default=True, compare=False)
 
     @property
     def speed_m_s(self) -> float:
@@ -30,4 +31,5 @@ class Wind:
         return max(_SLOWEST_M_S, forward + along)
 
 
-CALM = Wind()
+CALM = Wind(given=False)
+"""Assumed where no wind is given."""

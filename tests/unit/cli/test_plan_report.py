@@ -13,7 +13,7 @@ from app.domain.prediction import CALM, Wind, predict
 from tests.unit.domain.plan_pieces import multicopter, waypoint
 
 
-@pytest.mark.parametrize(("wind", "told"), [(CALM, True), (Wind(3.0, 4.0), False)])
+@pytest.mark.parametrize(("wind", "told"), [(CALM, True), (Wind(), False), (Wind(3.0, 4.0), False)])
 def test_a_prediction_for_calm_air_says_that_wind_is_not_in_it(wind: Wind, told: bool) -> None:
     plan, written = multicopter(waypoint()), io.StringIO()
     show_timeline(Console(file=written, width=200), plan, predict(plan, default_facts(plan.vehicle_type), wind))

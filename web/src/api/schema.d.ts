@@ -5561,7 +5561,8 @@ export interface components {
             /**
              * @default {
              *       "north_m_s": 0,
-             *       "east_m_s": 0
+             *       "east_m_s": 0,
+             *       "given": false
              *     }
              */
             wind: components["schemas"]["Wind"];
@@ -6162,7 +6163,7 @@ export interface components {
         };
         /**
          * Wind
-         * @description Where the air goes, over ground. A prediction without wind is one for calm air.
+         * @description Where the air goes, over ground. Not `given`: nobody told a wind, and calm air is assumed.
          */
         Wind: {
             /**
@@ -6175,6 +6176,11 @@ export interface components {
              * @default 0
              */
             east_m_s: number;
+            /**
+             * Given
+             * @default true
+             */
+            given: boolean;
         };
         /**
          * WindFault

@@ -63,7 +63,7 @@ describe("the prediction", () => {
     truncated: false,
     alternates: [],
     longest_duration_s: null,
-    wind: { north_m_s: 0, east_m_s: 0 },
+    wind: { north_m_s: 0, east_m_s: 0, given: true },
     battery_start_percent: null,
     battery_used_percent: null,
   };
@@ -84,5 +84,10 @@ describe("the prediction", () => {
   it("sums up the flight", () => {
     expect(totalText(timeline)).toBe("3 min 20 s · 840 m");
     expect(totalText({ ...timeline, battery_used_percent: 23.2 })).toBe("3 min 20 s · 840 m · 23% of the battery");
+  });
+
+  it("says that a wind which nobody told is not in it", () => {
+    const assumed = { ...timeline, wind: { ...timeline.wind, given: false } };
+    expect(totalText(assumed)).toBe("3 min 20 s · 840 m · in calm air: wind is not in it");
   });
 });

@@ -16,7 +16,7 @@ function drop(fields: Partial<Drop>): Drop {
 }
 
 function timeline(entries: Entry[], drops: Drop[] = []): Timeline {
-  return { entries, drops, order: [], distance_m: 100, duration_s: entries.at(-1)?.end_s ?? 0, open_ended: false, truncated: false, alternates: [], longest_duration_s: null, wind: { north_m_s: 0, east_m_s: 0 }, battery_start_percent: null, battery_used_percent: null };
+  return { entries, drops, order: [], distance_m: 100, duration_s: entries.at(-1)?.end_s ?? 0, open_ended: false, truncated: false, alternates: [], longest_duration_s: null, wind: { north_m_s: 0, east_m_s: 0, given: true }, battery_start_percent: null, battery_used_percent: null };
 }
 
 describe("the altitude profile", () => {

@@ -11,13 +11,14 @@ export function arrivalText(timeline: Timeline | null, itemId: string): string {
   return `+${seconds(Math.round(last.end_s))}${visits.length > 1 ? ` (${visits.length} visits)` : ""}`;
 }
 
-/** The whole flight: "3 min 20 s · 840 m · 23% of the battery". */
+/** The whole flight: "3 min 20 s · 840 m · 23% of the battery". A wind that nobody told is not in it, and it says so. */
 export function totalText(timeline: Timeline | null): string {
   if (timeline === null) return "";
   const end = timeline.open_ended ? " until told otherwise" : "";
   const used = timeline.battery_used_percent;
   const battery = used === null ? "" : ` · ${percent(used)} of the battery`;
-  return `${seconds(Math.round(timeline.duration_s))}${end} · ${distance(timeline.distance_m)}${battery}`;
+  const calm = timeline.wind.given ? "" : " · in calm air: wind is not in it";
+  return `${seconds(Math.round(timeline.duration_s))}${end} · ${distance(timeline.distance_m)}${battery}${calm}`;
 }
 
 /** How a drop is predicted to act: where before the point, how fast, how far the parcel flies on. */

@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 
 from app.domain.default_facts import default_facts
-from app.domain.prediction import predict, vtol
+from app.domain.prediction import Wind, predict, vtol
 from app.domain.prediction.effort import Flight
 from app.domain.prediction.motion import Motion
 from app.domain.vehicle import VehicleType
-from tests.unit.domain.plan_pieces import HOME, transition, waypoint
+from tests.unit.domain.plan_pieces import HOME, land, plan, takeoff, transition, waypoint
 from tests.unit.domain.plan_pieces import vtol as vtol_plan
 
 FACTS = default_facts(VehicleType.VTOL)
@@ -57,3 +57,18 @@ def test_a_speed_set_on_the_wing_does_not_count_in_hover_nor_the_other_way() -> 
     flown = [entry.ground_speed_m_s for entry in predict(plan, FACTS).entries if entry.type == "waypoint"]
     trim, cruise = (FACTS.parameters[name] for name in ("FW_AIRSPD_TRIM", "MPC_XY_CRUISE"))
     assert flown == [11.0, 3.0, trim, cruise]
+
+
+def test_in_wind_it_is_unsure_when_a_hovering_vtol_reaches_a_heading() -> None:
+    flight = plan("vtol", takeoff(30), waypoint(250), transition("multicopter"), waypoint(400), land(0, 0))
+    own = default_facts(flight.vehicle_type)
+    calm, windy = (predict(flight, own, wind).entries for wind in (Wind(), Wind(east_m_s=5.0)))
+    more_s = [there.unsure_s - here.unsure_s for here, there in zip(calm, windy, strict=True)]
+    assert more_s == [vtol.HEADING_TIMEOUT_S, 0.0, 0.0, vtol.HEADING_TIMEOUT_S, vtol.HEADING_TIMEOUT_S]
+
+
+def test_in_a_tail_wind_it_brakes_by_its_pitch() -> None:
+    flight = plan("vtol", takeoff(30), waypoint(250), transition("multicopter"), waypoint(400), land(0, 0))
+    own = default_facts(flight.vehicle_type)
+    calm, pushed = (predict(flight, own, wind).entries[2].duration_s for wind in (Wind(), Wind(north_m_s=5.0)))
+    assert pushed > calm + 1.0
