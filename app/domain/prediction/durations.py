@@ -17,6 +17,7 @@ from app.domain.prediction import buoyant, path_return, return_to_launch, rotary
 from app.domain.prediction.effort import Effort, Flight
 from app.domain.prediction.motion import Motion, Point
 from app.domain.prediction.path_return import Passage
+from app.domain.prediction.vertical import takes_off_s
 from app.domain.speeds import cruise_speed_m_s
 from app.domain.vehicle import VehicleType
 
@@ -28,11 +29,15 @@ ANSWER_S = 0.2
 
 @dataclass(frozen=True, slots=True)
 class Ahead:
-    """What comes after an item: the next position item without a takeoff between. And all positions of the plan."""
+    """What comes after an item: the next position item without a takeoff between. And all positions of the plan.
+
+    `has_landed`: a landing comes before the item.
+    """
 
     following: Point | None
     following_up_m: float
     positions: Sequence[Passage]
+    has_landed: bool = False
 
 
 STOPS = Ahead(None, 0.0, ())
@@ -51,7 +56,7 @@ def effort(flight: Flight, before: Motion, step: Step, speed_m_s: float, drop: D
         case Waypoint():
             return _waypoint(flight, before, step, speed_m_s, drop, ahead)
         case Loiter():
-            return _loiter(flight, before, step, speed_m_s)
+            return _loiter(flight, before, step, speed_m_s, ahead)
         case Land():
             return _land(flight, before, step, speed_m_s)
         case ReturnToLaunch():
@@ -102,7 +107,8 @@ def _waypoint(
 def _following(step: Step, drop: DropUse | None, ahead: Ahead) -> Ahead:
     """Nothing follows where the vehicle stops: PX4 brakes for a hold in rotary-wing state."""
     holds = isinstance(step.item, Waypoint) and step.item.hold_s > 0.0
-    return STOPS if step.after is Carried.ROTARY_WING and (holds or drop is not None) else ahead
+    stops = step.after is Carried.ROTARY_WING and (holds or drop is not None)
+    return replace(STOPS, has_landed=ahead.has_landed) if stops else ahead
 
 
 def _radius_m(flight: Flight, item: Waypoint, drop: DropUse | None) -> float:
@@ -112,7 +118,10 @@ def _radius_m(flight: Flight, item: Waypoint, drop: DropUse | None) -> float:
 
 
 def _leg(flight: Flight, before: Motion, step: Step, speed_m_s: float, radius_m: float, ahead: Ahead) -> Effort:
-    """The way to a waypoint or a loiter. A vehicle that stands on the ground climbs first."""
+    """The way to a waypoint or a loiter. A vehicle that stands on the ground climbs first, where the mission begins.
+
+    After a landing amid it, one that hovers is still armed and climbs on the way [09_quad_land_deliver].
+    """
     point, up_m = point_of(flight, step.end), step.end.relative_altitude_m
     match step.after:
         case Carried.FIXED_WING:
@@ -127,6 +136,10 @@ def _leg(flight: Flight, before: Motion, step: Step, speed_m_s: float, radius_m:
     target = rotary.Target(point, up_m, radius_m, ahead.following, ahead.following_up_m)
     if step.before is not Carried.GROUND:
         return rotary.fly(flight, before, target, speed_m_s)
+    if ahead.has_landed:
+        leg = rotary.fly(flight, before, target, speed_m_s)
+        lifted_s = takes_off_s(flight.facts, up_m - before.up_m) - parameter(flight.facts, "COM_SPOOLUP_TIME")
+        return replace(leg, duration_s=max(leg.duration_s + parameter(flight.facts, "MPC_TKO_RAMP_T"), lifted_s))
     up_first = rotary.Target(before.point, _first_up_m(flight, before, up_m), radius_m)
     climbed = rotary.take_off(flight, before, up_first, speed_m_s)
     return _after(climbed, rotary.fly(flight, climbed.end, target, speed_m_s))
@@ -146,7 +159,7 @@ def _after(first: Effort, then: Effort) -> Effort:
     )
 
 
-def _loiter(flight: Flight, before: Motion, step: Step, speed_m_s: float) -> Effort:
+def _loiter(flight: Flight, before: Motion, step: Step, speed_m_s: float, ahead: Ahead) -> Effort:
     item = step.item
     assert isinstance(item, Loiter)
     seconds, radius_m = item.duration_s or 0.0, item.radius_m or parameter(flight.facts, "NAV_LOITER_RAD")
@@ -155,7 +168,8 @@ def _loiter(flight: Flight, before: Motion, step: Step, speed_m_s: float) -> Eff
             seconds = (item.turns or 0.0) * math.tau * abs(radius_m) / max(0.1, speed_m_s)
         point, up_m = point_of(flight, step.end), step.end.relative_altitude_m
         return wing.circle(flight, before, point, up_m, radius_m, seconds, speed_m_s)
-    leg = _leg(flight, before, step, speed_m_s, parameter(flight.facts, "NAV_ACC_RAD"), STOPS)
+    stops = replace(STOPS, has_landed=ahead.has_landed)
+    leg = _leg(flight, before, step, speed_m_s, parameter(flight.facts, "NAV_ACC_RAD"), stops)
     end = leg.end if step.after is Carried.BUOYANCY else leg.end.standing(point_of(flight, step.end))
     return Effort(leg.distance_m, leg.duration_s + (seconds if item.kind == "time" else 0.0), end)
 

@@ -119,8 +119,9 @@ def _ahead(flight: Flight, steps: Sequence[Step], positions: Sequence[Passage]) 
     found: list[Ahead] = []
     following: Point | None = None
     up_m = 0.0
-    for step in reversed(steps):
-        found.append(Ahead(following, up_m, positions))
+    first_landing = next((number for number, step in enumerate(steps) if isinstance(step.item, Land)), len(steps))
+    for number, step in reversed(list(enumerate(steps))):
+        found.append(Ahead(following, up_m, positions, has_landed=number > first_landing))
         if isinstance(step.item, Takeoff | ReturnToLaunch):
             following = None
         elif isinstance(step.item, Waypoint | Loiter | Land):

@@ -66,5 +66,5 @@ async def test_a_change_is_predicted_with_the_wind_of_its_run() -> None:
         await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
         (told,) = [event for event in at.events.events if event.kind is EventKind.RUN_MISSION_CHANGED]
         changed = told.data["timeline"]
-        assert changed["wind"] == {"north_m_s": 3.0, "east_m_s": 0.0}
+        assert changed["wind"] == {"north_m_s": 3.0, "east_m_s": 0.0, "given": True}
         assert (changed["battery_start_percent"], changed["battery_used_percent"] > 0.0) == (95.0, True)
