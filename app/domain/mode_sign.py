@@ -1,7 +1,8 @@
 """Who commanded the mode a vehicle is in, as far as its messages tell.
 
-CURRENT_MODE, HEARTBEAT (the failsafe) and MISSION_CURRENT (the plan's own return or end) come one by one, each up to
-a second after the other: nobody is named before all of them have had time.
+A mode and its failsafe come together, in a HEARTBEAT or in a CURRENT_MODE (by the intended mode; without it the
+failsafe comes with the next HEARTBEAT). MISSION_CURRENT (the plan's own return or end) comes up to a second before or
+after: nobody is named before all of them have had time.
 """
 
 from __future__ import annotations

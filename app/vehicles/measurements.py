@@ -46,6 +46,7 @@ class Measurements:
     heartbeat_s: float | None = None
     mode: FlightMode | None = None
     intended_mode: FlightMode | None = None
+    in_failsafe: bool = False
     system: ExtendedSysState | None = None
     position: GlobalPositionInt | None = None
     position_s: float | None = None
@@ -64,25 +65,34 @@ class Measurements:
 
     def take_heartbeat(self, message: Heartbeat, received_s: float) -> LinkFact | None:
         """HEARTBEAT: mode, armed, failsafe."""
-        old, before = self.heartbeat, self.mode
+        old, before = self.heartbeat, (self.mode, self.in_failsafe)
         self.heartbeat, self.heartbeat_s = message, received_s
         self.mode = flight_mode(message.custom_mode)
-        if message.system_status != _CRITICAL:
+        self.in_failsafe = message.system_status == _CRITICAL
+        if not self.in_failsafe:
             self.intended_mode = self.mode
         same = (
             old is not None
             and (old.base_mode ^ message.base_mode) & _ARMED == 0
-            and (old.system_status == _CRITICAL) == (message.system_status == _CRITICAL)
-            and before is self.mode
+            and before == (self.mode, self.in_failsafe)
         )
         return None if same else StateChanged()
 
     def take_mode(self, message: CurrentMode) -> LinkFact | None:
-        """CURRENT_MODE: the mode, sooner than the next HEARTBEAT."""
+        """CURRENT_MODE: the mode, sooner than the next HEARTBEAT.
+
+        A mode that is not the intended one was chosen by a failsafe (PX4: nav_state beside nav_state_user_intention).
+        Were the failsafe of the last HEARTBEAT kept, the new mode would be told with the cause of the one before.
+        """
         before = self.mode
         self.mode = flight_mode(message.custom_mode)
         if message.intended_custom_mode:  # 0 is "not known"
             self.intended_mode = flight_mode(message.intended_custom_mode)
+            if self.mode is not before:
+                chosen = message.custom_mode != message.intended_custom_mode
+                self.in_failsafe = (
+                    chosen and self.mode is not FlightMode.OTHER
+                )  # which a mode executor shows as its own
         return None if before is self.mode else StateChanged()
 
     @property
@@ -90,8 +100,7 @@ class Measurements:
         """Whether OFFBOARD is, or may be, what the user asked for last: a failsafe may fly another mode."""
         if FlightMode.OFFBOARD in (self.mode, self.intended_mode):
             return True
-        in_failsafe = self.heartbeat is not None and self.heartbeat.system_status == _CRITICAL
-        return in_failsafe and self.intended_mode is None
+        return self.in_failsafe and self.intended_mode is None
 
     def take_system(self, message: ExtendedSysState) -> LinkFact | None:
         """EXTENDED_SYS_STATE: landed_state, vtol_state."""
@@ -148,7 +157,7 @@ class Measurements:
             mode=self.mode,
             armed=None if beat is None else bool(beat.base_mode & _ARMED),
             landed=LandedState.UNDEFINED if system is None else _word(_LANDED, system.landed_state),
-            in_failsafe=beat is not None and beat.system_status == _CRITICAL,
+            in_failsafe=self.in_failsafe,
             latitude_deg=None if place is None else place.lat / 1e7,
             longitude_deg=None if place is None else place.lon / 1e7,
             absolute_altitude_m=None if place is None else place.alt / 1e3,

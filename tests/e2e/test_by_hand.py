@@ -74,8 +74,7 @@ async def moves_nothing_after_it_woke(simulated: SimulatedFleet, service: Servic
     finally:
         os.kill(service.pid, signal.SIGCONT)
     assert await ann.until_closed() == 4410, "the lease and the buffered frames are dropped"
-    reason = ann.offboard["reason"]
-    assert "stood still" in reason or "link" in reason, "after 3 s the watch of the link may notice it first"
+    assert "stood still" in ann.offboard["reason"], "what the vehicle did meanwhile has that as its cause"
 
 
 async def test_a_hung_and_a_killed_waydrop_leave_the_vehicle_to_its_own_failsafe(

@@ -267,7 +267,11 @@ class OffboardControl:
             self.link.send_setpoint(message)
 
     def _heard(self, fact: LinkFact) -> None:
-        """Somebody else's mode is never fought for: stream and last word end at once, or they would pull it back."""
+        """Somebody else's mode is never fought for: stream and last word end at once, or they would pull it back.
+
+        What the vehicle did while the service stood still has that as its cause, so it is asked first.
+        """
+        self._stood_still()
         if self._is_commanded and self._holding.is_under_way and who_acts(self.link.state()):
             self._holding.cancel()
         self._end_if_taken(fact)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from app.domain.vehicle import GnssFix
-from app.vehicles.decoders import GlobalPositionInt, GpsRawInt
+from app.domain.mode_sign import ModeSign
+from app.domain.vehicle import FlightMode, GnssFix
+from app.vehicles.decoders import CurrentMode, GlobalPositionInt, GpsRawInt, Heartbeat
 from app.vehicles.measurements import Measurements
 
 
@@ -39,3 +40,55 @@ def test_after_a_reboot_positions_count_again() -> None:
     measurements.forget_after_reboot()
     measurements.take_position(position(1_000), 110.0)
     assert measurements.state(110.0, connected=True).boot_time_s == 1.0
+
+
+HOLD, RETURN, POSITION, OFFBOARD = (main << 16 | sub << 24 for main, sub in ((4, 3), (4, 5), (3, 0), (6, 0)))
+
+
+def heartbeat(custom_mode: int, *, failsafe: bool = False) -> Heartbeat:
+    return Heartbeat(type=2, autopilot=12, base_mode=128, custom_mode=custom_mode, system_status=5 if failsafe else 4)
+
+
+def test_a_failsafe_is_known_with_the_mode_that_it_chose_and_not_a_heartbeat_later() -> None:
+    measurements = Measurements()
+    measurements.take_heartbeat(heartbeat(OFFBOARD), 100.0)
+    measurements.take_mode(CurrentMode(RETURN, OFFBOARD))
+    state = measurements.state(100.1, connected=True)
+    assert (state.mode, state.in_failsafe) == (FlightMode.RETURN, True), "recording 18b: nobody else commanded it"
+
+
+def test_a_pilot_who_takes_over_from_a_failsafe_is_no_failsafe_though_the_heartbeat_comes_later() -> None:
+    measurements, sign = Measurements(), ModeSign()
+    measurements.take_heartbeat(heartbeat(RETURN, failsafe=True), 100.0)
+    sign = sign.seen(measurements.state(100.0, connected=True), 100.0)
+    measurements.take_mode(CurrentMode(POSITION, POSITION))
+    sign = sign.seen(measurements.state(100.1, connected=True), 100.1)
+    measurements.take_heartbeat(heartbeat(POSITION), 101.0)
+    sign = sign.seen(measurements.state(101.0, connected=True), 101.0)
+    assert not sign.by_failsafe
+
+
+def test_a_failsafe_that_goes_on_from_hold_to_return_stays_one() -> None:
+    measurements = Measurements()
+    measurements.take_heartbeat(heartbeat(OFFBOARD), 99.0)
+    for mode in (HOLD, RETURN):
+        measurements.take_mode(CurrentMode(mode, OFFBOARD))
+        assert measurements.state(100.0, connected=True).in_failsafe
+        measurements.take_heartbeat(heartbeat(mode, failsafe=True), 100.5)
+        assert measurements.state(101.0, connected=True).in_failsafe
+
+
+def test_without_the_intended_mode_the_next_heartbeat_tells_of_the_failsafe() -> None:
+    measurements = Measurements()
+    measurements.take_heartbeat(heartbeat(OFFBOARD), 99.0)
+    measurements.take_mode(CurrentMode(RETURN, 0))
+    assert not measurements.state(100.0, connected=True).in_failsafe
+    measurements.take_heartbeat(heartbeat(RETURN, failsafe=True), 100.5)
+    assert measurements.state(101.0, connected=True).in_failsafe
+
+
+def test_a_mode_that_a_mode_executor_shows_as_its_own_is_no_failsafe() -> None:
+    measurements = Measurements()
+    measurements.take_heartbeat(heartbeat(HOLD), 99.0)
+    measurements.take_mode(CurrentMode(4 << 16 | 11 << 24, HOLD))
+    assert not measurements.state(100.0, connected=True).in_failsafe

@@ -107,6 +107,14 @@ async def test_after_the_process_stood_still_nothing_is_sent_and_nothing_command
         assert "stood still" in quad.control.reason
 
 
+async def test_what_the_vehicle_did_while_the_process_stood_still_has_that_as_its_cause() -> None:
+    async with cockpit(settings=replace(SETTINGS, gap_s=0.3)) as quad:
+        await quad.flown()
+        time.sleep(0.6)  # noqa: ASYNC251 - the whole process stands still, as under SIGSTOP
+        quad.vehicle.put(mode=FlightMode.RETURN)  # its own failsafe; the message is read before the next tick
+        assert "stood still" in quad.control.reason
+
+
 async def test_a_tick_that_stood_still_in_its_middle_sends_nothing() -> None:
     async with cockpit(settings=replace(SETTINGS, gap_s=1.0)) as quad:
         await quad.flown()
