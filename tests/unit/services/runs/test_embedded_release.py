@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from app.domain.drop import Certainty, DropOutcome, DropRecord, OutputEvidence
+from app.domain.mission import MavCmd
 from app.domain.vehicle import LandedState
 from tests.unit.services.runs.embedded_flight import EmbeddedFlight, two_parcels
 
@@ -43,6 +46,19 @@ def test_reached_without_a_known_output_is_unknown_with_a_code(
     drop = flight.record("drop")
     assert (drop.outcome, drop.certainty, drop.output_evidence) == (DropOutcome.UNKNOWN, Certainty.NONE, evidence)
     assert words in drop.reason
+
+
+def test_a_winch_is_unknown_because_nothing_shows_what_it_does() -> None:
+    mission = two_parcels()
+    winches = tuple(replace(drop, command=MavCmd.DO_WINCH) for drop in mission.drops)
+    flight = EmbeddedFlight(replace(mission, drops=winches))
+    flight.tick(current=flight.seq("clinic"), gripper_output_us=2000)
+    flight.tick(5, current=flight.seq("depot"))
+    flight.wait(3)
+    drop = flight.record("drop")
+    assert drop.outcome is DropOutcome.UNKNOWN
+    assert "nothing on the link shows what a winch does" in drop.reason
+    assert "output" not in drop.reason
 
 
 def test_a_second_parcel_that_was_never_grabbed_is_unknown() -> None:

@@ -57,6 +57,7 @@ async def test_every_end_of_the_lease_drops_the_queue(how: str) -> None:
         else:
             quad.take("ben", override=True)
         assert report(quad).task_list == [0]
+        assert (report(quad).reason == "") == (how == "override"), "what ended a lease explains nothing of the next one"
         assert (await changes(quad))[-1][0] == "dropped"
         quad.clock.time_s += 0.3
         await quad.quiet()
