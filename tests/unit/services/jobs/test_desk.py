@@ -13,7 +13,8 @@ from app.domain.errors import JobWrongStateError, LinkTimeoutError, VehicleBusyE
 from app.domain.jobs.job import Job, JobState
 from app.domain.run import Run, RunState
 from app.domain.vehicle import LandedState, VehicleFacts
-from app.services.offboard_view import LeaseView, OffboardState, OffboardView
+from app.domain.offboard_state import OffboardState
+from app.services.offboard_view import LeaseView, OffboardView
 from tests.unit.services.jobs.yard import Yard, a_yard
 
 SOME_LOOKS_S = 0.1

@@ -16,7 +16,7 @@ from app.services.journal import Journal
 from app.services.offboard import Offboard, OffboardSettings
 from app.services.offboard.control import OffboardControl
 from app.services.offboard.passage import Passage
-from app.services.offboard_view import OffboardState
+from app.domain.offboard_state import OffboardState
 from app.services.tasks import TaskDesk, Tasks
 from tests.unit.domain.setpoint.examples import example
 from tests.unit.services.fakes import ManualClock, MemoryEventStore

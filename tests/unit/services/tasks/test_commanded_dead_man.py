@@ -11,7 +11,7 @@ from app.domain.errors import ConflictError, LinkTimeoutError
 from app.domain.mission import MavCmd
 from app.domain.tasks.order_request import CIRCLE_HERE
 from app.domain.vehicle import FlightMode, VehicleType
-from app.services.offboard_view import OffboardState
+from app.domain.offboard_state import OffboardState
 from tests.unit.services.offboard.cockpit import SETTINGS
 from tests.unit.services.tasks.commanded import CIRCLE, FAR, flying, gone_on, ordered, plane
 from tests.unit.services.tasks.queued import changes, queue, report
