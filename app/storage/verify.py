@@ -102,9 +102,8 @@ def _opened(path: Path) -> Iterator[sqlite3.Connection]:
         connection.execute("PRAGMA query_only = ON")
         if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
             raise StorageError(f"{path} is a database of another program, not a journal")
-        if "hash" not in {row["name"] for row in connection.execute("PRAGMA table_info(events)")}:
+        if not {*_HASHED, "hash"} <= {row["name"] for row in connection.execute("PRAGMA table_info(events)")}:
             raise StorageError(
-                f"journal {path} was written by a Waydrop that did not chain its events",
-                hint="start this version on it once: it chains what is there",
+                f"journal {path} was written by another version of Waydrop", hint="verify it with that version"
             )
         yield connection

@@ -18,6 +18,7 @@ from tests.api.broken_parts import without_journal
 from tests.api.scripted_simulator import ScriptedSimulator
 from tests.api.service import Service, run_service
 from tests.api.test_runs import create, reaches
+from tests.events import data_of
 
 VIEW = "/api/v1/simulator"
 FAULTS = "/api/v1/simulator/faults"
@@ -48,7 +49,7 @@ async def simulated(tmp_path: Path, simulator: ScriptedSimulator) -> AsyncIterat
 async def told(service: Service) -> list[tuple[str | None, dict[str, Any]]]:
     """Vehicle and data of each recorded fault."""
     events = await service.services.journal.read(0, 100)
-    return [(event.vehicle_id, event.data) for event in events if event.kind == "simulator.fault"]
+    return [(event.vehicle_id, data_of(event)) for event in events if event.kind == "simulator.fault"]
 
 
 async def test_without_a_simulator_there_is_none_to_see_and_no_fault_to_set(service: Service) -> None:
@@ -90,7 +91,7 @@ async def test_a_fault_reaches_the_vehicle_it_names_and_is_in_the_story_of_its_r
     assert (status, body) == (200, {"fault": "wind", "value": [3.0, -2.5], "vehicle_ids": ["v2"]})
     assert simulator.orders == [{"vehicle": 2, "fault": "wind", "value": [3.0, -2.5]}]
     story = await simulated.services.journal.read(0, 100, run_id="r-1")
-    assert [(event.kind, event.vehicle_id, event.data["value"]) for event in story] == [
+    assert [(event.kind, event.vehicle_id, data_of(event)["value"]) for event in story] == [
         ("simulator.fault", "v2", [3.0, -2.5])
     ]
 
@@ -101,7 +102,7 @@ async def test_a_fault_for_all_is_told_of_each_simulated_vehicle_and_of_no_other
     status, _, body = await simulated.call("POST", FAULTS, json={"vehicle": None, "fault": "loss", "value": 0.1})
     assert (status, body["vehicle_ids"]) == (200, ["v1", "v2"])
     assert simulator.orders == [{"vehicle": None, "fault": "loss", "value": 0.1}]
-    assert [vehicle for vehicle, _ in await told(simulated)] == ["v1", "v2"]
+    assert [vehicle for vehicle, _ in await data_of(simulated)] == ["v1", "v2"]
 
 
 async def test_what_the_simulator_refuses_is_told_with_its_reason_and_recorded_as_not_set(
@@ -111,7 +112,7 @@ async def test_what_the_simulator_refuses_is_told_with_its_reason_and_recorded_a
     order = {"vehicle": "v1", "fault": "stuck_winch", "value": True}
     status, _, problem = await simulated.call("POST", FAULTS, json=order)
     assert (status, problem["code"], problem["detail"]) == (409, "simulator.refused", "vehicle 1 has no winch")
-    assert [data["problem"] for _, data in await told(simulated)] == [None, "vehicle 1 has no winch"]
+    assert [data["problem"] for _, data in await data_of(simulated)] == [None, "vehicle 1 has no winch"]
 
 
 async def test_a_vehicle_never_seen_and_a_real_one_get_no_fault(
@@ -121,7 +122,7 @@ async def test_a_vehicle_never_seen_and_a_real_one_get_no_fault(
         status, _, problem = await simulated.call("POST", FAULTS, json={**CUT, "vehicle": vehicle})
         assert (status, problem["code"]) == expected
     assert simulator.orders == []
-    assert await told(simulated) == []
+    assert await data_of(simulated) == []
 
 
 async def test_a_dead_simulator_is_no_longer_available(tmp_path: Path) -> None:
@@ -146,7 +147,7 @@ async def test_a_simulator_that_says_nothing_or_nonsense_is_no_answer(
     status, _, problem = await simulated.call("POST", FAULTS, json=CUT)
     assert (status, problem["code"]) == (504, "simulator.no_answer")
     assert reason in problem["detail"]
-    assert [data["problem"] for _, data in await told(simulated)] == [None, problem["detail"]]
+    assert [data["problem"] for _, data in await data_of(simulated)] == [None, problem["detail"]]
 
 
 @pytest.mark.parametrize(
@@ -190,7 +191,7 @@ async def test_a_fault_that_cannot_be_recorded_is_not_set(tmp_path: Path, simula
 
 async def speed_events(service: Service) -> list[dict[str, Any]]:
     events = await service.services.journal.read(0, 100)
-    return [event.data for event in events if event.kind == "simulator.speed"]
+    return [data_of(event) for event in events if event.kind == "simulator.speed"]
 
 
 async def test_a_speed_is_recorded_then_set_shown_with_its_caps_and_told_to_each_simulated_vehicles_clock(
@@ -270,4 +271,4 @@ async def test_viewers_look_and_pilots_set_faults_under_their_name(
     may = role in (Role.PILOT, Role.ADMIN)
     assert status == (200 if may else 403)
     assert len(simulator.orders) == int(may)
-    assert [data["by"] for _, data in await told(simulated)] == ([f"a {role.value}"] if may else [])
+    assert [data["by"] for _, data in await data_of(simulated)] == ([f"a {role.value}"] if may else [])
