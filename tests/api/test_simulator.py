@@ -102,7 +102,7 @@ async def test_a_fault_for_all_is_told_of_each_simulated_vehicle_and_of_no_other
     status, _, body = await simulated.call("POST", FAULTS, json={"vehicle": None, "fault": "loss", "value": 0.1})
     assert (status, body["vehicle_ids"]) == (200, ["v1", "v2"])
     assert simulator.orders == [{"vehicle": None, "fault": "loss", "value": 0.1}]
-    assert [vehicle for vehicle, _ in await data_of(simulated)] == ["v1", "v2"]
+    assert [vehicle for vehicle, _ in await told(simulated)] == ["v1", "v2"]
 
 
 async def test_what_the_simulator_refuses_is_told_with_its_reason_and_recorded_as_not_set(
@@ -112,7 +112,7 @@ async def test_what_the_simulator_refuses_is_told_with_its_reason_and_recorded_a
     order = {"vehicle": "v1", "fault": "stuck_winch", "value": True}
     status, _, problem = await simulated.call("POST", FAULTS, json=order)
     assert (status, problem["code"], problem["detail"]) == (409, "simulator.refused", "vehicle 1 has no winch")
-    assert [data["problem"] for _, data in await data_of(simulated)] == [None, "vehicle 1 has no winch"]
+    assert [data["problem"] for _, data in await told(simulated)] == [None, "vehicle 1 has no winch"]
 
 
 async def test_a_vehicle_never_seen_and_a_real_one_get_no_fault(
@@ -122,7 +122,7 @@ async def test_a_vehicle_never_seen_and_a_real_one_get_no_fault(
         status, _, problem = await simulated.call("POST", FAULTS, json={**CUT, "vehicle": vehicle})
         assert (status, problem["code"]) == expected
     assert simulator.orders == []
-    assert await data_of(simulated) == []
+    assert await told(simulated) == []
 
 
 async def test_a_dead_simulator_is_no_longer_available(tmp_path: Path) -> None:
@@ -147,7 +147,7 @@ async def test_a_simulator_that_says_nothing_or_nonsense_is_no_answer(
     status, _, problem = await simulated.call("POST", FAULTS, json=CUT)
     assert (status, problem["code"]) == (504, "simulator.no_answer")
     assert reason in problem["detail"]
-    assert [data["problem"] for _, data in await data_of(simulated)] == [None, problem["detail"]]
+    assert [data["problem"] for _, data in await told(simulated)] == [None, problem["detail"]]
 
 
 @pytest.mark.parametrize(
@@ -271,4 +271,4 @@ async def test_viewers_look_and_pilots_set_faults_under_their_name(
     may = role in (Role.PILOT, Role.ADMIN)
     assert status == (200 if may else 403)
     assert len(simulator.orders) == int(may)
-    assert [data["by"] for _, data in await data_of(simulated)] == ([f"a {role.value}"] if may else [])
+    assert [data["by"] for _, data in await told(simulated)] == ([f"a {role.value}"] if may else [])
