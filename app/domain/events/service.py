@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
-
-from pydantic import JsonValue
+from typing import Any, ClassVar, Literal
 
 from app.domain.events.kinds import EventKind
 from app.domain.events.payload import Payload
@@ -45,7 +43,7 @@ class SimulatorFault(Payload):
     kind: ClassVar = EventKind.SIMULATOR_FAULT
 
     fault: str
-    value: JsonValue
+    value: Any
     by: str
     problem: str | None = None
 

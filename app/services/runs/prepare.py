@@ -117,7 +117,12 @@ class Preparation:
         try:
             await self._check()
         except PlanRejectedError as error:
-            self._recorder.note(RunPlanRefused(code=error.code, **error.extra))
+            refused = RunPlanRefused(
+                code=error.code,
+                findings=error.extra["findings"],
+                parameters_age_s=error.extra.get("parameters_age_s"),
+            )
+            self._recorder.note(refused)
             raise
 
     async def _tell(self, step: UploadProgress) -> None:
