@@ -18,7 +18,7 @@ from app.api.routes import ROUTES
 from app.api.server import serving
 from app.config import Settings, require_access_control
 from app.domain.errors import StorageError
-from app.domain.events import EventKind
+from app.domain.events.service import ServiceStarted, ServiceStopped
 from app.domain.journal_chain import JournalHead
 from app.domain.ports import TokenStore
 from app.services.access import Access
@@ -138,10 +138,10 @@ async def _journal(storage: Storage, clock: Clock) -> AsyncIterator[Journal]:
         journal = Journal(storage.events, clock)
         await journal.start()
         stack.push_async_callback(journal.close)
-        await _tell(journal, EventKind.SERVICE_STARTED, version=__version__)
+        await _tell(journal, ServiceStarted(release=__version__))
         with suppress(StorageError):  # as in _tell; it is still open at the next start, which tells it
             await tell_left_open(journal, clock)
-        stack.push_async_callback(_tell, journal, EventKind.SERVICE_STOPPED)
+        stack.push_async_callback(_tell, journal, ServiceStopped())
         yield journal
 
 
@@ -219,9 +219,9 @@ def _api_settings(settings: Settings, gateway_id: str) -> ApiSettings:
     )
 
 
-async def _tell(journal: Journal, kind: EventKind, **data: Any) -> None:
+async def _tell(journal: Journal, told: ServiceStarted | ServiceStopped) -> None:
     with suppress(StorageError):  # logged there; a full disk must not keep the service from stopping
-        await journal.record(journal.new_event(kind, **data))
+        await journal.record(journal.new_event(told))
 
 
 @asynccontextmanager

@@ -24,7 +24,8 @@ from pathlib import Path
 from aiohttp import web
 
 from app.api import ApiServices, ApiSettings, build_app
-from app.domain.events import Event, EventKind, NewEvent
+from app.domain.events import Event, NewEvent
+from app.domain.events.run import RunItem
 from app.domain.jobs.port import JobRecord
 from app.domain.ports import StoredPlan, Unsubscribe, VehicleLink
 from app.domain.run import Run
@@ -113,7 +114,7 @@ class Served:
 
 def numbered(events: Sequence[NewEvent], first: int) -> list[Event]:
     """Events as a journal numbers them."""
-    return [Event(**event.model_dump(), seq=seq, gateway="gw-1", hash="") for seq, event in enumerate(events, first)]
+    return [Event(**dict(event), seq=seq, gateway="gw-1", hash="") for seq, event in enumerate(events, first)]
 
 
 @asynccontextmanager
@@ -221,8 +222,8 @@ async def messages_per_s(server: Served, clients: int, events: int, burst: int, 
 
     def new(number: int) -> NewEvent:
         note = last_marker(turn) if number == events - 1 else "x" * 60
-        data = {"item_id": "clinic", "seq": number, "what": "reached", "note": note}
-        return NewEvent(kind=EventKind.RUN_ITEM, time=1.5, vehicle_id="v1", run_id="run-1", data=data)
+        told = RunItem(item_id=note, seq=number, what="reached")
+        return NewEvent.of(told, 1.5, vehicle_id="v1", run_id="run-1")
 
     batches = [[new(n) for n in range(first, min(first + burst, events))] for first in range(0, events, burst)]
     begun = time.perf_counter()

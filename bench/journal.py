@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import argparse
 import asyncio
-import json
 import sqlite3
 import statistics
 import sys
@@ -21,7 +20,8 @@ from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
-from app.domain.events import Event, EventKind, NewEvent
+from app.domain.events import Event, NewEvent
+from app.domain.events.run import RunItem
 from app.domain.jobs.port import JobRecord
 from app.domain.ports import EventStore, StoredPlan
 from app.domain.run import Run
@@ -30,7 +30,7 @@ from app.services.fanout import EventSubscription
 from app.services.journal import Journal
 from app.storage import open_storage
 
-DATA = {"item_id": "clinic", "seq": 7, "what": "reached", "note": "x" * 100}
+TOLD = RunItem(item_id=f"clinic {'x' * 100}", seq=7, what="reached")
 ROUNDS = 5
 CALLERS = (1, 16, 256)
 
@@ -83,7 +83,7 @@ async def record_for(journal: Journal, callers: int, seconds: float) -> tuple[fl
 
     async def record() -> None:
         while (begun := time.perf_counter()) - start < seconds:
-            await journal.record(journal.new_event(EventKind.RUN_ITEM, vehicle_id="v1", run_id="run-1", **DATA))
+            await journal.record(journal.new_event(TOLD, vehicle_id="v1", run_id="run-1"))
             latencies.append(time.perf_counter() - begun)
 
     await asyncio.gather(*(record() for _ in range(callers)))
@@ -92,7 +92,7 @@ async def record_for(journal: Journal, callers: int, seconds: float) -> tuple[fl
 
 def floor(path: Path, commits: Sequence[int]) -> float:
     """Events per second of sqlite3 with the same rows in the same commits; the triggers are left out too."""
-    data = json.dumps(DATA)
+    data = TOLD.model_dump_json()
     with closing(sqlite3.connect(path, isolation_level=None)) as connection:
         connection.execute("PRAGMA journal_mode = WAL")
         connection.execute("PRAGMA synchronous = FULL")

@@ -9,6 +9,7 @@ from app.cli.run_view import RunView
 from app.cli.service_client import ServiceClient
 from app.domain.errors import WaydropError
 from app.domain.events import Event, EventKind
+from app.domain.events.run import RunChanged
 from app.domain.prediction import WindGiven
 from app.domain.run import Run, RunState
 
@@ -62,8 +63,8 @@ class RunFollower:
             if not isinstance(item, Event) or not _concerns(item, run):
                 continue
             self._view.event(item)
-            if item.run_id == run.id and item.kind is EventKind.RUN_CHANGED:
-                before, run = run, Run.model_validate(item.data)
+            if item.run_id == run.id and isinstance(item.data, RunChanged):
+                before, run = run, item.data.root
                 self.run = run
                 _refuse_failed_start(before, run)
                 if run.is_over:

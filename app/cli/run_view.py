@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from types import TracebackType
-from typing import Any, Protocol, Self
+from typing import Protocol, Self
 
 from rich.console import Console
 from rich.markup import escape
@@ -13,7 +13,9 @@ from rich.table import Table
 from app.cli.run_lines import run_line
 from app.cli.terminal import write_json
 from app.cli.verdict import Verdict
-from app.domain.events import Event, EventKind
+from app.domain.drop import DropOutcome
+from app.domain.events import Event
+from app.domain.events.run import RunChanged, RunDrop, RunUploadProgress
 from app.domain.run import Run
 
 
@@ -49,7 +51,7 @@ class TerminalView:
 
     def event(self, event: Event) -> None:
         """See RunView."""
-        if event.kind is EventKind.RUN_UPLOAD_PROGRESS:
+        if isinstance(event.data, RunUploadProgress):
             self._upload(event.data)
             return
         if self._is_shown(event):
@@ -78,27 +80,25 @@ class TerminalView:
 
     def _is_shown(self, event: Event) -> bool:
         """Whether only such fields of a run or drop changed of which other events tell."""
-        data = event.data
         state: tuple[object, ...]
-        if event.kind is EventKind.RUN_CHANGED:
-            about, state = "run", (data.get("state"), data.get("reason"))
-        elif event.kind is EventKind.RUN_DROP:
-            pending = data.get("output_evidence") if data.get("outcome") == "pending" else None
-            about, state = f"drop {data.get('plan_item_id')}", (data.get("phase"), data.get("outcome"), pending)
-        else:
-            return False
+        match event.data:
+            case RunChanged(root=run):
+                about, state = "run", (run.state, run.reason)
+            case RunDrop(root=drop):
+                pending = drop.output_evidence if drop.outcome is DropOutcome.PENDING else None
+                about, state = f"drop {drop.plan_item_id}", (drop.phase, drop.outcome, pending)
+            case _:
+                return False
         before = self._shown.get(about)
         self._shown[about] = state
         return state == before
 
-    def _upload(self, data: dict[str, Any]) -> None:
-        what, total = data.get("mission_type"), data.get("total")
-        again = "" if data.get("attempt") in {None, 1} else f", attempt {data['attempt']}"
-        percent = float(data.get("percent") or 0.0)
+    def _upload(self, step: RunUploadProgress) -> None:
+        again = "" if step.attempt == 1 else f", attempt {step.attempt}"
         if self._console.is_terminal:
-            self._show_bar(percent, f"upload {what} {data.get('sent')}/{total}{again}")
-        if percent >= 100.0:
-            self._console.print(f"uploaded {what}, {total} items{again}", style="dim")
+            self._show_bar(step.percent, f"upload {step.mission_type} {step.sent}/{step.total}{again}")
+        if step.percent >= 100.0:
+            self._console.print(f"uploaded {step.mission_type}, {step.total} items{again}", style="dim")
 
     def _show_bar(self, percent: float, description: str) -> None:
         if self._task is None:

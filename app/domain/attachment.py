@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from typing import Any, Final
+from typing import Final
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict
 
 from app.domain.errors import InvalidInputError
 
@@ -39,14 +38,6 @@ class Attachment(BaseModel):
     sha256: str
     at: float
     by: str
-
-    @classmethod
-    def read(cls, data: Mapping[str, Any]) -> Attachment | None:
-        """The attachment that an event's data tells; None for one that this version cannot read."""
-        try:
-            return cls.model_validate(data)
-        except ValidationError:
-            return None
 
 
 def checked_name(name: str) -> str:

@@ -9,7 +9,6 @@ from typing import Final
 from pydantic import BaseModel, ConfigDict
 
 from app.domain.errors import ConsentAnsweredError, ConsentNotAskedError, ConsentTooLateError
-from app.domain.events import EventKind
 from app.domain.vehicle import LandedState
 
 SHORTEST_QUESTION_S: Final = 5.0
@@ -113,19 +112,3 @@ def is_new_answer(consent: ConsentRecord | None, answer: Answer) -> bool:
         who = consent.answered_by or "somebody"
         raise ConsentAnsweredError(f"{who} has {consent.state.value} it already: the first answer counts")
     return False
-
-
-def consent_events(
-    plan_item_id: str, before: ConsentRecord | None, after: ConsentRecord | None
-) -> tuple[tuple[EventKind, dict[str, object]], ...]:
-    """What a change of the record is told as, besides the record itself."""
-    if after is None or after == before:
-        return ()
-    told: dict[str, object] = {"plan_item_id": plan_item_id, "question": after.question}
-    if after.state is ConsentState.ASKED:
-        checked = None if after.checked is None else after.checked.model_dump(mode="json")
-        return ((EventKind.DROP_CONSENT_ASKED, {**told, "deadline_at": after.deadline_at, "checked": checked}),)
-    if after.state is ConsentState.PENDING:
-        return ()
-    closed = {"state": after.state.value, "by": after.answered_by, "reason": after.reason}
-    return ((EventKind.DROP_CONSENT_CLOSED, {**told, **closed}),)

@@ -31,15 +31,16 @@ def event_hash(
     gateway: str,
     seq: int,
     kind: str,
+    version: int,
     time: float,
     vehicle_id: str | None,
     run_id: str | None,
     data: str,
 ) -> str:
-    """SHA-256 over the JSON array [previous, gateway, seq, kind, time, vehicle_id, run_id, data], compact, UTF-8.
+    """SHA-256 of a compact JSON array: [previous, gateway, seq, kind, version, time, vehicle_id, run_id, data].
 
     `data` is the JSON text as it is stored, a string in the array: no two readers need agree on how to write JSON.
     """
-    fields = [previous, gateway, seq, kind, time, vehicle_id, run_id, data]
+    fields = [previous, gateway, seq, kind, version, time, vehicle_id, run_id, data]
     text = json.dumps(fields, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()

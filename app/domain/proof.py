@@ -10,9 +10,10 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from app.domain.attachment import Attachment
 from app.domain.drop import DropRecord
 from app.domain.events import Event, EventKind
+from app.domain.events.run import RunAttachment, RunChanged, RunContinued, RunCreated, RunMissionChanged
 from app.domain.plan import Order
 from app.domain.plan.identity import document_hash
-from app.domain.run import Run, RunState
+from app.domain.run import PlanChange, Run, RunState
 from app.domain.run_fold import RunFold
 from app.domain.vehicle import VehicleType
 
@@ -109,11 +110,10 @@ class Proof(_Part):
 
 _WHOLE: Final = frozenset(
     {
-        *(EventKind.RUN_COMMAND, EventKind.RUN_ACK, EventKind.RUN_DROP, EventKind.RUN_ATTACHMENT),
+        *(EventKind.RUN_COMMAND, EventKind.RUN_ACK, EventKind.RUN_DROP),
         *(EventKind.DROP_CONSENT_ASKED, EventKind.DROP_CONSENT_CLOSED, EventKind.SIMULATOR_FAULT),
     }
 )
-_STATES: Final = frozenset({EventKind.RUN_CREATED, EventKind.RUN_CHANGED})
 
 
 class Story:
@@ -127,29 +127,30 @@ class Story:
         self.attachments: list[Attachment] = []
         self.earlier_plans: list[EarlierPlan] = []
         self._entries: list[Entry] = []
-        self._state: tuple[object, object] | None = None
+        self._state: tuple[RunState, str] | None = None
 
     def take(self, event: Event) -> None:
         """One event of the run."""
-        self.fold.take(event.kind, event.data)
-        if event.kind is EventKind.RUN_ATTACHMENT and (attachment := Attachment.read(event.data)) is not None:
-            self.attachments.append(attachment)
-        if event.kind is EventKind.RUN_MISSION_CHANGED:
-            self._take_change(event)
-        elif event.kind is EventKind.RUN_CONTINUED:
-            self._add(event, {"continued_by": event.data.get("continued_by")})
-        elif event.kind in _WHOLE:
-            self._add(event, event.data)
-        elif event.kind in _STATES:
-            state = (event.data.get("state"), event.data.get("reason"))
-            if state != self._state:
-                self._state = state
-                self._add(event, {"state": state[0], "reason": state[1]})
+        self.fold.take(event.data)
+        match event.data:
+            case RunMissionChanged(change=change):
+                self._take_change(event, change)
+            case RunContinued(root=run):
+                self._add(event, {"continued_by": run.continued_by})
+            case RunCreated(root=run) | RunChanged(root=run) if (run.state, run.reason) != self._state:
+                self._state = (run.state, run.reason)
+                self._add(event, {"state": run.state.value, "reason": run.reason})
+            case RunAttachment(root=attachment):
+                self.attachments.append(attachment)
+                self._add(event, attachment.model_dump(mode="json"))
+            case _ if event.kind in _WHOLE:
+                self._add(event, event.data.model_dump(mode="json"))
+            case _:
+                pass  # no evidence
 
-    def _take_change(self, event: Event) -> None:
+    def _take_change(self, event: Event, change: PlanChange) -> None:
         """The run as it was until now flew another plan. What was predicted for the new one is no evidence."""
-        change = event.data.get("change")
-        self._add(event, {"change": change})
+        self._add(event, {"change": change.model_dump(mode="json")})
         if (run := self.fold.run()) is not None:
             self.earlier_plans.append(
                 EarlierPlan(
@@ -158,7 +159,7 @@ class Story:
                     mission_hash=run.mission_hash,
                     mission_id=run.mission_id,
                     until=event.time,
-                    changed_by=str(change.get("by", "")) if isinstance(change, dict) else "",
+                    changed_by=change.by,
                 )
             )
 
@@ -183,7 +184,7 @@ def proof_of(
 
     `document` is the plan that is stored for it; `altered` are the hashes of attachments whose files are not right.
     """
-    run = story.fold.run() or run  # events of another version may tell less than this one can read
+    run = story.fold.run() or run
     return Proof(
         gateway=gateway,
         issued_at=issued_at,

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from app.domain.attachment import MAX_PER_DROP, Attachment, checked_name, checked_type
 from app.domain.attachment_port import AttachmentStore
 from app.domain.errors import ConflictError, NotFoundError
-from app.domain.events import EventKind
+from app.domain.events.run import RunAttachment
 from app.domain.run import Run
 from app.services.clock import Clock
 from app.services.journal import Journal
@@ -80,6 +80,5 @@ class Attachments:
         return run
 
     async def _tell(self, run: Run, attachment: Attachment) -> None:
-        data = attachment.model_dump(mode="json")
-        event = self._journal.new_event(EventKind.RUN_ATTACHMENT, vehicle_id=run.vehicle_id, run_id=run.id, **data)
-        await self._journal.record(event)
+        told = RunAttachment(attachment)
+        await self._journal.record(self._journal.new_event(told, vehicle_id=run.vehicle_id, run_id=run.id))

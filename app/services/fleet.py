@@ -11,7 +11,17 @@ import structlog
 
 from app.domain.declared import Declared, declared_for
 from app.domain.errors import NotFoundError, StorageError, VehicleQuarantinedError
-from app.domain.events import EventKind, NewEvent
+from app.domain.events import AnyPayload, NewEvent
+from app.domain.events.vehicle import (
+    VehicleChanged,
+    VehicleLinkLost,
+    VehicleLinkRestored,
+    VehicleParameters,
+    VehicleQuarantined,
+    VehicleRebooted,
+    VehicleSeen,
+    VehicleStatusText,
+)
 from app.domain.ports import (
     DuplicateSystem,
     IdentityKnown,
@@ -165,19 +175,19 @@ class Fleet:
     def _heard(self, vehicle: FleetVehicle, fact: LinkFact) -> None:
         match fact:
             case LinkLost():
-                self.tell(EventKind.VEHICLE_LINK_LOST, vehicle, last_heartbeat_age_s=fact.heartbeat_age_s)
+                self.tell(vehicle, VehicleLinkLost(last_heartbeat_age_s=fact.heartbeat_age_s))
             case LinkRestored():
-                self.tell(EventKind.VEHICLE_LINK_RESTORED, vehicle)
+                self.tell(vehicle, VehicleLinkRestored())
             case IdentityKnown():
                 self._announce(vehicle)
             case StateChanged():
                 self._tell_state(vehicle)
             case StatusText():
-                self.tell(EventKind.VEHICLE_STATUS_TEXT, vehicle, severity=fact.severity, text=fact.text)
+                self.tell(vehicle, VehicleStatusText(severity=fact.severity, text=fact.text))
             case ParametersChanged():
-                self.tell(EventKind.VEHICLE_PARAMETERS, vehicle, parameters=dict(fact.parameters))
+                self.tell(vehicle, VehicleParameters(parameters=dict(fact.parameters)))
             case Rebooted():
-                self.tell(EventKind.VEHICLE_REBOOTED, vehicle)
+                self.tell(vehicle, VehicleRebooted())
             case DuplicateSystem():
                 self._quarantine(vehicle, fact.detail)
             case _:
@@ -185,41 +195,41 @@ class Fleet:
 
     def _announce(self, vehicle: FleetVehicle) -> None:
         who = vehicle.link.identity
-        self.tell(
-            EventKind.VEHICLE_SEEN,
-            vehicle,
+        seen = VehicleSeen(
             system_id=who.system_id,
             vehicle_type=who.vehicle_type,
             uid=who.uid,
             firmware=None if who.firmware is None else str(who.firmware),
             connection=who.connection,
         )
+        self.tell(vehicle, seen)
 
     def _tell_state(self, vehicle: FleetVehicle) -> None:
         state = vehicle.link.state()
-        self.tell(
-            EventKind.VEHICLE_CHANGED,
-            vehicle,
+        changed = VehicleChanged(
             mode=state.mode,
             armed=state.armed,
             landed=state.landed,
             in_failsafe=state.in_failsafe,
             vtol_state=state.vtol_state,
         )
+        self.tell(vehicle, changed)
 
     def _quarantine(self, vehicle: FleetVehicle, detail: str) -> None:
         if vehicle.quarantined is None:
             vehicle.quarantined = detail
-            self.tell(EventKind.VEHICLE_QUARANTINED, vehicle, reason=detail)
+            self.tell(vehicle, VehicleQuarantined(reason=detail))
 
-    def tell(self, kind: EventKind, vehicle: FleetVehicle, **data: object) -> None:
+    def tell(self, vehicle: FleetVehicle, payload: AnyPayload) -> None:
         """Record an event of a vehicle, in order, without waiting for the disk."""
-        event = self._journal.new_event(kind, vehicle_id=vehicle.id, run_id=vehicle.run_id, **data)
+        event = self._journal.new_event(payload, vehicle_id=vehicle.id, run_id=vehicle.run_id)
         try:
             self._waiting.put_nowait(event)
         except asyncio.QueueFull:  # the disk stands still; telemetry and runs go on
             self._lost_events += 1
-            log.error("vehicle event not recorded: the journal is stuck", kind=kind.value, lost=self._lost_events)
+            log.error(
+                "vehicle event not recorded: the journal is stuck", kind=payload.kind.value, lost=self._lost_events
+            )
 
     async def _record_all(self) -> None:
         while True:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 from app.domain.errors import StorageError, WaydropError
-from app.domain.events import Event, EventKind, NewEvent
+from app.domain.events import AnyPayload, Event, NewEvent
 from app.domain.jobs.port import JobRecord
 from app.domain.ports import EventStore, StoredPlan
 from app.domain.run import Run
@@ -84,11 +84,9 @@ class Journal:
         """Whether the last write succeeded: if not, nothing may be started that must be recorded."""
         return self._healthy
 
-    def new_event(
-        self, kind: EventKind, *, vehicle_id: str | None = None, run_id: str | None = None, **data: Any
-    ) -> NewEvent:
-        """An event that happens now. `data` as the kind documents it, JSON-able."""
-        return NewEvent(kind=kind, time=self._clock.now(), vehicle_id=vehicle_id, run_id=run_id, data=data)
+    def new_event(self, payload: AnyPayload, *, vehicle_id: str | None = None, run_id: str | None = None) -> NewEvent:
+        """An event that happens now."""
+        return NewEvent.of(payload, self._clock.now(), vehicle_id=vehicle_id, run_id=run_id)
 
     async def record(
         self,

@@ -2,23 +2,11 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict
 
-
-class OffboardState(StrEnum):
-    """How far offboard control is. A vehicle in `leased` is not commanded yet."""
-
-    IDLE = "idle"
-    LEASED = "leased"
-    CHECKING = "checking"
-    HOLDING = "holding"
-    STREAMING = "streaming"
-    SWITCHING = "switching"
-    ACTIVE = "active"
-    LEAVING = "leaving"
+from app.domain.offboard_state import OffboardState
 
 
 class LeaseView(BaseModel):

@@ -12,7 +12,8 @@ from typing import Any, Final
 from pydantic import BaseModel, ConfigDict
 
 from app.domain.errors import NotFoundError, PlanRejectedError
-from app.domain.events import EventKind, NewEvent
+from app.domain.events import NewEvent
+from app.domain.events.dispatch import PlanCreated
 from app.domain.plan import Plan, PlanInvalid, parse_plan, plan_hash
 from app.domain.ports import PlanStore, StoredPlan
 from app.domain.prediction import CALM, Timeline, Wind, predict
@@ -122,13 +123,14 @@ class Plans:
             document=plan.model_dump(mode="json"),
         )
         created = self._journal.new_event(
-            EventKind.PLAN_CREATED,
-            plan_id=stored.id,
-            hash=stored.hash,
-            name=stored.name,
-            vehicle_type=stored.vehicle_type.value,
-            created_at=stored.created_at,
-            created_by=by,
+            PlanCreated(
+                plan_id=stored.id,
+                hash=stored.hash,
+                name=stored.name,
+                vehicle_type=stored.vehicle_type,
+                created_at=stored.created_at,
+                created_by=by,
+            )
         )
         return NewPlan(stored, created, check)
 

@@ -14,7 +14,7 @@ from app.domain.errors import (
     StorageError,
     WaydropError,
 )
-from app.domain.events import EventKind
+from app.domain.events.service import SimulatorFault, SimulatorSpeedSet
 from app.domain.live_control import MAX_LIVE_RATE
 from app.domain.simulated_faults import FAULT_KINDS, Fault, FaultKind
 from app.domain.simulator import MAX_SPEED, SimulatedVehicle, SimulatorControl, SimulatorSpeed
@@ -150,9 +150,7 @@ class Simulation:
             raise
 
     async def _record_speed(self, speed: float, by: str, *, problem: str | None) -> None:
-        await self._journal.record(
-            self._journal.new_event(EventKind.SIMULATOR_SPEED, speed=speed, by=by, problem=problem)
-        )
+        await self._journal.record(self._journal.new_event(SimulatorSpeedSet(speed=speed, by=by, problem=problem)))
 
     def _required(self) -> SimulatorControl:
         if self._control is None:
@@ -171,13 +169,9 @@ class Simulation:
         vehicles: list[FleetVehicle | None] = [self._fleet.vehicle(key) for key in vehicle_ids]
         events = [
             self._journal.new_event(
-                EventKind.SIMULATOR_FAULT,
+                SimulatorFault(fault=fault.fault, value=fault.value, by=by, problem=problem),
                 vehicle_id=None if vehicle is None else vehicle.id,
                 run_id=None if vehicle is None else vehicle.run_id,
-                fault=fault.fault,
-                value=fault.value,
-                by=by,
-                problem=problem,
             )
             for vehicle in vehicles or [None]
         ]

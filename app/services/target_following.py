@@ -12,10 +12,10 @@ import structlog
 from app.domain.change_terms import FRESH_POSITION_S
 from app.domain.drop import DropPhase
 from app.domain.errors import StorageError, WaydropError
-from app.domain.events import EventKind
+from app.domain.events.run import Place, RunTargetMoved, RunTargetNotFollowed
 from app.domain.moving_target.aim import Aim, NoAim, aim
 from app.domain.moving_target.moved_plan import Follower, follower_at, moved, speed_towards_m_s
-from app.domain.moving_target.report import TargetFix
+from app.domain.moving_target.report import TargetEvidence, TargetFix
 from app.domain.plan import Plan, parse_plan
 from app.domain.run import Run, RunState
 from app.domain.vehicle import VehicleState
@@ -144,15 +144,16 @@ class TargetFollower:
         waypoint = follower.waypoint
         await self._tell(
             run,
-            EventKind.RUN_TARGET_MOVED,
-            plan_item_id=follower.drop.id,
-            waypoint_id=waypoint.id,
-            plan_id=new.stored.id,
-            moved_from={"latitude_deg": waypoint.latitude_deg, "longitude_deg": waypoint.longitude_deg},
-            moved_to={"latitude_deg": to.latitude_deg, "longitude_deg": to.longitude_deg},
-            from_planned_m=to.moved_m,
-            after_s=to.after_s,
-            target=self._evidence(run, fix),
+            RunTargetMoved(
+                plan_item_id=follower.drop.id,
+                waypoint_id=waypoint.id,
+                plan_id=new.stored.id,
+                moved_from=Place(latitude_deg=waypoint.latitude_deg, longitude_deg=waypoint.longitude_deg),
+                moved_to=Place(latitude_deg=to.latitude_deg, longitude_deg=to.longitude_deg),
+                from_planned_m=to.moved_m,
+                after_s=to.after_s,
+                target=self._evidence(run, fix),
+            ),
         )
 
     async def _tell_not_followed(
@@ -163,23 +164,24 @@ class TargetFollower:
         followed.told = code
         await self._tell(
             run,
-            EventKind.RUN_TARGET_NOT_FOLLOWED,
-            plan_item_id=follower.drop.id,
-            waypoint_id=follower.waypoint.id,
-            feed=follower.target.feed,
-            code=code,
-            reason=reason,
-            target=None if fix is None else self._evidence(run, fix),
+            RunTargetNotFollowed(
+                plan_item_id=follower.drop.id,
+                waypoint_id=follower.waypoint.id,
+                feed=follower.target.feed,
+                code=code,
+                reason=reason,
+                target=None if fix is None else self._evidence(run, fix),
+            ),
         )
 
-    async def _tell(self, run: Run, kind: EventKind, **data: object) -> None:
-        event = self._journal.new_event(kind, vehicle_id=run.vehicle_id, run_id=run.id, **data)
+    async def _tell(self, run: Run, told: RunTargetMoved | RunTargetNotFollowed) -> None:
+        event = self._journal.new_event(told, vehicle_id=run.vehicle_id, run_id=run.id)
         with contextlib.suppress(StorageError):  # logged by the journal; the changed plan itself is stored
             await self._journal.record(event)
 
-    def _evidence(self, run: Run, fix: TargetFix) -> dict[str, object]:
+    def _evidence(self, run: Run, fix: TargetFix) -> TargetEvidence:
         state = self._fleet.link(run.vehicle_id).state()
-        return fix.evidence(state.latitude_deg, state.longitude_deg).model_dump(mode="json")
+        return fix.evidence(state.latitude_deg, state.longitude_deg)
 
     async def _plan(self, run: Run, followed: _Followed) -> Plan:
         if followed.plan is None or followed.plan_id != run.plan_id:

@@ -7,7 +7,7 @@ from collections.abc import Awaitable, Callable
 from typing import Final
 
 from app.domain.errors import ConflictError, StorageError, WaydropError
-from app.domain.events import EventKind
+from app.domain.events.vehicle import VehicleCommand
 from app.domain.ports import VehicleLink
 from app.services.fleet import Fleet
 from app.services.hold_here import hold_here
@@ -62,7 +62,5 @@ class VehicleCommands:
         await self._record(vehicle_id, action, by, "done")
 
     async def _record(self, vehicle_id: str, action: str, by: str, outcome: str) -> None:
-        event = self._journal.new_event(
-            EventKind.VEHICLE_COMMAND, vehicle_id=vehicle_id, command=action, by=by, outcome=outcome
-        )
-        await self._journal.record(event)
+        told = VehicleCommand(command=action, by=by, outcome=outcome)
+        await self._journal.record(self._journal.new_event(told, vehicle_id=vehicle_id))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import hashlib
-import json
 import os
 import secrets
 from collections.abc import Sequence
@@ -18,6 +17,7 @@ from app.domain.attachment import Attachment, is_sha256
 from app.domain.errors import AttachmentAlteredError, StorageError
 from app.domain.events import EventKind
 from app.storage.database import Database
+from app.storage.documents import from_json
 from app.storage.schema import EVENTS
 
 _RANDOM_BYTES: Final = 8
@@ -87,8 +87,7 @@ class DiskAttachmentStore:
         """See AttachmentStore."""
         of_run = sa.select(EVENTS.c.data).where(EVENTS.c.run_id == run_id).order_by(EVENTS.c.seq)
         rows = await self._database.read(of_run.where(EVENTS.c.kind == EventKind.RUN_ATTACHMENT.value))
-        found = [Attachment.read(json.loads(row["data"])) for row in rows]
-        return tuple([attachment for attachment in found if attachment is not None])
+        return tuple([from_json(Attachment, f"an attachment of run {run_id}", row["data"]) for row in rows])
 
     def _put(self, sha256: str, content: bytes) -> None:
         path = file_path(self._folder, sha256)

@@ -95,16 +95,7 @@ class SqliteEventStore:
         return chained
 
     def _numbered(self, event: NewEvent, row: dict[str, Any]) -> Event:
-        return Event(
-            kind=event.kind,
-            time=event.time,
-            vehicle_id=event.vehicle_id,
-            run_id=event.run_id,
-            data=event.data,
-            seq=row["seq"],
-            gateway=self._gateway_id,
-            hash=row["hash"],
-        )
+        return Event(**dict(event), seq=row["seq"], gateway=self._gateway_id, hash=row["hash"])
 
     def _stored(self, row: sa.RowMapping) -> Event:
         try:
@@ -121,8 +112,9 @@ async def _head(connection: AsyncConnection) -> JournalHead:
 def _row(event: NewEvent) -> dict[str, Any]:
     return {
         "kind": event.kind.value,
+        "version": event.version,
         "time": event.time,
         "vehicle_id": event.vehicle_id,
         "run_id": event.run_id,
-        "data": to_json(f"the data of {event.kind.value}", event.data),
+        "data": to_json(f"the data of {event.kind.value}", event.data.model_dump(mode="json")),
     }

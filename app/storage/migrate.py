@@ -93,8 +93,8 @@ def _upgrade(connection: sa.Connection, path: Path, scripts: Path) -> None:
     for revision in MigrationContext.configure(connection).get_current_heads():
         if revision not in known:
             raise StorageError(
-                f"journal {path} was written by a newer Waydrop (its tables are at {revision})",
-                hint="install that version or a later one, or name another file",
+                f"journal {path} was written by another version of Waydrop (its tables are at {revision})",
+                hint="install that version, or name another folder with --data-dir",
                 revision=revision,
             )
     command.upgrade(config, "head")

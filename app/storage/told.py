@@ -10,21 +10,15 @@ from typing import Any, Final
 
 from pydantic import ValidationError
 
-from app.domain.events import EventKind
+from app.domain.events import AnyPayload, EventKind, payload_of
+from app.domain.events.dispatch import JobChanged, PlanCreated
+from app.domain.events.run import RunAttachment, RunChanged, RunContinued, RunCreated, RunDrop, RunUploadProgress
+from app.domain.jobs.job import Job
 from app.domain.plan.identity import document_hash
 from app.domain.run import Run
 from app.domain.run_fold import RunFold
 
 _PLAN_COLUMNS: Final = ("hash", "name", "vehicle_type", "created_at", "created_by")
-_RUN_KINDS: Final = frozenset(
-    {
-        EventKind.RUN_CREATED,
-        EventKind.RUN_CHANGED,
-        EventKind.RUN_CONTINUED,
-        EventKind.RUN_DROP,
-        EventKind.RUN_UPLOAD_PROGRESS,
-    }
-)
 _RUN_COLUMNS: Final = ("plan_id", "vehicle_id", "is_over", "state", "created_at")
 
 
@@ -32,30 +26,41 @@ class Told:
     """Filled event by event, in order. A plan and a run are stored in one transaction with what tells of them."""
 
     def __init__(self) -> None:
-        self._plans: dict[str, dict[str, Any]] = {}
+        self._plans: dict[str, PlanCreated] = {}
         self._runs: defaultdict[str, RunFold] = defaultdict(RunFold)
         self._attachments: dict[str, list[str]] = {}
         self._flown: defaultdict[str, set[str]] = defaultdict(set)
-        self._jobs: dict[str, dict[str, Any]] = {}
+        self._jobs: dict[str, Job] = {}
 
-    def take(self, kind: str, run_id: str | None, data: str) -> None:
-        """One event. `data` is its JSON text."""
-        if kind == EventKind.PLAN_CREATED:
-            told = object_of(data)
-            self._plans[str(told.get("plan_id"))] = told
-        elif kind == EventKind.RUN_ATTACHMENT:
-            told = object_of(data)
-            where = f"attachment {told.get('name')} of drop {told.get('plan_item_id')} of run {run_id}"
-            self._attachments.setdefault(str(told.get("sha256")), []).append(where)
-        elif kind == EventKind.JOB_CHANGED:
-            job = object_of(data).get("job")
-            if isinstance(job, dict):
-                self._jobs[str(job.get("id"))] = job
-        elif run_id is not None and kind in _RUN_KINDS:
-            told = object_of(data)
-            self._runs[run_id].take(kind, told)
-            if "plan_hash" in told:  # a run that was changed in flight flew several plans
-                self._flown[str(told.get("plan_id"))].add(str(told["plan_hash"]))
+    def take(self, kind: object, version: object, run_id: str | None, data: object) -> bool:
+        """One event as it is stored, `data` as its JSON text; False if it cannot be read."""
+        try:
+            told = payload_of(EventKind(str(kind)), int(str(version)), json.loads(str(data)))
+        except (
+            ValueError,
+            RecursionError,
+        ):  # a check must not end at rubbish
+            return False
+        match told:
+            case PlanCreated():
+                self._plans[told.plan_id] = told
+            case RunAttachment(root=attachment):
+                where = f"attachment {attachment.name} of drop {attachment.plan_item_id} of run {run_id}"
+                self._attachments.setdefault(attachment.sha256, []).append(where)
+            case JobChanged(job=job):
+                self._jobs[job.id] = job
+            case _ if run_id is not None:
+                self._take_run(run_id, told)
+            case _:
+                pass  # tells of nothing that has a table
+        return True
+
+    def _take_run(self, run_id: str, told: AnyPayload) -> None:
+        if isinstance(told, RunCreated | RunChanged | RunContinued):
+            self._flown[told.root.plan_id].add(told.root.plan_hash)  # one changed in flight flew several plans
+        elif not isinstance(told, RunDrop | RunUploadProgress):
+            return
+        self._runs[run_id].take(told)
 
     def altered_plans(self, rows: Iterable[sqlite3.Row]) -> Iterator[str]:
         """Plans that are not the ones that were posted, or not the ones that a run flew."""
@@ -66,8 +71,7 @@ class Told:
                 yield f"plan {row['id']} is told of by no event"
                 continue
             document = object_of(row["document"])
-            known = {name: told[name] for name in _PLAN_COLUMNS if name in told}  # the first versions told less
-            same = all(row[name] == value for name, value in known.items())
+            same = all(row[name] == getattr(told, name) for name in _PLAN_COLUMNS)
             same = same and _is_document(document, row) and flown.get(row["id"], {row["hash"]}) == {row["hash"]}
             if not same:
                 yield f"plan {row['id']} is not the one that was posted"
@@ -79,7 +83,7 @@ class Told:
         missing = dict(self._runs)
         for row in rows:
             fold = missing.pop(row["id"], None)
-            if fold is None or not fold.is_told:
+            if fold is None or fold.run() is None:
                 yield f"run {row['id']} is told of by no event"
                 continue
             differing = _differences(row, fold)
@@ -95,7 +99,7 @@ class Told:
             told = missing.pop(row["id"], None)
             if told is None:
                 yield f"job {row['id']} is told of by no event"
-            elif object_of(row["document"]) != told or row["state"] != told.get("state"):
+            elif object_of(row["document"]) != told.model_dump(mode="json") or row["state"] != told.state.value:
                 yield f"job {row['id']} is not as its events left it"
         for job_id in missing:
             yield f"job {job_id} is told of by events, and is missing"
@@ -133,16 +137,15 @@ def _is_document(document: dict[str, Any], row: sqlite3.Row) -> bool:
 
 
 def _differences(row: sqlite3.Row, fold: RunFold) -> list[str]:
-    """What differs, by name. Both are read by the same model, so a field that a version added counts as its default."""
+    """What differs, by name."""
     told = fold.run()
     if told is None:
-        return ["its events cannot be read by this version"]
+        return ["no event tells of it"]
     try:
         stored = Run.model_validate(object_of(row["document"]))
     except ValidationError:
         return ["it cannot be read"]
     exempt = set() if fold.knows_when else {"updated_at"}
     fields = [name for name in Run.model_fields if getattr(told, name) != getattr(stored, name) and name not in exempt]
-    there = set(row.keys())  # a journal that an older version wrote has fewer
-    columns = [name for name in _RUN_COLUMNS if name in there and row[name] != getattr(told, name)]
+    columns = [name for name in _RUN_COLUMNS if row[name] != getattr(told, name)]
     return sorted({*fields, *columns})

@@ -18,8 +18,8 @@ from app.storage.errors import storage_errors
 from app.storage.migrate import APPLICATION_ID
 from app.storage.told import Told
 
-_EVENTS: Final = "SELECT seq, kind, time, vehicle_id, run_id, data, hash FROM events ORDER BY seq"
-_HASHED: Final = ("seq", "kind", "time", "vehicle_id", "run_id", "data")
+_EVENTS: Final = "SELECT seq, kind, version, time, vehicle_id, run_id, data, hash FROM events ORDER BY seq"
+_HASHED: Final = ("seq", "kind", "version", "time", "vehicle_id", "run_id", "data")
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,12 +63,12 @@ def _verify(path: Path, anchors: Sequence[JournalHead]) -> Verification:
             head = JournalHead(seq=event["seq"], hash=str(event["hash"]))
             if kept.pop(head.seq, {head.hash}) != {head.hash}:
                 found.append(f"event {head.seq}: its hash is not the one that was kept elsewhere")
-            told.take(event["kind"], event["run_id"], event["data"])
+            if not told.take(event["kind"], event["version"], event["run_id"], event["data"]):
+                found.append(f"event {head.seq}: its data cannot be read")
         found += [f"event {seq} was there once, and is missing" for seq in sorted(kept)]
         found += told.altered_plans(connection.execute("SELECT * FROM plans ORDER BY position"))
         found += told.altered_runs(connection.execute("SELECT * FROM runs ORDER BY position"))
-        if connection.execute("SELECT 1 FROM sqlite_schema WHERE name = 'jobs'").fetchone():
-            found += told.altered_jobs(connection.execute("SELECT * FROM jobs ORDER BY position"))
+        found += told.altered_jobs(connection.execute("SELECT * FROM jobs ORDER BY position"))
         folder = attachments_folder(path)
         found += told.altered_attachments(lambda sha256: is_intact(folder, sha256))
         plans, runs = (connection.execute(f"SELECT count(*) FROM {name}").fetchone()[0] for name in ("plans", "runs"))
@@ -102,9 +102,8 @@ def _opened(path: Path) -> Iterator[sqlite3.Connection]:
         connection.execute("PRAGMA query_only = ON")
         if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
             raise StorageError(f"{path} is a database of another program, not a journal")
-        if "hash" not in {row["name"] for row in connection.execute("PRAGMA table_info(events)")}:
+        if not {*_HASHED, "hash"} <= {row["name"] for row in connection.execute("PRAGMA table_info(events)")}:
             raise StorageError(
-                f"journal {path} was written by a Waydrop that did not chain its events",
-                hint="start this version on it once: it chains what is there",
+                f"journal {path} was written by another version of Waydrop", hint="verify it with that version"
             )
         yield connection

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from app.domain.drop import Certainty, DropOutcome, DropPhase, DropRecord
-from app.domain.events import EventKind, NewEvent
+from app.domain.events import AnyPayload, NewEvent
+from app.domain.events.run import RunChanged, RunCreated, RunDrop, RunItem
 from app.domain.run import Run, RunState
 from app.services.journal import Journal
 from tests.api.service import Service
@@ -21,16 +22,16 @@ def flown(plan_id: str, run_id: str) -> Iterator[tuple[NewEvent, Run]]:
     run = Run(
         id=run_id, plan_id=plan_id, plan_hash="ab", vehicle_id="v1", drops=(drop,), created_at=1.0, updated_at=1.0
     )
-    yield _told(EventKind.RUN_CREATED, run, run.model_dump(mode="json")), run
+    yield _told(run, RunCreated(run)), run
     flying = run.model_copy(update={"state": RunState.FLYING})
-    yield _told(EventKind.RUN_CHANGED, flying, flying.model_dump(mode="json")), flying
-    yield _told(EventKind.RUN_ITEM, flying, {"item_id": "drop", "seq": 1, "what": "current"}), flying
+    yield _told(flying, RunChanged(flying)), flying
+    yield _told(flying, RunItem(item_id="drop", seq=1, what="current")), flying
     ended = {"phase": DropPhase.DONE, "outcome": DropOutcome.RELEASED, "certainty": Certainty.ACKNOWLEDGED}
     done = drop.model_copy(update=ended)
     dropped = flying.with_drop(done, now=2.0)
-    yield _told(EventKind.RUN_DROP, dropped, done.model_dump(mode="json")), dropped
+    yield _told(dropped, RunDrop(done)), dropped
     over = dropped.model_copy(update={"state": RunState.COMPLETED, "updated_at": 3.0})
-    yield _told(EventKind.RUN_CHANGED, over, over.model_dump(mode="json")), over
+    yield _told(over, RunChanged(over)), over
 
 
 async def deliver(journal: Journal, plan_id: str, run_id: str) -> None:
@@ -52,5 +53,5 @@ async def hook(service: Service, receiver: Receiver, **more: Any) -> tuple[str, 
     return made["webhook"]["id"], made["secret"]
 
 
-def _told(kind: EventKind, run: Run, data: dict[str, Any]) -> NewEvent:
-    return NewEvent(kind=kind, time=1000.0, vehicle_id="v1", run_id=run.id, data=data)
+def _told(run: Run, payload: AnyPayload) -> NewEvent:
+    return NewEvent.of(payload, 1000.0, vehicle_id="v1", run_id=run.id)

@@ -11,7 +11,7 @@ from typing import Any
 
 import aiohttp
 
-from app.domain.events import EventKind
+from app.domain.events.vehicle import VehicleStatusText
 from tests.api.service import Service
 
 
@@ -79,7 +79,7 @@ async def record(service: Service, count: int, *, size: int = 0) -> list[int]:
     seqs: list[int] = []
     for first in range(0, count, 10):
         events = [
-            journal.new_event(EventKind.VEHICLE_STATUS_TEXT, vehicle_id="v1", n=number, text="x" * size)
+            journal.new_event(VehicleStatusText(severity="info", text=f"{number} {'x' * size}"), vehicle_id="v1")
             for number in range(first, min(first + 10, count))
         ]
         stored = await asyncio.gather(*(journal.record(event) for event in events))

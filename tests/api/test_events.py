@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from app.domain.events import EventKind
+from app.domain.events.vehicle import VehicleStatusText
 from tests.api.service import Service
 
 
 async def test_events_come_in_pages_each_once(service: Service) -> None:
     journal = service.services.journal
-    await journal.record(*(journal.new_event(EventKind.VEHICLE_STATUS_TEXT, vehicle_id="v1", n=n) for n in range(25)))
+    await journal.record(
+        *(journal.new_event(VehicleStatusText(severity="info", text=str(n)), vehicle_id="v1") for n in range(25))
+    )
     seen: list[int] = []
     while True:
         status, _, page = await service.call("GET", f"/api/v1/events?limit=10&after={seen[-1] if seen else 0}")

@@ -10,7 +10,8 @@ from xml.etree import ElementTree
 import pytest
 
 from app.api import proofs as endpoints
-from app.domain.events import EventKind
+from app.domain.events.run import RunCommand
+from app.domain.events.service import SimulatorFault
 from app.domain.proof import Story
 from app.services import proofs as service_proofs
 from tests.api.service import Service
@@ -69,11 +70,11 @@ async def test_a_long_story_is_told_whole(service: Service, plan: dict[str, Any]
     run_id = await proven(service, plan)
     journal = service.services.journal
     await journal.record(
-        *(journal.new_event(EventKind.RUN_ACK, run_id=run_id, command="DO_GRIPPER", number=n) for n in range(1200))
+        *(journal.new_event(RunCommand(command="DO_GRIPPER", attempt=n), run_id=run_id) for n in range(1000, 2200))
     )
     _, _, proof = await service.call("GET", f"/api/v1/runs/{run_id}/proof")
-    numbers = [entry["data"]["number"] for entry in proof["entries"] if "number" in entry["data"]]
-    assert numbers == list(range(1200))
+    numbers = [entry["data"]["attempt"] for entry in proof["entries"] if (entry["data"].get("attempt") or 0) >= 1000]
+    assert numbers == list(range(1000, 2200))
 
 
 async def test_the_loop_neither_folds_the_story_nor_draws_the_sheet_and_reads_few_events_at_once(
@@ -166,8 +167,8 @@ async def test_an_event_is_told_to_its_last_brace_and_a_drop_does_not_speak_of_s
 ) -> None:
     run_id = await proven(service, plan)
     journal = service.services.journal
-    await journal.record(journal.new_event(EventKind.RUN_ACK, run_id=run_id, command="arm", last={"a": {"b": 1}}))
+    await journal.record(journal.new_event(SimulatorFault(fault="wind", by="x", value={"a": {"b": 1}}), run_id=run_id))
     _, _, sheet = await service.call("GET", f"/api/v1/runs/{run_id}/proof-sheet")
-    assert "&quot;last&quot;: {&quot;a&quot;: {&quot;b&quot;: 1}}<" in sheet
+    assert "&quot;value&quot;: {&quot;a&quot;: {&quot;b&quot;: 1}}" in sheet
     assert "nothing sensed" in sheet
     assert "no sensor" not in sheet

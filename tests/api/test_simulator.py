@@ -18,6 +18,7 @@ from tests.api.broken_parts import without_journal
 from tests.api.scripted_simulator import ScriptedSimulator
 from tests.api.service import Service, run_service
 from tests.api.test_runs import create, reaches
+from tests.events import data_of
 
 VIEW = "/api/v1/simulator"
 FAULTS = "/api/v1/simulator/faults"
@@ -48,7 +49,7 @@ async def simulated(tmp_path: Path, simulator: ScriptedSimulator) -> AsyncIterat
 async def told(service: Service) -> list[tuple[str | None, dict[str, Any]]]:
     """Vehicle and data of each recorded fault."""
     events = await service.services.journal.read(0, 100)
-    return [(event.vehicle_id, event.data) for event in events if event.kind == "simulator.fault"]
+    return [(event.vehicle_id, data_of(event)) for event in events if event.kind == "simulator.fault"]
 
 
 async def test_without_a_simulator_there_is_none_to_see_and_no_fault_to_set(service: Service) -> None:
@@ -90,7 +91,7 @@ async def test_a_fault_reaches_the_vehicle_it_names_and_is_in_the_story_of_its_r
     assert (status, body) == (200, {"fault": "wind", "value": [3.0, -2.5], "vehicle_ids": ["v2"]})
     assert simulator.orders == [{"vehicle": 2, "fault": "wind", "value": [3.0, -2.5]}]
     story = await simulated.services.journal.read(0, 100, run_id="r-1")
-    assert [(event.kind, event.vehicle_id, event.data["value"]) for event in story] == [
+    assert [(event.kind, event.vehicle_id, data_of(event)["value"]) for event in story] == [
         ("simulator.fault", "v2", [3.0, -2.5])
     ]
 
@@ -190,7 +191,7 @@ async def test_a_fault_that_cannot_be_recorded_is_not_set(tmp_path: Path, simula
 
 async def speed_events(service: Service) -> list[dict[str, Any]]:
     events = await service.services.journal.read(0, 100)
-    return [event.data for event in events if event.kind == "simulator.speed"]
+    return [data_of(event) for event in events if event.kind == "simulator.speed"]
 
 
 async def test_a_speed_is_recorded_then_set_shown_with_its_caps_and_told_to_each_simulated_vehicles_clock(

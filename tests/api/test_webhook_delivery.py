@@ -10,10 +10,12 @@ from typing import Any
 import pytest
 
 from app.domain.events import EventKind
+from app.domain.events.vehicle import VehicleStatusText
 from app.domain.webhooks.backoff import Backoff
 from app.services.webhooks import WebhookSettings
 from tests.api.deliveries import TOLD, a_plan, deliver, hook
 from tests.api.service import Service, run_service
+from tests.events import data_of
 from tests.webhook_receiver import Receiver
 
 
@@ -141,7 +143,9 @@ async def test_a_receiver_that_is_away_for_long_costs_no_memory_and_misses_nothi
         journal = service.services.journal
         for number in range(20):
             await deliver(journal, plan_id, f"run-{number}")
-            await journal.record(*(journal.new_event(EventKind.VEHICLE_STATUS_TEXT, n=n) for n in range(10)))
+            await journal.record(
+                *(journal.new_event(VehicleStatusText(severity="info", text=str(n))) for n in range(10))
+            )
         await receiver.until(lambda: bool(receiver.requests))
         receiver.usual = 200
         await receiver.until(lambda: len(receiver.taken) == 20 * len(TOLD))
@@ -163,7 +167,7 @@ async def test_410_disables_the_webhook_and_enabling_it_goes_on_where_it_stopped
     assert status == 200
     await receiver.until(lambda: receiver.types() == TOLD)
     events = await service.services.journal.read(0, 500)
-    told = [(one.data["change"], one.data["host"]) for one in events if one.kind is EventKind.WEBHOOK_CHANGED]
+    told = [(data_of(one)["change"], data_of(one)["host"]) for one in events if one.kind is EventKind.WEBHOOK_CHANGED]
     assert told == [("created", "127.0.0.1"), ("disabled", "127.0.0.1"), ("enabled", "127.0.0.1")]
 
 

@@ -14,6 +14,7 @@ from app.domain.webhooks.hook import MAX_HOOKS
 from app.services.access import Role
 from tests.api.deliveries import TOLD, a_plan, deliver, hook
 from tests.api.service import Service, run_service
+from tests.events import data_of
 from tests.webhook_receiver import Receiver
 
 PATH = "/api/v1/webhooks"
@@ -163,5 +164,9 @@ async def test_who_did_what_to_a_webhook_is_in_the_journal(tmp_path: Path, recei
         await service.call("DELETE", f"{PATH}/{made['webhook']['id']}", headers=headers)
         events = await service.services.journal.read(0, 500)
     told = [event for event in events if event.kind is EventKind.WEBHOOK_CHANGED]
-    assert [(one.data["change"], one.data["by"]) for one in told] == [("created", "a admin"), ("deleted", "a admin")]
+    who = [(data_of(one)["change"], data_of(one)["by"]) for one in told]
+    assert who == [
+        ("created", "a admin"),
+        ("deleted", "a admin"),
+    ]
     assert all("key" not in one.model_dump_json() for one in told)

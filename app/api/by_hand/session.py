@@ -45,6 +45,7 @@ from app.domain.errors import (
     LeaseLostError,
     WaydropError,
 )
+from app.domain.offboard_state import LeaseChange
 from app.services.access import Principal, Role
 from app.services.offboard import ByHand
 from app.services.tasks import TaskDesk
@@ -105,7 +106,7 @@ class ByHandSession:
     def _let_go(self) -> None:
         """The socket's end is the client's end: Hold at once."""
         if self._lease_id is not None and self._holds():
-            self._control.give_up("released", "the client's socket closed")
+            self._control.give_up(LeaseChange.RELEASED, "the client's socket closed")
 
     def _holds(self) -> bool:
         lease = self._control.lease

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-from pydantic import ValidationError
-
-from app.domain.events import Event, EventKind
-from app.domain.jobs.job import Job, JobState
-from app.domain.jobs.vehicle_queue import VehicleQueue
+from app.domain.events import Event
+from app.domain.events.dispatch import JobChanged, JobQueueChanged
+from app.domain.jobs.job import JobState
 from app.domain.webhooks.lifecycle import DeliveryEvent
 from app.domain.webhooks.message import Message
 
@@ -27,20 +25,15 @@ _BY_QUEUE: Final = {"stopped": DeliveryEvent.QUEUE_STOPPED, "resumed": DeliveryE
 
 
 def job_messages(event: Event) -> tuple[Message, ...]:
-    """The message of an event of jobs; none if it is no news, or was written by a version that this one cannot read."""
-    change = event.data.get("change")
-    try:
-        match event.kind:
-            case EventKind.JOB_CHANGED:
-                job = Job.model_validate(event.data.get("job"))
-                told = _BY_END.get(job.state) if change == "ended" else _BY_CHANGE.get(str(change))
-                return _message(event, told, job=job)
-            case EventKind.JOB_QUEUE_CHANGED:
-                queue = VehicleQueue.model_validate(event.data.get("queue"))
-                return _message(event, _BY_QUEUE.get(str(change)), queue=queue)
-    except ValidationError:
-        return ()
-    return ()
+    """The message of an event of jobs; none if it is no news."""
+    match event.data:
+        case JobChanged(change=change, job=job):
+            told = _BY_END.get(job.state) if change == "ended" else _BY_CHANGE.get(change)
+            return _message(event, told, job=job)
+        case JobQueueChanged(change=change, queue=queue):
+            return _message(event, _BY_QUEUE.get(change), queue=queue)
+        case _:
+            return ()
 
 
 def _message(event: Event, told: DeliveryEvent | None, **about: Any) -> tuple[Message, ...]:

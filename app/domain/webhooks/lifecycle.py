@@ -11,6 +11,7 @@ from app.domain.attachment import Attachment
 from app.domain.consent import ConsentState
 from app.domain.drop import Certainty, DropOutcome, DropRecord
 from app.domain.events import Event, EventKind
+from app.domain.events.run import RunAttachment
 from app.domain.run import Run, RunState
 from app.domain.run_fold import RunFold
 
@@ -126,13 +127,12 @@ class Lifecycle:
         """What this event tells that the ones before did not; most tell nothing."""
         if not may_be_news(event):
             return ()
-        self._fold.take(event.kind, event.data)
+        self._fold.take(event.data)
         run = self._fold.run()
         if run is None:
             return ()
-        if event.kind is EventKind.RUN_ATTACHMENT:
-            attachment = Attachment.read(event.data)
-            return () if attachment is None else (News(DeliveryEvent.DROP_ATTACHMENT, run, attachment=attachment),)
+        if isinstance(event.data, RunAttachment):
+            return (News(DeliveryEvent.DROP_ATTACHMENT, run, attachment=event.data.root),)
         return (*self._of_drops(run), *self._of_state(run))
 
     def _of_drops(self, run: Run) -> Iterator[News]:

@@ -7,7 +7,8 @@ from collections.abc import Callable
 from typing import Literal
 
 from app.domain.errors import NotFoundError
-from app.domain.events import EventKind, NewEvent
+from app.domain.events import NewEvent
+from app.domain.events.dispatch import JobChanged, JobQueueChanged
 from app.domain.jobs.change import change_word
 from app.domain.jobs.job import Job
 from app.domain.jobs.port import JobFilter, JobRecord, JobStore
@@ -96,14 +97,8 @@ class JobBook:
 
     def _told(self, before: Job | None, job: Job, by: str) -> NewEvent:
         vehicle_id = job.vehicle_id or (before.vehicle_id if before is not None else None)
-        document = job.model_dump(mode="json")
-        word = change_word(before, job)
-        return self._journal.new_event(EventKind.JOB_CHANGED, vehicle_id=vehicle_id, change=word, by=by, job=document)
+        changed = JobChanged(change=change_word(before, job), by=by, job=job)
+        return self._journal.new_event(changed, vehicle_id=vehicle_id)
 
-    def _queue_told(self, queue: VehicleQueue, change: str) -> NewEvent:
-        return self._journal.new_event(
-            EventKind.JOB_QUEUE_CHANGED,
-            vehicle_id=queue.vehicle_id,
-            change=change,
-            queue=queue.model_dump(mode="json"),
-        )
+    def _queue_told(self, queue: VehicleQueue, change: Literal["stopped", "resumed", "cleared"]) -> NewEvent:
+        return self._journal.new_event(JobQueueChanged(change=change, queue=queue), vehicle_id=queue.vehicle_id)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from app.domain.jobs.readiness import VehicleSight
+from app.domain.offboard_state import OffboardState
 from app.domain.run import Run
 from app.domain.run_filter import RunFilter
 from app.services.fleet import Fleet, FleetVehicle
 from app.services.jobs.book import JobBook
-from app.services.offboard_view import OffboardState
 from app.services.runs import Runs
 
 

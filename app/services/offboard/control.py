@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from app.domain.errors import LeaseLostError, OffboardNotReadyError, SetpointRefusedError, WaydropError
-from app.domain.events import EventKind
+from app.domain.events.vehicle import OffboardChanged, OffboardLease
+from app.domain.offboard_state import LeaseChange, OffboardState
 from app.domain.ports import LinkFact, StateChanged, Unsubscribe, VehicleLink
 from app.domain.setpoint.forms import Setpoint
 from app.domain.setpoint.limiter import Clamp
@@ -25,7 +26,7 @@ from app.services.offboard.settings import OffboardSettings
 from app.services.offboard.stream import Author
 from app.services.offboard.surroundings import Surroundings
 from app.services.offboard.ticking import Ticking
-from app.services.offboard_view import OffboardState, OffboardView
+from app.services.offboard_view import OffboardView
 
 _S = OffboardState
 
@@ -75,7 +76,8 @@ class OffboardControl:
         if before is not None and self.state is not _S.IDLE:
             if self._is_commanded:
                 self._holding.soon()
-            self._tell_lease("handed_over" if before.offered_to == holder else "overridden", holder, before.holder)
+            change = LeaseChange.HANDED_OVER if before.offered_to == holder else LeaseChange.OVERRIDDEN
+            self._tell_lease(change, holder, before.holder)
             self.changed()
             return lease
         self.surroundings = Surroundings.of(who.vehicle_type, who.firmware, self.settings.fresh_s)
@@ -83,7 +85,7 @@ class OffboardControl:
         self.commanded = ""
         self.flow.start(rate_hz)
         self._ticking.start(rate_hz)
-        self._tell_lease("taken", holder, "")
+        self._tell_lease(LeaseChange.TAKEN, holder, "")
         self.move(_S.LEASED, "")
         return lease
 
@@ -100,7 +102,7 @@ class OffboardControl:
     def offer(self, lease_id: str, to: str | None) -> Lease:
         """Let `to` take the lease over. Raises LeaseLostError."""
         lease = self._leases.offer(self.require(lease_id).id, to, self._clock.monotonic())
-        self._tell_lease("offered", lease.holder, f"to {to}" if to else "withdrawn")
+        self._tell_lease(LeaseChange.OFFERED, lease.holder, f"to {to}" if to else "withdrawn")
         self.changed()
         return lease
 
@@ -127,7 +129,7 @@ class OffboardControl:
     def release(self, lease_id: str, reason: str) -> None:
         """The holder gives the lease up, or its socket closed: Hold if the vehicle is flown. Raises LeaseLostError."""
         self.require(lease_id)
-        self.give_up("released", reason)
+        self.give_up(LeaseChange.RELEASED, reason)
 
     # what the parts of this package use -----------------------------------------------------------------------
 
@@ -148,7 +150,7 @@ class OffboardControl:
         if state is not self.state or reason != self.reason:
             self.state, self.reason = state, reason
             holder = None if self.lease is None else self.lease.holder
-            self._fleet.tell(EventKind.OFFBOARD_CHANGED, self.vehicle, state=state.value, holder=holder, reason=reason)
+            self._fleet.tell(self.vehicle, OffboardChanged(state=state, holder=holder, reason=reason))
         self.changed()
 
     async def hold(self) -> None:
@@ -167,7 +169,7 @@ class OffboardControl:
         """What was read for the entry."""
         self.surroundings = surroundings
 
-    def give_up(self, change: str, reason: str) -> None:
+    def give_up(self, change: LeaseChange, reason: str) -> None:
         """End the lease, stop sending, and command Hold if the vehicle follows our stream."""
         mode = FlightMode.HOLD if self._is_commanded else FlightMode.OFFBOARD
         follows = self.state is _S.SWITCHING or (self.state in SENDING and self.link.state().mode in (mode, None))
@@ -175,7 +177,7 @@ class OffboardControl:
         if follows:
             self._holding.soon()
 
-    def end(self, change: str, reason: str) -> None:
+    def end(self, change: LeaseChange, reason: str) -> None:
         """End the lease and stop sending; command nothing. Idempotent."""
         self._ticking.stop()
         lease, self._leases.lease = self._leases.lease, None
@@ -212,7 +214,7 @@ class OffboardControl:
 
     async def close(self) -> None:
         """The service ends: Hold for what it flies, within a bound; the vehicle's own failsafe does the rest."""
-        self.give_up("revoked", "the service stops")
+        self.give_up(LeaseChange.REVOKED, "the service stops")
         await self._holding.end(self.settings.goodbye_s)
         self._unsubscribe()
 
@@ -224,13 +226,13 @@ class OffboardControl:
             if self.guide is not None:
                 self.guide.tick(now_s)
             if gone := self._act(now_s):
-                self.give_up("revoked", gone)
+                self.give_up(LeaseChange.REVOKED, gone)
         except WaydropError as error:
-            self.give_up("revoked", f"cannot send: {error.detail}")
+            self.give_up(LeaseChange.REVOKED, f"cannot send: {error.detail}")
 
     def _on_defect(self) -> None:
         """Without ticks there is neither a stream nor a dead-man: a defect in one is Hold."""
-        self.give_up("revoked", "a defect of the service: nothing more can be sent")
+        self.give_up(LeaseChange.REVOKED, "a defect of the service: nothing more can be sent")
 
     def _slot(self, setpoint: Setpoint, by: Author) -> tuple[Clamp, ...]:
         if self.surroundings is None:
@@ -245,7 +247,7 @@ class OffboardControl:
 
     def _end_expired(self, now_s: float) -> None:
         if self._leases.has_expired(now_s):
-            self.give_up("expired", f"not renewed for {self.settings.lease_s:g} s")
+            self.give_up(LeaseChange.EXPIRED, f"not renewed for {self.settings.lease_s:g} s")
 
     def _act(self, now_s: float) -> str:
         """Send, or give orders. Why the lease must end, in words. Raises LinkError, SetpointRefusedError."""
@@ -256,7 +258,7 @@ class OffboardControl:
         if self.state is not _S.ACTIVE or self._holding.is_under_way:
             return ""  # an order now would be ended by the last word that is still being said
         if acts := who_acts(self.link.state()):  # seen while it was being left, which has failed
-            self.end("revoked", acts)
+            self.end(LeaseChange.REVOKED, acts)
             return ""
         return self.orders.tick(now_s, self.surroundings.kind(self.link.state()))
 
@@ -282,7 +284,7 @@ class OffboardControl:
 
     def _end_if_taken(self, fact: LinkFact) -> None:
         if self.state is not _S.IDLE and (reason := ended_by(fact, self.state, self.means, self.link, self.commanded)):
-            self.end("revoked", reason)
+            self.end(LeaseChange.REVOKED, reason)
 
     def _stood_still(self) -> None:
         if self.state is not _S.IDLE:
@@ -290,7 +292,7 @@ class OffboardControl:
 
     def _on_gap(self, gap_s: float) -> None:
         """What was meant before may not be meant now: nothing is sent, Hold neither. The vehicle's failsafe acts."""
-        self.end("revoked", f"the service stood still for {gap_s:.1f} s")
+        self.end(LeaseChange.REVOKED, f"the service stood still for {gap_s:.1f} s")
 
     @property
     def _is_commanded(self) -> bool:
@@ -301,8 +303,8 @@ class OffboardControl:
             acts = "it circles at its last place" if self._is_commanded else "the vehicle's own failsafe acts"
             self.move(_S.IDLE, f"{self.reason}; Hold is not confirmed ({detail}): {acts}")
 
-    def _tell_lease(self, change: str, holder: str, reason: str) -> None:
-        self._fleet.tell(EventKind.OFFBOARD_LEASE, self.vehicle, change=change, holder=holder, reason=reason)
+    def _tell_lease(self, change: LeaseChange, holder: str, reason: str) -> None:
+        self._fleet.tell(self.vehicle, OffboardLease(change=change, holder=holder, reason=reason))
 
     def changed(self) -> None:
         """Tell the listeners to look again."""

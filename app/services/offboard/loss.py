@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from app.domain.offboard_state import OffboardState
 from app.domain.ports import DuplicateSystem, LinkFact, LinkLost, Rebooted, StateChanged, VehicleLink
 from app.domain.setpoint.means import Means
 from app.services.offboard.modes import taken_away
-from app.services.offboard_view import OffboardState
 
 
 def ended_by(fact: LinkFact, state: OffboardState, means: Means, link: VehicleLink, commanded: str) -> str:

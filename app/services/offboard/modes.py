@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Final
 
+from app.domain.offboard_state import OffboardState
 from app.domain.setpoint.means import Means
 from app.domain.vehicle import FlightMode, VehicleState
-from app.services.offboard_view import OffboardState
 
 MAY_BE_IN: Final = {
     OffboardState.STREAMING: frozenset({FlightMode.HOLD}),

@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Literal, TypeVar
 
 from app.domain.errors import ConflictError, LeaseLostError, OffboardNotReadyError, WaydropError
+from app.domain.offboard_state import LeaseChange, OffboardState
 from app.domain.run import Run
 from app.domain.setpoint.audit import LOITER_RADIUS, AuditEntry
 from app.domain.setpoint.means import Means
@@ -23,7 +24,7 @@ from app.services.offboard.entry import (
     until_calm,
 )
 from app.services.offboard.surroundings import Surroundings
-from app.services.offboard_view import FlownBy, OffboardState
+from app.services.offboard_view import FlownBy
 from app.services.runs import Runs
 
 Destination = Literal["hold", "mission", "return"]
@@ -123,7 +124,7 @@ class Passage:
                 control.look_again()
             raise
         if self._has_lease(lease_id):
-            control.end("released", f"left to {to}")
+            control.end(LeaseChange.RELEASED, f"left to {to}")
 
     async def _enter(self, sticks_held: bool) -> Sequence[AuditEntry]:
         control = self._control
@@ -197,7 +198,7 @@ class Passage:
             return
         reason = error.detail if isinstance(error, WaydropError) else "the entry was broken off"
         if control.link.state().mode is FlightMode.OFFBOARD:
-            control.give_up("revoked", reason)
+            control.give_up(LeaseChange.REVOKED, reason)
         else:
             control.move(_S.LEASED, reason)
 
@@ -216,7 +217,7 @@ class Passage:
         if action != "hold":
             control.say_no_last_word()
         elif control.means is Means.COMMANDS and control.state is _S.ACTIVE:
-            control.give_up("revoked", "Hold was commanded")
+            control.give_up(LeaseChange.REVOKED, "Hold was commanded")
 
     def _has_lease(self, lease_id: str) -> bool:
         return self._control.lease is not None and self._control.lease.id == lease_id

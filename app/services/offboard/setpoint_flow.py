@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
+from app.domain.offboard_state import OffboardState
 from app.domain.setpoint.dead_man import Silence, can_stand
 from app.domain.setpoint.encode import encode
 from app.domain.setpoint.forms import Setpoint
@@ -14,7 +15,7 @@ from app.domain.vehicle import FlightMode, VehicleState
 from app.services.offboard.settings import OffboardSettings
 from app.services.offboard.stream import Author, SetpointStream, Slotted
 from app.services.offboard.surroundings import Surroundings
-from app.services.offboard_view import CadenceView, OffboardState, SentView
+from app.services.offboard_view import CadenceView, SentView
 
 _S = OffboardState
 SENDING: Final = frozenset({_S.STREAMING, _S.SWITCHING, _S.ACTIVE, _S.LEAVING})

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from app.domain.compiler import compile_plan
 from app.domain.continuation import rest_of
 from app.domain.drop import DropPhase
-from app.domain.events import EventKind
+from app.domain.events.run import RunChanged
 from app.domain.mission import Mission, MissionItem
 from app.domain.plan import Plan
 from app.domain.prediction import CALM, Timeline, predict
@@ -37,7 +37,7 @@ class Carried:
         """Record what a restart has shown of a change."""
         if self.arrived is not None and self.timeline is not None:
             tell_change(recorder, self.arrived, self.timeline)
-            recorder.note(EventKind.RUN_CHANGED, **self.run.model_dump(mode="json"))
+            recorder.note(RunChanged(self.run))
         else:
             recorder.change(changing=None)
 

@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import Callable, Collection
 from contextlib import aclosing, suppress
 from dataclasses import replace
+from typing import Final
 
 from app.domain.change_terms import ChangeTerms
 from app.domain.compiler import compile_plan
@@ -18,7 +19,7 @@ from app.domain.errors import (
     VehicleRefusedError,
     WaydropError,
 )
-from app.domain.events import EventKind
+from app.domain.events.run import CommandOutcome, RunAck, RunCommand
 from app.domain.finding import Finding, Severity
 from app.domain.mission import Mission, mission_hash
 from app.domain.plan import Plan, parse_plan
@@ -39,6 +40,9 @@ from app.services.runs.settings import RECORDED_VISITS, RunSettings
 from app.services.runs.watch import FlightWatch
 
 _OF_THE_REST = ("battery.", "payload.")
+
+
+CHANGE: Final = "change_mission"
 
 
 class MissionChanger:
@@ -186,7 +190,7 @@ class MissionChanger:
         """
         self._watch.change = pending
         self._recorder.change(changing=pending.change)
-        self._note("sent", pending)
+        self._recorder.note(RunCommand(command=CHANGE, change=pending.change))
         try:
             await self._recorder.flush()
             await refuse_fast_clock(self._link, pending.mission, self._clock)
@@ -206,7 +210,7 @@ class MissionChanger:
         """The mission that is flown is the changed plan's too, item for item: nothing is sent. Raises as `change`."""
         await self._announce(pending, orders, self._refuse_unfit)
         self._watch.take_change(pending)
-        self._note("accepted", pending)
+        self._note(CommandOutcome.DONE)
         with suppress(StorageError):
             await self._recorder.flush()
 
@@ -235,7 +239,7 @@ class MissionChanger:
         if error is None and not sending.cancelled() and self._watch.change is pending:
             self._watch.take_change(pending)
         arrived = self._watch.change is not pending
-        self._note("accepted" if arrived else "not known to have arrived", pending)
+        self._note(CommandOutcome.DONE if arrived else CommandOutcome.UNKNOWN)
         with suppress(StorageError):
             await self._recorder.flush()
         if sending.cancelled() and not arrived:
@@ -259,15 +263,10 @@ class MissionChanger:
         self._watch.change = None
         self._recorder.take_back(pending.change.plan_id)
         self._recorder.change(changing=None)
-        self._note(f"not sent: {why}", pending)
+        self._note(CommandOutcome.NOT_SENT, why)
 
-    def _note(self, result: str, pending: PendingChange) -> None:
-        change = pending.change
-        if result == "sent":
-            told = {"plan_id": change.plan_id, "plan_hash": change.plan_hash, "continue_at": change.continue_at}
-            self._recorder.note(EventKind.RUN_COMMAND, command="change_mission", by=change.by, **told)
-        else:
-            self._recorder.note(EventKind.RUN_ACK, command="change_mission", result=result)
+    def _note(self, outcome: CommandOutcome, detail: str = "") -> None:
+        self._recorder.note(RunAck(command=CHANGE, outcome=outcome, detail=detail))
 
 
 def _broken_off() -> ChangeUnderWayError:

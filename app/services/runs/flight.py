@@ -11,7 +11,7 @@ import structlog
 
 from app.domain.arming import armed_by_others
 from app.domain.errors import ChangeUnderWayError, StorageError, WaydropError, WrongStateError
-from app.domain.events import EventKind
+from app.domain.events.run import CommandOutcome, RunAck, RunCommand
 from app.domain.ports import LinkFact, VehicleLink
 from app.domain.rally import RallyDestination
 from app.domain.run import IN_FLIGHT, NOT_STARTED, Run, RunState
@@ -118,8 +118,7 @@ class RunFlight:
             before = {"asked": run.asked, "rally": run.rally}
             self._watch.hands.asked()
             self._recorder.change(asked=asked, rally=rally)
-            where = {} if rally is None else {"rally": rally.model_dump(mode="json")}
-            self._recorder.note(EventKind.RUN_COMMAND, command=asked, **where)
+            self._recorder.note(RunCommand(command=asked, rally=rally))
             try:
                 with contextlib.suppress(StorageError):  # a person's command does not wait for the disk
                     await self._recorder.flush()
@@ -127,15 +126,15 @@ class RunFlight:
                     await command()
             except asyncio.CancelledError:
                 self._recorder.change(**before)
-                self._recorder.note(EventKind.RUN_ACK, command=asked, result="not known: broken off")
+                self._recorder.note(RunAck(command=asked, outcome=CommandOutcome.UNKNOWN, detail="broken off"))
                 raise
             except WaydropError as error:
                 self._recorder.change(**before)
-                self._recorder.note(EventKind.RUN_ACK, command=asked, result=error.detail)
+                self._recorder.note(RunAck(command=asked, outcome=CommandOutcome.FAILED, detail=error.detail))
                 with contextlib.suppress(StorageError):
                     await self._recorder.flush()
                 raise
-            self._recorder.note(EventKind.RUN_ACK, command=asked, result="accepted")
+            self._recorder.note(RunAck(command=asked, outcome=CommandOutcome.DONE))
             await self._recorder.flush()
 
     async def pause(self) -> None:

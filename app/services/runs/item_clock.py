@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import Final
 
 from app.domain.drop import DropPhase
-from app.domain.events import EventKind
+from app.domain.events.run import RunItemEnded
 from app.domain.item_times import EndedItem, ItemTimes
 from app.domain.mission import Mission
 from app.domain.progress import Progress
@@ -65,8 +65,9 @@ class ItemClock:
 
     def _note(self, ended: Iterable[EndedItem]) -> None:
         for item in ended:
-            times = {"began_s": item.began_s, "ended_s": item.ended_s, "paused_s": item.paused_s}
-            self._recorder.note(EventKind.RUN_ITEM_ENDED, item_id=item.item_id, **times)
+            self._recorder.note(
+                RunItemEnded(item_id=item.item_id, began_s=item.began_s, ended_s=item.ended_s, paused_s=item.paused_s)
+            )
 
 
 def _was_ordered_now(release: Release, progress: Progress) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from app.domain.events import EventKind
+from app.domain.events.run import RunMissionChanged
 from app.domain.mission import Mission
 from app.domain.plan import Plan
 from app.domain.prediction import Timeline
@@ -77,6 +77,4 @@ class PendingChange:
 
 def tell_change(recorder: RunRecorder, change: PlanChange, timeline: Timeline) -> None:
     """Before the run's own change, so that the events tell which plan was flown until then."""
-    recorder.note(
-        EventKind.RUN_MISSION_CHANGED, change=change.model_dump(mode="json"), timeline=timeline.model_dump(mode="json")
-    )
+    recorder.note(RunMissionChanged(change=change, timeline=timeline))

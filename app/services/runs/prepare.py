@@ -19,7 +19,7 @@ from app.domain.errors import (
     VehicleTakenError,
     WaydropError,
 )
-from app.domain.events import EventKind
+from app.domain.events.run import CommandOutcome, RunAck, RunCommand, RunPlanRefused, RunUploadProgress, answer
 from app.domain.mission import NAN, MavCmd, Mission
 from app.domain.mission_port import UploadProgress
 from app.domain.ports import VehicleLink
@@ -105,19 +105,24 @@ class Preparation:
         await self._link.set_current(0)
         try:
             await self._arm()
-            await self._say("start_mission")
+            await self._say(RunCommand(command="start_mission"))
             await self._link.start_mission()
         except (WaydropError, asyncio.CancelledError):
             if self.may_fly:
                 await self._disarm()
             raise
-        await self._said("start_mission", "accepted")
+        await self._said("start_mission")
 
     async def _refuse_unfit(self) -> None:
         try:
             await self._check()
         except PlanRejectedError as error:
-            self._recorder.note(EventKind.RUN_PLAN_REFUSED, code=error.code, **error.extra)
+            refused = RunPlanRefused(
+                code=error.code,
+                findings=error.extra["findings"],
+                parameters_age_s=error.extra.get("parameters_age_s"),
+            )
+            self._recorder.note(refused)
             raise
 
     async def _tell(self, step: UploadProgress) -> None:
@@ -128,12 +133,13 @@ class Preparation:
             return
         self._recorder.run = self._recorder.run.model_copy(update={"upload_percent": percent})
         self._recorder.note(
-            EventKind.RUN_UPLOAD_PROGRESS,
-            mission_type=step.mission_type.name.lower(),
-            sent=step.sent,
-            total=step.total,
-            attempt=step.attempt,
-            percent=percent,
+            RunUploadProgress(
+                mission_type=step.mission_type.name.lower(),
+                sent=step.sent,
+                total=step.total,
+                attempt=step.attempt,
+                percent=percent,
+            )
         )
         await self._recorder.flush()
 
@@ -145,16 +151,10 @@ class Preparation:
             timeout_s=self._settings.ack_s,
             in_progress_timeout_s=self._settings.gripper_s,
         )
-        await self._say("DO_GRIPPER", params=[None, GRAB], action="grab")
+        await self._say(RunCommand(command="DO_GRIPPER", params=(None, GRAB), action="grab"))
         final = None
         async for ack in self._link.command(request):
-            self._recorder.note(
-                EventKind.RUN_ACK,
-                command="DO_GRIPPER",
-                result=ack.word,
-                result_code=ack.result_code,
-                progress=ack.progress,
-            )
+            self._recorder.note(answer("DO_GRIPPER", ack))
             await self._recorder.flush()
             final = ack
         if final is None or final.result is not MavResult.ACCEPTED:
@@ -169,19 +169,19 @@ class Preparation:
         mode = self._link.state().mode
         if mode is FlightMode.HOLD:
             return
-        await self._say("hold", because=f"it was left in {name_of(mode)} mode")
+        await self._say(RunCommand(command="hold", left_in=mode))
         try:
             await self._link.hold_disarmed()
         except LinkError as error:
             await self._said("hold", error.detail)
             raise self._because_of_mode(error) from error
-        await self._said("hold", "accepted")
+        await self._said("hold")
 
     async def _arm(self) -> None:
         """Ask until it arms. Found armed after an arming that nobody answered, it is armed by that one."""
         deadline_s = self._clock.monotonic() + self._settings.armable_s
         while True:
-            await self._say("arm")
+            await self._say(RunCommand(command="arm"))
             self._refuse_taken()
             if self._link.state().armed:
                 break
@@ -199,7 +199,7 @@ class Preparation:
                 if self._clock.monotonic() >= deadline_s:
                     raise self._because_of_mode(error) from error
                 await asyncio.sleep(self._settings.arm_again_s)
-        await self._said("arm", "accepted")
+        await self._said("arm")
 
     def _refuse_taken(self) -> None:
         """It stands in Hold, perhaps by our command: who changed that has it. Raises VehicleTakenError."""
@@ -228,19 +228,20 @@ class Preparation:
         HEARTBEAT that says armed may still be on its way.
         """
         with contextlib.suppress(StorageError):
-            await self._say("disarm")
+            await self._say(RunCommand(command="disarm"))
         try:
             await self._link.disarm()
-            self.may_fly, result = False, "accepted"
+            self.may_fly, problem = False, ""
         except WaydropError as error:
-            result = error.detail
+            problem = error.detail
         with contextlib.suppress(StorageError):
-            await self._said("disarm", result)
+            await self._said("disarm", problem)
 
-    async def _say(self, command: str, **data: object) -> None:
-        self._recorder.note(EventKind.RUN_COMMAND, command=command, **data)
+    async def _say(self, command: RunCommand) -> None:
+        self._recorder.note(command)
         await self._recorder.flush()
 
-    async def _said(self, command: str, result: str) -> None:
-        self._recorder.note(EventKind.RUN_ACK, command=command, result=result)
+    async def _said(self, command: str, problem: str = "") -> None:
+        outcome = CommandOutcome.FAILED if problem else CommandOutcome.DONE
+        self._recorder.note(RunAck(command=command, outcome=outcome, detail=problem))
         await self._recorder.flush()

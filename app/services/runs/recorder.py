@@ -7,9 +7,9 @@ from typing import Any, Final
 
 import structlog
 
-from app.domain.consent import consent_events
 from app.domain.drop import DropRecord
-from app.domain.events import EventKind, NewEvent
+from app.domain.events import AnyPayload, NewEvent
+from app.domain.events.run import RunChanged, RunContinued, RunDrop, consent_told
 from app.domain.run import Run, RunState
 from app.services.clock import Clock
 from app.services.journal import Journal
@@ -37,13 +37,13 @@ class RunRecorder:
         self._left_out = 0
         self._storing = asyncio.Lock()
 
-    def note(self, kind: EventKind, **data: Any) -> None:
+    def note(self, payload: AnyPayload) -> None:
         """An event of this run."""
         if len(self._waiting) >= MOST_WAITING:
             self._left_out += 1
-            log.error("run event not recorded: the journal is stuck", run_id=self.run.id, kind=kind.value)
+            log.error("run event not recorded: the journal is stuck", run_id=self.run.id, kind=payload.kind.value)
             return
-        self._waiting.append(self._event(kind, data))
+        self._waiting.append(self._event(payload))
 
     def bring(self, plan: NewPlan) -> None:
         """A plan that this run is to fly: it is stored in one step with what waits."""
@@ -75,9 +75,10 @@ class RunRecorder:
         if before == record:
             return
         self.run = self.run.with_drop(record, now=self._clock.now())
-        for kind, data in consent_events(record.plan_item_id, before.consent, record.consent):
-            self.note(kind, **data)
-        self.note(EventKind.RUN_DROP, **record.model_dump(mode="json"))
+        asked_or_closed = consent_told(record.plan_item_id, before.consent, record.consent)
+        if asked_or_closed is not None:
+            self.note(asked_or_closed)
+        self.note(RunDrop(record))
 
     async def flush(self, continues: Run | None = None) -> Run:
         """Store what waits. Raises StorageError; then everything waits on.
@@ -99,9 +100,9 @@ class RunRecorder:
             if self._waiting or self._left_out or self._plans:
                 plans = tuple(self._plans)
                 events, run, left_out = tuple(self._waiting), self.run, self._left_out
-                anew = (self._event(EventKind.RUN_CHANGED, run.model_dump(mode="json")),) if left_out else ()
+                anew = (self._event(RunChanged(run)),) if left_out else ()
                 others = () if continues is None else (self._continued(continues),)
-                told = [self._event(EventKind.RUN_CONTINUED, old.model_dump(mode="json"), old.id) for old in others]
+                told = [self._event(RunContinued(old), old.id) for old in others]
                 created = [plan.created for plan in plans]
                 new_plans = [plan.stored for plan in plans]
                 await self._journal.record(*created, *told, *events, *anew, runs=(*others, run), plans=new_plans)
@@ -112,16 +113,11 @@ class RunRecorder:
             return self.stored
 
     def _note_run(self) -> None:
-        self.note(EventKind.RUN_CHANGED, **self.run.model_dump(mode="json"))
+        self.note(RunChanged(self.run))
 
     def _continued(self, old: Run) -> Run:
         return old.model_copy(update={"continued_by": self.run.id, "updated_at": self._clock.now()})
 
-    def _event(self, kind: EventKind, data: dict[str, Any], run_id: str | None = None) -> NewEvent:
-        return NewEvent(
-            kind=kind,
-            time=self._clock.now(),
-            vehicle_id=self.run.vehicle_id,
-            run_id=run_id or self.run.id,
-            data=data,
-        )
+    def _event(self, payload: AnyPayload, run_id: str | None = None) -> NewEvent:
+        now, vehicle_id = self._clock.now(), self.run.vehicle_id
+        return NewEvent.of(payload, now, vehicle_id=vehicle_id, run_id=run_id or self.run.id)

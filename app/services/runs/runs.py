@@ -10,7 +10,7 @@ import structlog
 
 from app.domain.consent import Answer
 from app.domain.errors import NotFoundError, WrongStateError
-from app.domain.events import EventKind
+from app.domain.events.run import RunCreated, RunPredicted
 from app.domain.plan import parse_plan
 from app.domain.ports import PlanStore, RunStore, StoredPlan, VehicleLink
 from app.domain.prediction import CALM, Wind
@@ -231,8 +231,8 @@ class Runs:
         )
         if isinstance(plan, NewPlan):
             made.recorder.bring(plan)
-        made.recorder.note(EventKind.RUN_CREATED, **run.model_dump(mode="json"))
-        made.recorder.note(EventKind.RUN_PREDICTED, **timeline.model_dump(mode="json"))
+        made.recorder.note(RunCreated(run))
+        made.recorder.note(RunPredicted(timeline))
         await made.recorder.flush(continues=old)
         self._flights[run_id] = made.flight
         self._own(run_id, made.flight.fly())

@@ -9,7 +9,7 @@ from collections.abc import Callable, Coroutine, Sequence
 
 from app.domain.commands import CommandAck, CommandRequest
 from app.domain.errors import CommandExpiredError, ConflictError, LinkError, StorageError, WaydropError
-from app.domain.events import EventKind
+from app.domain.events.run import CommandOutcome, RunAck, RunCommand, answer
 from app.domain.mission import NAN
 from app.domain.ports import VehicleLink
 from app.domain.supervised import still_waits
@@ -69,23 +69,21 @@ class OrderSender:
         returns = order.action == "return"
         before, asked = self._recorder.run.asked, "contingency" if returns else "pause"
         self._recorder.change(asked=asked)
-        self._recorder.note(EventKind.RUN_COMMAND, command=order.action, because=f"{order.plan_item_id} failed")
+        self._recorder.note(RunCommand(command=order.action, failed_drop_id=order.plan_item_id))
         try:
             with self._watch.commanding(asked):
                 await (self._link.return_to_launch() if returns else self._link.hold())
-            result = "accepted"
+            ack = RunAck(command=order.action, outcome=CommandOutcome.DONE)
         except WaydropError as error:
-            result = error.detail
+            ack = RunAck(command=order.action, outcome=CommandOutcome.FAILED, detail=error.detail)
             if self._recorder.run.asked == asked:  # a person may have asked for something else meanwhile
                 self._recorder.change(asked=before)
-        self._recorder.note(EventKind.RUN_ACK, command=order.action, result=result)
+        self._recorder.note(ack)
 
     async def _release(self, order: ReleaseOrder) -> None:
         drop = order.drop
-        params = [None if math.isnan(p) else p for p in drop.compiled.params]
-        self._recorder.note(
-            EventKind.RUN_COMMAND, command=drop.compiled.command.name, params=params, attempt=order.attempt
-        )
+        params = tuple(None if math.isnan(p) else p for p in drop.compiled.params)
+        self._recorder.note(RunCommand(command=drop.compiled.command.name, params=params, attempt=order.attempt))
         try:
             await self._recorder.flush()
         except StorageError:
@@ -117,20 +115,20 @@ class OrderSender:
         except (CommandExpiredError, ConflictError):  # nothing was sent
             self._withhold(order)
         except LinkError as error:
-            self._note_ack(order, error.detail)
+            self._note_ack(order, CommandOutcome.FAILED, detail=error.detail)
             self._take(order, drop.timed_out(order.attempt, self._watch.now()))
 
     def _answered(self, order: ReleaseOrder, ack: CommandAck) -> None:
-        self._note_ack(order, ack.word, result_code=ack.result_code, progress=ack.progress)
+        self._recorder.note(answer(order.drop.compiled.command.name, ack, order.attempt))
         self._take(order, order.drop.acked(order.attempt, ack, self._watch.now()))
 
     def _withhold(self, order: ReleaseOrder) -> None:
-        self._note_ack(order, "not sent: its moment was over before it was recorded")
+        self._note_ack(order, CommandOutcome.NOT_SENT, detail="its moment was over before it was recorded")
         self._take(order, order.drop.withheld(order.attempt, self._watch.now()))
 
-    def _note_ack(self, order: ReleaseOrder, result: str, **data: object) -> None:
+    def _note_ack(self, order: ReleaseOrder, outcome: CommandOutcome, detail: str) -> None:
         command = order.drop.compiled.command.name
-        self._recorder.note(EventKind.RUN_ACK, command=command, result=result, attempt=order.attempt, **data)
+        self._recorder.note(RunAck(command=command, outcome=outcome, attempt=order.attempt, detail=detail))
 
     def _take(self, order: ReleaseOrder, following: Sequence[Order]) -> None:
         self._watch.record(order.drop)
@@ -149,7 +147,7 @@ class OrderSender:
             return
         look = self._watch.now()
         if still_waits(drop.machine, drop.observe(look), drop.machine.terms.resume_s):
-            await self._set_current(order.seq, because=f"{drop.record.plan_item_id} failed with its parcel on board")
+            await self._set_current(order.seq, failed_drop_id=drop.record.plan_item_id)
 
     async def _resume_at(self, seq: int, waiting_at: tuple[int, ...]) -> None:
         """Move the mission on after a drop. If it fails the bounded hold ends by itself."""
@@ -158,14 +156,14 @@ class OrderSender:
             return  # a person has it, or it moved on by itself: a late command would move it back
         await self._set_current(seq)
 
-    async def _set_current(self, seq: int, **why: object) -> None:
-        self._recorder.note(EventKind.RUN_COMMAND, command="set_current", params=[seq], **why)
+    async def _set_current(self, seq: int, *, failed_drop_id: str | None = None) -> None:
+        self._recorder.note(RunCommand(command="set_current", params=(seq,), failed_drop_id=failed_drop_id))
         self._watch.moving_on += 1
         try:
             await self._link.set_current(seq)
-            result = "accepted"
+            ack = RunAck(command="set_current", outcome=CommandOutcome.DONE)
         except WaydropError as error:
-            result = error.detail
+            ack = RunAck(command="set_current", outcome=CommandOutcome.FAILED, detail=error.detail)
         finally:
             self._watch.moving_on -= 1
-        self._recorder.note(EventKind.RUN_ACK, command="set_current", result=result)
+        self._recorder.note(ack)

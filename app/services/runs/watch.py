@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Final
 
 from app.domain.complete_sign import CompleteSign
-from app.domain.events import EventKind
+from app.domain.events.run import RunItem
 from app.domain.flight_phase import FlightView, how_it_ended, is_airborne, phase_of, why_open
 from app.domain.mode_sign import ModeSign
 from app.domain.ports import ClockRateTold, ItemReached, LinkFact, MissionCurrent, Rebooted, VehicleLink
@@ -161,8 +161,8 @@ class FlightWatch:
                     if self.leg.mission.is_return(fact.seq):
                         self._fly_to(self._progress.begun(fact.seq))
                     else:
-                        what = {"what": "reached", "item_id": self._progress.plan_item_of.get(fact.seq)}
-                        self._recorder.note(EventKind.RUN_ITEM, seq=fact.seq, **what)
+                        item_id = self._progress.plan_item_of.get(fact.seq)
+                        self._recorder.note(RunItem(seq=fact.seq, what="reached", item_id=item_id))
                     self._advance(self._progress.reached(fact.seq))
             case MissionCurrent():
                 is_open = self.change is not None and self.change.is_open
@@ -347,7 +347,5 @@ class FlightWatch:
         before = self._progress.current
         self._advance(progress)
         if self._progress.current != before:
-            self._recorder.note(
-                EventKind.RUN_ITEM, seq=self._progress.current, what="current", item_id=self._progress.item_id
-            )
+            self._recorder.note(RunItem(seq=self._progress.current, what="current", item_id=self._progress.item_id))
             self._recorder.change(item_id=self._progress.item_id)

@@ -6,13 +6,13 @@ from dataclasses import replace
 from typing import Final
 
 from app.domain.errors import SetpointRefusedError
+from app.domain.offboard_state import OffboardState
 from app.domain.setpoint.capability import FlightKind
 from app.domain.setpoint.means import Means
 from app.domain.tasks.course import Ground
 from app.domain.tasks.guidance import CRUISE_M_S, Fix, Wish, stand, steer
 from app.domain.tasks.turning import learnt_lag_s
 from app.services.offboard.control import OffboardControl
-from app.services.offboard_view import OffboardState
 from app.services.tasks.helm import Seen
 
 HARMLESS: Final = frozenset({"limit.speed", "limit.climb", "limit.descend"})

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from app.domain.errors import ConflictError, LeaseLostError, TaskRefusedError, TaskUnderWayError
+from app.domain.offboard_state import OffboardState
 from app.domain.ports import Unsubscribe
 from app.domain.setpoint.means import Means, task_means
 from app.domain.tasks.admission import course_of, refuse_beyond
@@ -16,7 +17,7 @@ from app.domain.tasks.queue import QueuedTask
 from app.domain.tasks.terms import TaskTerms
 from app.services.clock import Clock
 from app.services.offboard.surroundings import Surroundings
-from app.services.offboard_view import FlownBy, OffboardState, TaskReport
+from app.services.offboard_view import FlownBy, TaskReport
 from app.services.task_view import OriginView, QueuedTaskView, TasksView
 from app.services.tasks.flight import TaskFlight
 from app.services.tasks.phase import Phase

@@ -6,7 +6,8 @@ import asyncio
 from typing import Final
 
 from app.domain.errors import SetpointRefusedError, WaydropError
-from app.domain.events import EventKind
+from app.domain.events.vehicle import TaskChange, TasksChanged, TasksGripper
+from app.domain.offboard_state import OffboardState
 from app.domain.setpoint.capability import FlightKind
 from app.domain.setpoint.means import Means
 from app.domain.tasks.course import PointCourse, Reference
@@ -17,7 +18,7 @@ from app.domain.tasks.queue import QueuedTask, TaskQueue
 from app.services.fleet import Fleet
 from app.services.offboard.control import OffboardControl
 from app.services.offboard.passage import Destination, Passage
-from app.services.offboard_view import OffboardState, TaskReport, TaskState
+from app.services.offboard_view import TaskReport, TaskState
 from app.services.tasks.by_commands import ByCommands
 from app.services.tasks.by_setpoints import BySetpoints
 from app.services.tasks.fix import fix_of
@@ -57,7 +58,7 @@ class TaskFlight:
 
     # what the desk does ---------------------------------------------------------------------------------------
 
-    def put(self, queue: TaskQueue, change: str, entry: QueuedTask | None, reason: str = "") -> None:
+    def put(self, queue: TaskQueue, change: TaskChange, entry: QueuedTask | None, reason: str = "") -> None:
         """Another queue in the place of this one. If its current task is another, that one begins."""
         was = None if self.queue.current is None else self.queue.current.id
         self.queue = queue
@@ -68,11 +69,11 @@ class TaskFlight:
         self.tell(change, entry, reason)
         self._look_if_empty()
 
-    def finish(self, change: str) -> None:
+    def finish(self, change: TaskChange) -> None:
         """The current task is over."""
         self.put(self.queue.next(), change, self.queue.current)
 
-    def stop(self, change: str, reason: str) -> None:
+    def stop(self, change: TaskChange, reason: str) -> None:
         """Stand; a wing circles. The current task keeps its time."""
         self.phase, self.reason = Phase.PAUSED, reason
         self._steer_anew()
@@ -85,20 +86,19 @@ class TaskFlight:
         self.tell("resumed", self.queue.current)
         self._look_if_empty()
 
-    def tell(self, change: str, entry: QueuedTask | None, reason: str = "") -> None:
+    def tell(self, change: TaskChange, entry: QueuedTask | None, reason: str = "") -> None:
         """Record it, and tell the listeners of offboard control."""
         self.changes += 1
         lease = self.control.lease
-        self._fleet.tell(
-            EventKind.TASKS_CHANGED,
-            self.control.vehicle,
+        told = TasksChanged(
             change=change,
             task_id=None if entry is None else entry.id,
-            task=None if entry is None else entry.task.model_dump(mode="json", exclude_none=True),
+            task=None if entry is None else entry.task,
             holder=None if lease is None else lease.holder,
             reason=reason,
-            task_list=list(self.queue.task_list),
+            task_list=self.queue.task_list,
         )
+        self._fleet.tell(self.control.vehicle, told)
         self.control.changed()
 
     @property
@@ -263,7 +263,7 @@ class TaskFlight:
             self.tell("dropped", dropped.current, why)
 
     def _tell_gripper(self, task_id: str, action: Action, result: str) -> None:
-        self._fleet.tell(EventKind.TASKS_GRIPPER, self.control.vehicle, task_id=task_id, action=action, result=result)
+        self._fleet.tell(self.control.vehicle, TasksGripper(task_id=task_id, action=action, result=result))
 
 
 def _wish(entry: QueuedTask, up_m: float, now_s: float) -> Wish:

@@ -10,7 +10,7 @@ from typing import Any, Final
 import structlog
 
 from app.domain.errors import ConflictError, InvalidInputError, NotFoundError
-from app.domain.events import EventKind
+from app.domain.events.service import HookChange, WebhookChanged
 from app.domain.ports import PlanStore
 from app.domain.webhooks.address import checked_url, host_of
 from app.domain.webhooks.hook import MAX_HOOKS, Progress, StoredWebhook, Webhook
@@ -174,14 +174,11 @@ class Webhooks:
             task.cancel()
             await asyncio.wait({task})
 
-    async def _tell(self, hook: Webhook, change: str, by: str) -> None:
+    async def _tell(self, hook: Webhook, change: HookChange, by: str) -> None:
         event = self._journal.new_event(
-            EventKind.WEBHOOK_CHANGED,
-            webhook_id=hook.id,
-            change=change,
-            host=host_of(hook.url),
-            by=by,
-            reason=hook.disabled_reason,
+            WebhookChanged(
+                webhook_id=hook.id, change=change, host=host_of(hook.url), by=by, reason=hook.disabled_reason
+            )
         )
         await self._journal.record(event)
 
@@ -206,7 +203,7 @@ class Webhooks:
         return HookState.RETRYING if delivery.progress.failures else HookState.DELIVERING
 
 
-def _word(before: Webhook, after: Webhook) -> str:
+def _word(before: Webhook, after: Webhook) -> HookChange:
     if before.enabled == after.enabled:
         return "changed"
     return "enabled" if after.enabled else "disabled"

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from app.domain.drop import DropRecord
-from app.domain.events import EventKind, NewEvent
+from app.domain.events import NewEvent
 from app.domain.ports import StoredAnswer, StoredPlan, StoredToken
 from app.domain.run import Run, RunState
 from app.domain.vehicle import VehicleType
+from tests.events import item
 
 
-def event(number: int = 0, run_id: str | None = None, **data: Any) -> NewEvent:
-    return NewEvent(
-        kind=EventKind.RUN_ITEM, time=1000.0 + number, vehicle_id="v1", run_id=run_id, data={"number": number, **data}
-    )
+def event(number: int = 0, run_id: str | None = None, item_id: str | None = None) -> NewEvent:
+    return NewEvent.of(item(number, item_id), 1000.0 + number, vehicle_id="v1", run_id=run_id)
 
 
 def plan(number: int = 1) -> StoredPlan:

@@ -6,17 +6,22 @@ import hashlib
 
 import pytest
 
+from app.domain.attachment import Attachment
 from app.domain.errors import AttachmentAlteredError
-from app.domain.events import EventKind, NewEvent
+from app.domain.events import NewEvent
+from app.domain.events.run import RunAttachment
 from tests.contract.storage.conftest import Opener, Stores
+from tests.events import item
 
 PHOTO = b"\xff\xd8\xff photo"
 HASH = hashlib.sha256(PHOTO).hexdigest()
 
 
-def attached(run_id: str, name: str, **more: object) -> NewEvent:
-    data = {"plan_item_id": "drop", "name": name, "media_type": "image/jpeg", "size_bytes": 9, "sha256": HASH}
-    return NewEvent(kind=EventKind.RUN_ATTACHMENT, time=1.0, run_id=run_id, data={**data, "at": 1.0, "by": "x", **more})
+def attached(run_id: str, name: str) -> NewEvent:
+    photo = Attachment(
+        plan_item_id="drop", name=name, media_type="image/jpeg", size_bytes=9, sha256=HASH, at=1.0, by="x"
+    )
+    return NewEvent.of(RunAttachment(photo), 1.0, run_id=run_id)
 
 
 async def test_a_file_comes_back_after_a_restart_byte_by_byte(opener: Opener) -> None:
@@ -36,8 +41,7 @@ async def test_what_was_never_stored_is_not_there(stores: Stores, name: str) -> 
 
 
 async def test_the_journal_says_what_belongs_to_a_run(stores: Stores) -> None:
-    odd = NewEvent(kind=EventKind.RUN_ATTACHMENT, time=1.0, run_id="run-1", data={"name": 5})
-    other = NewEvent(kind=EventKind.RUN_ITEM, time=1.0, run_id="run-1", data={})
-    await stores.events.append([attached("run-1", "b"), odd, other, attached("run-2", "c"), attached("run-1", "a")])
+    other = NewEvent.of(item(), 1.0, run_id="run-1")
+    await stores.events.append([attached("run-1", "b"), other, attached("run-2", "c"), attached("run-1", "a")])
     assert [one.name for one in await stores.attachments.of_run("run-1")] == ["b", "a"]
     assert list(await stores.attachments.of_run("run-3")) == []

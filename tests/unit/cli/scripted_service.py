@@ -9,23 +9,24 @@ from typing import Any
 
 from aiohttp import web
 
-from app.domain.events import Event, EventKind
+from app.domain.events import AnyPayload, Event, NewEvent
+from app.domain.events.run import RunChanged
 from app.domain.run import Run
+from tests.events import item
 
 CUT = "cut"
 """In a script: close the socket here."""
 
 
-def event(seq: int, kind: EventKind = EventKind.RUN_ITEM, run_id: str = "r1", **data: Any) -> Event:
+def event(seq: int, payload: AnyPayload | None = None, run_id: str = "r1") -> Event:
     """An event of run r1 on vehicle v1."""
-    return Event(
-        seq=seq, gateway="gw", hash="", kind=kind, time=1000.0 + seq, vehicle_id="v1", run_id=run_id, data=data
-    )
+    new = NewEvent.of(payload or item(seq), 1000.0 + seq, vehicle_id="v1", run_id=run_id)
+    return Event(**dict(new), seq=seq, gateway="gw", hash="")
 
 
 def changed(seq: int, run: Run) -> Event:
     """The event of a changed run."""
-    return event(seq, EventKind.RUN_CHANGED, run.id, **run.model_dump(mode="json"))
+    return event(seq, RunChanged(run), run.id)
 
 
 @dataclass

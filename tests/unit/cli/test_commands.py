@@ -11,7 +11,8 @@ from typing import Any
 import pytest
 
 from app.cli.main import main
-from app.domain.events import EventKind, NewEvent
+from app.domain.events import NewEvent
+from app.domain.events.service import ServiceStarted
 from app.storage import open_storage
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -162,7 +163,7 @@ def journal(tmp_path: Path) -> Path:
 
     async def once() -> None:
         async with open_storage(tmp_path / "waydrop.db") as storage:
-            await storage.events.append([NewEvent(kind=EventKind.SERVICE_STARTED, time=1000.0)])
+            await storage.events.append([NewEvent.of(ServiceStarted(release="1.0"), 1000.0)])
 
     asyncio.run(once())
     return tmp_path

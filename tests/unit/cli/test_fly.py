@@ -14,6 +14,7 @@ from app.cli.run_following import StartFailedError
 from app.cli.verdict import STRICT, Verdict
 from app.domain.drop import Certainty, DropOutcome, DropRecord
 from app.domain.events import Event, EventKind
+from app.domain.events.run import RunDrop
 from app.domain.plan import Plan, parse_plan
 from app.domain.run import Run, RunState
 from tests.unit.cli.scripted_service import CUT, ScriptedService, changed, event
@@ -57,7 +58,7 @@ async def fly(service: ScriptedService, plan: Plan, view: Recorded, least: Certa
 
 async def test_a_delivered_run_ends_with_0_and_is_told_event_by_event(plan: Plan) -> None:
     view = Recorded()
-    drop = event(2, EventKind.RUN_DROP, **ACKNOWLEDGED.model_dump(mode="json"))
+    drop = event(2, RunDrop(ACKNOWLEDGED))
     async with flown(a_run(RunState.COMPLETED, ACKNOWLEDGED), event(1), drop).serving() as service:
         assert await fly(service, plan, view) == 0
         asked = {what: (document, key) for what, document, key in service.posted}

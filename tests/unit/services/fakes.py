@@ -68,9 +68,7 @@ class MemoryEventStore:
             if error := self.refuse(event):
                 raise error
         first = len(self.events) + 1
-        stored = [
-            Event(**event.model_dump(), seq=seq, gateway="gw-1", hash="") for seq, event in enumerate(events, first)
-        ]
+        stored = [Event(**dict(event), seq=seq, gateway="gw-1", hash="") for seq, event in enumerate(events, first)]
         self.events += stored
         self.runs |= {run.id: run for run in runs}
         self.plans |= {plan.id: plan for plan in plans}

@@ -6,12 +6,13 @@ import asyncio
 
 import pytest
 
-from app.domain.events import Event, EventKind
+from app.domain.events import Event, NewEvent
 from app.services.fanout import Fanout, SubscriptionClosedError, SubscriptionOverflowError
+from tests.events import item
 
 
 def events(*seqs: int) -> list[Event]:
-    return [Event(kind=EventKind.RUN_ITEM, time=0.0, seq=seq, gateway="gw-1", hash="") for seq in seqs]
+    return [Event(**dict(NewEvent.of(item(seq), 0.0)), seq=seq, gateway="gw-1", hash="") for seq in seqs]
 
 
 async def test_a_subscriber_gets_what_is_published_after_it_came() -> None:

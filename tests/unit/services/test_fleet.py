@@ -18,6 +18,7 @@ from app.services.fleet import Fleet
 from app.services.journal import Journal
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
+from tests.events import data_of
 from tests.unit.services.fakes import MemoryEventStore
 from tests.unit.services.runs.scripted import ScriptedVehicle
 
@@ -81,7 +82,7 @@ async def test_facts_become_events_in_order() -> None:
         EventKind.VEHICLE_LINK_RESTORED,
         EventKind.VEHICLE_STATUS_TEXT,
     ]
-    assert events.events[-1].data == {"severity": "critical", "text": "Low battery"}
+    assert data_of(events.events[-1]) == {"severity": "critical", "text": "Low battery"}
 
 
 @pytest.mark.parametrize(
@@ -95,7 +96,7 @@ async def test_how_a_vehicle_is_found_is_told_unless_it_is_at_rest(state: dict[s
     told = [(event.kind, event.vehicle_id) for event in events.events]
     seen = EventKind.VEHICLE_SEEN
     assert told == [(seen, "v1"), (seen, "v1-2"), (EventKind.VEHICLE_CHANGED, "v1-2")]
-    assert events.events[-1].data.items() >= state.items()
+    assert data_of(events.events[-1]).items() >= state.items()
 
 
 async def test_a_quarantined_vehicle_is_shown_and_not_commanded() -> None:
@@ -143,7 +144,7 @@ async def test_commands_outside_a_run_are_recorded_with_who_gave_them() -> None:
         fleet.vehicle("v1").run_id = "run-1"
         with pytest.raises(ConflictError, match="run-1"):
             await commands.land("v1", "anna")
-    told = [e.data for e in events.events if e.kind is EventKind.VEHICLE_COMMAND]
+    told = [data_of(e) for e in events.events if e.kind is EventKind.VEHICLE_COMMAND]
     assert [d["outcome"] for d in told] == ["sent", "done"]
     assert {d["by"] for d in told} == {"anna"}
 
@@ -159,4 +160,4 @@ async def test_a_refused_command_is_recorded_as_refused() -> None:
         vehicle.land = refuse  # type: ignore[method-assign]
         with pytest.raises(VehicleRefusedError):
             await VehicleCommands(fleet, journal).land("v1", "anna")
-    assert [e.data["outcome"] for e in events.events if e.kind is EventKind.VEHICLE_COMMAND] == ["sent", "DENIED"]
+    assert [data_of(e)["outcome"] for e in events.events if e.kind is EventKind.VEHICLE_COMMAND] == ["sent", "DENIED"]

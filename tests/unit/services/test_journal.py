@@ -12,13 +12,14 @@ from app.domain.events import EventKind, NewEvent
 from app.domain.run import Run
 from app.services.fanout import SubscriptionClosedError, SubscriptionOverflowError
 from app.services.journal import Journal
+from tests.events import data_of, item
 from tests.unit.services.fakes import ManualClock, MemoryEventStore
 
 RUN = Run(id="run-1", plan_id="plan-1", plan_hash="0", vehicle_id="v1", created_at=0.0, updated_at=0.0)
 
 
 def event(number: int = 0) -> NewEvent:
-    return NewEvent(kind=EventKind.RUN_ITEM, time=0.0, data={"number": number})
+    return NewEvent.of(item(number), 0.0)
 
 
 def full() -> StorageError:
@@ -56,14 +57,9 @@ async def test_runs_are_stored_with_their_events(journal: Journal, store: Memory
 
 
 async def test_a_new_event_has_the_time_of_now(journal: Journal) -> None:
-    new = journal.new_event(EventKind.RUN_ACK, vehicle_id="v1", run_id="run-1", command="gripper", progress=None)
-    assert new == NewEvent(
-        kind=EventKind.RUN_ACK,
-        time=1234.5,
-        vehicle_id="v1",
-        run_id="run-1",
-        data={"command": "gripper", "progress": None},
-    )
+    new = journal.new_event(item(3), vehicle_id="v1", run_id="run-1")
+    assert (new.kind, new.version, new.time) == (EventKind.RUN_ITEM, 1, 1234.5)
+    assert (new.vehicle_id, new.run_id, new.data) == ("v1", "run-1", item(3))
 
 
 async def test_a_subscriber_has_the_event_before_its_recorder_goes_on(journal: Journal) -> None:
@@ -105,7 +101,7 @@ async def test_calls_that_wait_for_the_disk_share_the_next_commit(journal: Journ
     store.open.set()
     stored = await asyncio.gather(*calls)
     assert store.batches == [2, 18]
-    assert [one.data["number"] for one in store.events] == [n for n in range(10) for _ in "ab"]
+    assert [data_of(one)["seq"] for one in store.events] == [n for n in range(10) for _ in "ab"]
     assert [[one.seq for one in call] for call in stored] == [[2 * n + 1, 2 * n + 2] for n in range(10)]
 
 
@@ -126,7 +122,7 @@ async def test_a_slow_disk_holds_recorders_back_in_their_order(store: MemoryEven
     late = asyncio.create_task(journal.record(event(30)))
     store.open.set()
     await asyncio.gather(*calls, late)
-    assert [one.data["number"] for one in store.events] == list(range(31))
+    assert [data_of(one)["seq"] for one in store.events] == list(range(31))
     await journal.close()
 
 
@@ -163,14 +159,14 @@ async def test_after_a_failure_the_journal_goes_on_without_a_gap(journal: Journa
 
 
 async def test_one_bad_call_does_not_take_the_others_with_it(journal: Journal, store: MemoryEventStore) -> None:
-    store.refuse = lambda event: InvalidInputError("not JSON") if event.data["number"] == 2 else None
+    store.refuse = lambda event: InvalidInputError("not JSON") if data_of(event)["seq"] == 2 else None
     store.pause()
     calls = [asyncio.create_task(journal.record(event(n))) for n in range(5)]
     await settle()
     store.open.set()
     answers = await asyncio.gather(*calls, return_exceptions=True)
     assert isinstance(answers[2], InvalidInputError)
-    assert [one.data["number"] for one in store.events] == [0, 1, 3, 4]
+    assert [data_of(one)["seq"] for one in store.events] == [0, 1, 3, 4]
     assert journal.healthy
 
 
@@ -181,7 +177,7 @@ async def test_a_recorder_that_is_cancelled_disturbs_nobody(journal: Journal, st
     first.cancel()
     store.open.set()
     await second
-    assert [one.data["number"] for one in store.events] == [0, 1]
+    assert [data_of(one)["seq"] for one in store.events] == [0, 1]
     await asyncio.gather(first, return_exceptions=True)
 
 

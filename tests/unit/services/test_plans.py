@@ -17,6 +17,7 @@ from app.domain.rules import default_facts
 from app.domain.vehicle import VehicleType
 from app.services.journal import Journal
 from app.services.plans import CACHED_VIEWS, Plans
+from tests.events import data_of
 from tests.unit.services.fakes import ManualClock, MemoryEventStore
 
 DOCUMENT: dict[str, Any] = {
@@ -95,7 +96,7 @@ async def test_a_new_plan_is_announced(plans: Plans, events: MemoryEventStore) -
     view = await plans.create(a_plan(), by="ward 3")
     (event,) = events.events
     assert event.kind is EventKind.PLAN_CREATED
-    assert event.data == {
+    assert data_of(event) == {
         "plan_id": view.id,
         "hash": view.hash,
         "name": view.name,

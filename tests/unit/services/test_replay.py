@@ -12,15 +12,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.domain.errors import InvalidInputError
-from app.domain.events import Event, EventKind, NewEvent
+from app.domain.events import Event, NewEvent
 from app.services.fanout import SubscriptionClosedError, SubscriptionOverflowError
 from app.services.journal import Journal
 from app.services.replay import follow
+from tests.events import item
 from tests.unit.services.fakes import ManualClock, MemoryEventStore
 
 
 def event(number: int = 0) -> NewEvent:
-    return NewEvent(kind=EventKind.RUN_ITEM, time=0.0, data={"number": number})
+    return NewEvent.of(item(number), 0.0)
 
 
 @pytest.mark.parametrize("after", [-1, 3])

@@ -9,10 +9,10 @@ import asyncio
 import sys
 from pathlib import Path
 
-from app.domain.events import EventKind
 from app.services.clock import SystemClock
 from app.services.journal import Journal
 from app.storage import open_storage
+from tests.events import item
 
 TASKS = 8
 
@@ -21,7 +21,7 @@ async def record(journal: Journal, task: int) -> None:
     number = 0
     while True:
         number += 1
-        event = journal.new_event(EventKind.RUN_ITEM, task=task, number=number, padding="x" * 300)
+        event = journal.new_event(item(number, f"{task} {'x' * 300}"))
         (stored,) = await journal.record(event)
         sys.stdout.write(f"{stored.seq} {task} {number}\n")
         sys.stdout.flush()

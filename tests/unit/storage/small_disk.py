@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from app.domain.errors import StorageError
-from app.domain.events import EventKind
 from app.services.clock import SystemClock
 from app.services.journal import Journal
 from app.storage import open_storage
+from tests.events import item
 
 BALLAST_BYTES = 256 * 1024
 
@@ -25,7 +25,7 @@ async def fill(journal: Journal) -> StorageError:
     """Record until the disk is full."""
     for _ in range(10_000):
         try:
-            await journal.record(journal.new_event(EventKind.RUN_ITEM, padding="x" * 4000))
+            await journal.record(journal.new_event(item(0, "x" * 4000)))
         except StorageError as error:
             return error
     raise AssertionError("the disk did not fill")
@@ -42,7 +42,7 @@ async def meet_a_full_disk(folder: Path) -> dict[str, Any]:
         healthy_when_full = journal.healthy
         confirmed = journal.last_seq
         ballast.unlink()
-        (stored,) = await journal.record(journal.new_event(EventKind.RUN_ITEM))
+        (stored,) = await journal.record(journal.new_event(item()))
         await journal.close()
         seen = [(await subscription.get()).seq for _ in range(stored.seq)]
         kept = [event.seq for event in await storage.events.read(after=0, limit=100_000)]

@@ -8,8 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from app.domain.attachment import Attachment
 from app.domain.errors import AttachmentAlteredError, StorageError
-from app.domain.events import EventKind, NewEvent
+from app.domain.events import NewEvent
+from app.domain.events.run import RunAttachment
 from app.storage import open_storage, verify_journal
 from app.storage.attachments import attachments_folder, file_path
 
@@ -21,11 +23,12 @@ HASH = hashlib.sha256(PHOTO).hexdigest()
 async def journal(tmp_path: Path) -> Path:
     """A journal whose run has one attachment."""
     path = tmp_path / "journal.db"
-    data = {"plan_item_id": "drop", "name": "door.jpg", "media_type": "image/jpeg", "size_bytes": 9, "sha256": HASH}
+    photo = Attachment(
+        plan_item_id="drop", name="door.jpg", media_type="image/jpeg", size_bytes=9, sha256=HASH, at=1.0, by="desk"
+    )
     async with open_storage(path) as storage:
         await storage.attachments.put(HASH, PHOTO)
-        event = NewEvent(kind=EventKind.RUN_ATTACHMENT, time=1.0, run_id="r1", data={**data, "at": 1.0, "by": "desk"})
-        await storage.events.append([event])
+        await storage.events.append([NewEvent.of(RunAttachment(photo), 1.0, run_id="r1")])
     return path
 
 

@@ -21,7 +21,7 @@ async def journal(tmp_path: Path) -> Path:
     path = tmp_path / "journal.db"
     async with open_storage(path) as storage:
         await storage.events.append([], plans=[plan()])
-        await storage.events.append([event(n, padding="x" * 1000) for n in range(200)], [run()])
+        await storage.events.append([event(n, item_id="x" * 1000) for n in range(200)], [run()])
     return path
 
 

@@ -36,7 +36,7 @@ async def test_an_append_that_finds_no_room_stores_nothing_and_the_next_small_on
         await store.append([event(1)])
         await database.write(leave_one_page)
         with pytest.raises(StorageError, match="the disk is full") as full:
-            await store.append([event(2), event(3, padding="x" * 100_000)])
+            await store.append([event(2), event(3, item_id="x" * 100_000)])
         assert full.value.extra["sqlite"] == "SQLITE_FULL"
         assert await store.last_seq() == 1
         assert [stored.seq for stored in await store.append([event(4)])] == [2]

@@ -12,7 +12,7 @@ import pytest
 from app.storage import open_storage
 from tests.contract.storage.samples import event, plan
 
-INSERT = "INTO events (seq, kind, time, data) VALUES ({}, 'run.item', 0, '{{}}')"
+INSERT = "INTO events (seq, kind, version, time, data, hash) VALUES ({}, 'run.item', 1, 0, '{{}}', '')"
 
 
 @pytest.fixture

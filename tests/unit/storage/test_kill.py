@@ -9,6 +9,7 @@ from pathlib import Path
 from app.domain.events import Event
 from app.storage import open_storage
 from tests.contract.storage.samples import event
+from tests.events import data_of
 
 ROUNDS = 4
 
@@ -43,6 +44,7 @@ async def test_what_was_confirmed_is_there_after_a_kill(tmp_path: Path) -> None:
     assert [stored.seq for stored in events] == list(range(1, len(events) + 1))
     for seq, task, number in confirmed:
         stored = events[seq - 1]
-        assert (stored.seq, stored.data["task"], stored.data["number"]) == (seq, task, number)
+        told = data_of(stored)
+        assert (stored.seq, int(told["item_id"].split()[0]), told["seq"]) == (seq, task, number)
     assert after.seq == len(events) + 1
     assert len({seq for seq, _, _ in confirmed}) == len(confirmed)

@@ -93,7 +93,7 @@ async def test_an_upgrade_keeps_what_is_in_the_journal(journal: Path, later_scri
 
 async def test_a_journal_of_a_newer_version_is_refused_and_left_alone(journal: Path, later_scripts: Path) -> None:
     migrate(journal, later_scripts)
-    with pytest.raises(StorageError, match="newer Waydrop") as refused:
+    with pytest.raises(StorageError, match="another version of Waydrop") as refused:
         async with open_storage(journal):
             pass
     assert "v9999" in refused.value.detail

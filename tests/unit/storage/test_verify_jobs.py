@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from app.domain.events import EventKind, NewEvent
+from app.domain.events import NewEvent
+from app.domain.events.dispatch import JobChanged
 from app.storage import open_storage, verify_journal
 from tests.contract.storage.samples import plan
 from tests.unit.domain.jobs.examples import a_job
@@ -17,10 +18,9 @@ from tests.unit.storage.test_verify import alter
 async def journal(tmp_path: Path) -> Path:
     """A journal with one job."""
     path, job = tmp_path / "journal.db", a_job()
-    data = {"change": "queued", "by": "desk", "job": job.model_dump(mode="json")}
     async with open_storage(path) as storage:
         await storage.events.append([], plans=[plan()])
-        await storage.events.append([NewEvent(kind=EventKind.JOB_CHANGED, time=1.0, data=data)], jobs=[job])
+        await storage.events.append([NewEvent.of(JobChanged(change="queued", by="desk", job=job), 1.0)], jobs=[job])
     return path
 
 

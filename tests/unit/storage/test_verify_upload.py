@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from app.domain.events import EventKind
+from app.domain.events.run import RunUploadProgress
 from app.storage import open_storage, verify_journal
 from tests.unit.storage.test_verify import told, write_journal
 
@@ -12,7 +12,7 @@ from tests.unit.storage.test_verify import told, write_journal
 async def test_a_run_in_the_middle_of_its_upload_is_as_written(tmp_path: Path) -> None:
     path = tmp_path / "journal.db"
     await write_journal(path)
-    progress = told(EventKind.RUN_UPLOAD_PROGRESS, mission_type="mission", sent=2, total=4, attempt=1, percent=50.0)
+    progress = told(RunUploadProgress(mission_type="mission", sent=2, total=4, attempt=1, percent=50.0))
     async with open_storage(path) as storage:
         stored = await storage.runs.get("run-1")
         assert stored is not None

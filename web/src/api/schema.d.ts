@@ -2053,6 +2053,12 @@ export interface components {
             detail: string;
         };
         /**
+         * CommandOutcome
+         * @description What became of a command that was recorded.
+         * @enum {string}
+         */
+        CommandOutcome: "acknowledged" | "done" | "failed" | "not_sent" | "unknown";
+        /**
          * Comparison
          * @description A run against its prediction. `reason` says why there is none at all. The totals are over the compared items.
          *
@@ -2317,6 +2323,95 @@ export interface components {
             reason: string;
         };
         /**
+         * DropConsentAsked
+         * @description The vehicle holds; an operator is asked until `deadline_at` (Unix seconds). `checked` is what was measured.
+         */
+        DropConsentAsked: {
+            /** Plan Item Id */
+            plan_item_id: string;
+            /** Question */
+            question: number;
+            /** Deadline At */
+            deadline_at: number | null;
+            checked: components["schemas"]["ConsentChecks"] | null;
+        };
+        /**
+         * DropConsentAskedEvent
+         * @description The vehicle holds; an operator is asked until `deadline_at` (Unix seconds). `checked` is what was measured.
+         */
+        DropConsentAskedEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "drop.consent_asked";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["DropConsentAsked"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+        };
+        /**
+         * DropConsentClosed
+         * @description The question is over. A grant is stored before a release is sent.
+         */
+        DropConsentClosed: {
+            /** Plan Item Id */
+            plan_item_id: string;
+            /** Question */
+            question: number;
+            state: components["schemas"]["ConsentState"];
+            /** By */
+            by: string | null;
+            /**
+             * Reason
+             * @default
+             */
+            reason: string;
+        };
+        /**
+         * DropConsentClosedEvent
+         * @description The question is over. A grant is stored before a release is sent.
+         */
+        DropConsentClosedEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "drop.consent_closed";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["DropConsentClosed"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+        };
+        /**
          * DropOutcome
          * @description Every drop ends in one of these; `pending` only while the run goes on.
          * @enum {string}
@@ -2561,43 +2656,10 @@ export interface components {
             audit: components["schemas"]["AuditView"][];
             offboard: components["schemas"]["OffboardView"];
         };
-        /**
-         * Event
-         * @description A stored event. `seq` starts at 1 and has no gaps within one gateway's journal.
-         *
-         *     `hash` is its link of the journal's chain (journal_chain.py): keep it, and it proves what the journal said.
-         */
-        Event: {
-            kind: components["schemas"]["EventKind"];
-            /** Time */
-            time: number;
-            /**
-             * Vehicle Id
-             * @default null
-             */
-            vehicle_id: string | null;
-            /**
-             * Run Id
-             * @default null
-             */
-            run_id: string | null;
-            /**
-             * Data
-             * @default {}
-             */
-            data: {
-                [key: string]: unknown;
-            };
-            /** Seq */
-            seq: number;
-            /** Gateway */
-            gateway: string;
-            /** Hash */
-            hash: string;
-        };
+        Event: components["schemas"]["VehicleSeenEvent"] | components["schemas"]["VehicleLinkLostEvent"] | components["schemas"]["VehicleLinkRestoredEvent"] | components["schemas"]["VehicleChangedEvent"] | components["schemas"]["VehicleParametersEvent"] | components["schemas"]["VehicleRebootedEvent"] | components["schemas"]["VehicleStatusTextEvent"] | components["schemas"]["VehicleQuarantinedEvent"] | components["schemas"]["VehicleCommandEvent"] | components["schemas"]["OffboardLeaseEvent"] | components["schemas"]["OffboardChangedEvent"] | components["schemas"]["TasksChangedEvent"] | components["schemas"]["TasksGripperEvent"] | components["schemas"]["RunCreatedEvent"] | components["schemas"]["RunChangedEvent"] | components["schemas"]["RunPredictedEvent"] | components["schemas"]["RunPlanRefusedEvent"] | components["schemas"]["RunUploadProgressEvent"] | components["schemas"]["RunMissionChangedEvent"] | components["schemas"]["RunContinuedEvent"] | components["schemas"]["RunTargetMovedEvent"] | components["schemas"]["RunTargetNotFollowedEvent"] | components["schemas"]["RunItemEvent"] | components["schemas"]["RunItemEndedEvent"] | components["schemas"]["RunCommandEvent"] | components["schemas"]["RunAckEvent"] | components["schemas"]["RunDropEvent"] | components["schemas"]["RunAttachmentEvent"] | components["schemas"]["DropConsentAskedEvent"] | components["schemas"]["DropConsentClosedEvent"] | components["schemas"]["ServiceStartedEvent"] | components["schemas"]["ServiceStoppedEvent"] | components["schemas"]["WebhookChangedEvent"] | components["schemas"]["SimulatorFaultEvent"] | components["schemas"]["SimulatorSpeedSetEvent"] | components["schemas"]["PlanCreatedEvent"] | components["schemas"]["JobChangedEvent"] | components["schemas"]["JobQueueChangedEvent"];
         /**
          * EventKind
-         * @description What an event says. The data of each kind is documented here; it is what the stream carries.
+         * @description What an event says. One payload model for each, see PAYLOADS.
          * @enum {string}
          */
         EventKind: "service.started" | "service.stopped" | "vehicle.seen" | "vehicle.link_lost" | "vehicle.link_restored" | "vehicle.changed" | "vehicle.parameters" | "vehicle.rebooted" | "vehicle.status_text" | "vehicle.quarantined" | "vehicle.command" | "offboard.lease" | "offboard.changed" | "tasks.changed" | "tasks.gripper" | "plan.created" | "run.created" | "run.changed" | "run.predicted" | "run.plan_refused" | "run.upload_progress" | "run.mission_changed" | "run.continued" | "run.target_moved" | "run.target_not_followed" | "run.item" | "run.item_ended" | "run.command" | "run.ack" | "run.drop" | "run.attachment" | "drop.consent_asked" | "drop.consent_closed" | "simulator.fault" | "simulator.speed" | "job.changed" | "job.queue_changed" | "webhook.changed";
@@ -3134,6 +3196,49 @@ export interface components {
             ended_at: number | null;
         };
         /**
+         * JobChanged
+         * @description A job, whole, and what happened to it.
+         */
+        JobChanged: {
+            /**
+             * Change
+             * @enum {string}
+             */
+            change: "queued" | "placed" | "assigned" | "requeued" | "prepared" | "start_asked" | "started" | "end_asked" | "noted" | "ended";
+            /** By */
+            by: string;
+            job: components["schemas"]["Job"];
+        };
+        /**
+         * JobChangedEvent
+         * @description A job, whole, and what happened to it.
+         */
+        JobChangedEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "job.changed";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["JobChanged"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+        };
+        /**
          * JobMove
          * @description Another priority, or the first or last place among the waiting jobs of its priority.
          */
@@ -3203,6 +3308,47 @@ export interface components {
             priority: number;
         };
         /**
+         * JobQueueChanged
+         * @description A vehicle's queue of jobs, whole, and what happened to it.
+         */
+        JobQueueChanged: {
+            /**
+             * Change
+             * @enum {string}
+             */
+            change: "stopped" | "resumed" | "cleared";
+            queue: components["schemas"]["VehicleQueue"];
+        };
+        /**
+         * JobQueueChangedEvent
+         * @description A vehicle's queue of jobs, whole, and what happened to it.
+         */
+        JobQueueChangedEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "job.queue_changed";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["JobQueueChanged"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+        };
+        /**
          * JobQueuesView
          * @description All jobs that wait, the next one first, and each vehicle. `dispatching` false: a defect of ours, see the log.
          */
@@ -3235,6 +3381,7 @@ export interface components {
              */
             next: string | null;
         };
+        JsonValue: unknown;
         /**
          * Jump
          * @description Go back to the item with this id, `repeats` times in all, then go on.
@@ -3309,6 +3456,12 @@ export interface components {
          * @enum {string}
          */
         LandedState: "undefined" | "on_ground" | "in_air" | "taking_off" | "landing";
+        /**
+         * LeaseChange
+         * @description What became of a lease. The last three end it.
+         * @enum {string}
+         */
+        LeaseChange: "taken" | "handed_over" | "overridden" | "offered" | "released" | "expired" | "revoked";
         /**
          * LeaseGrant
          * @description The lease. `lease` is its holder's secret; every use of it renews it for `expires_in_s`.
@@ -3597,6 +3750,49 @@ export interface components {
             secret: string;
         };
         /**
+         * OffboardChanged
+         * @description How far offboard control is. The setpoints themselves are telemetry.
+         */
+        OffboardChanged: {
+            state: components["schemas"]["OffboardState"];
+            /** Holder */
+            holder: string | null;
+            /**
+             * Reason
+             * @default
+             */
+            reason: string;
+        };
+        /**
+         * OffboardChangedEvent
+         * @description How far offboard control is. The setpoints themselves are telemetry.
+         */
+        OffboardChangedEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "offboard.changed";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["OffboardChanged"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+        };
+        /**
          * OffboardDetail
          * @description Offboard control of one vehicle: how it is, what the vehicle follows, how it flies tasks, what bounds it.
          */
@@ -3606,6 +3802,49 @@ export interface components {
             capabilities: components["schemas"]["CapabilityView"][];
             tasks: components["schemas"]["TaskMeansView"];
             limits: components["schemas"]["OffboardLimits"];
+        };
+        /**
+         * OffboardLease
+         * @description Who may fly the vehicle by hand.
+         */
+        OffboardLease: {
+            change: components["schemas"]["LeaseChange"];
+            /** Holder */
+            holder: string;
+            /**
+             * Reason
+             * @default
+             */
+            reason: string;
+        };
+        /**
+         * OffboardLeaseEvent
+         * @description Who may fly the vehicle by hand.
+         */
+        OffboardLeaseEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "offboard.lease";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["OffboardLease"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
         };
         /**
          * OffboardLimits
@@ -3824,6 +4063,16 @@ export interface components {
             reserve_percent: number;
         };
         /**
+         * Place
+         * @description A place over the ground.
+         */
+        Place: {
+            /** Latitude Deg */
+            latitude_deg: number;
+            /** Longitude Deg */
+            longitude_deg: number;
+        };
+        /**
          * Plan
          * @description A delivery plan, version 1. Items without an id get `item-<number>`; ids are unique.
          */
@@ -3948,6 +4197,52 @@ export interface components {
             };
             /** Findings */
             findings: components["schemas"]["ConversionFinding"][];
+        };
+        /**
+         * PlanCreated
+         * @description A plan was stored. `created_at` is Unix seconds.
+         */
+        PlanCreated: {
+            /** Plan Id */
+            plan_id: string;
+            /** Hash */
+            hash: string;
+            /** Name */
+            name: string;
+            vehicle_type: components["schemas"]["VehicleType"];
+            /** Created At */
+            created_at: number;
+            /** Created By */
+            created_by: string;
+        };
+        /**
+         * PlanCreatedEvent
+         * @description A plan was stored. `created_at` is Unix seconds.
+         */
+        PlanCreatedEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "plan.created";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["PlanCreated"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
         };
         /**
          * PlanHead
@@ -4863,6 +5158,523 @@ export interface components {
             ended_at: number | null;
         };
         /**
+         * RunAck
+         * @description What became of a command. `result` is the MAV_RESULT word of a COMMAND_ACK, and null where there was none.
+         */
+        RunAck: {
+            /** Command */
+            command: string;
+            outcome: components["schemas"]["CommandOutcome"];
+            /**
+             * Result
+             * @default null
+             */
+            result: string | null;
+            /**
+             * Result Code
+             * @default null
+             */
+            result_code: number | null;
+            /**
+             * Progress
+             * @default null
+             */
+            progress: number | null;
+            /**
+             * Attempt
+             * @default null
+             */
+            attempt: number | null;
+            /**
+             * Detail
+             * @default
+             */
+            detail: string;
+        };
+        /**
+         * RunAckEvent
+         * @description What became of a command. `result` is the MAV_RESULT word of a COMMAND_ACK, and null where there was none.
+         */
+        RunAckEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "run.ack";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["RunAck"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+        };
+        /**
+         * RunAttachment
+         * @description The file itself lies beside the journal.
+         */
+        RunAttachment: components["schemas"]["Attachment"];
+        /**
+         * RunAttachmentEvent
+         * @description The file itself lies beside the journal.
+         */
+        RunAttachmentEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "run.attachment";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["RunAttachment"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+        };
+        /**
+         * RunChanged
+         * @description The run, whole, after a change of it.
+         */
+        RunChanged: components["schemas"]["Run"];
+        /**
+         * RunChangedEvent
+         * @description The run, whole, after a change of it.
+         */
+        RunChangedEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "run.changed";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["RunChanged"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+        };
+        /**
+         * RunCommand
+         * @description A command to the vehicle, stored before it is sent: a MAV_CMD's name, or what Waydrop calls it.
+         *
+         *     `params` are the command's own (null is NaN), `attempt` counts from 1. `action` says what a gripper is told before
+         *     the take-off. `failed_drop_id` is the drop whose failure it answers, `left_in` the mode out of which a vehicle on
+         *     the ground is brought, `rally` where a return goes, `change` what a changed mission is.
+         */
+        RunCommand: {
+            /** Command */
+            command: string;
+            /**
+             * Params
+             * @default null
+             */
+            params: (number | null)[] | null;
+            /**
+             * Attempt
+             * @default null
+             */
+            attempt: number | null;
+            /**
+             * Action
+             * @default null
+             */
+            action: "grab" | null;
+            /**
+             * Failed Drop Id
+             * @default null
+             */
+            failed_drop_id: string | null;
+            /** @default null */
+            left_in: components["schemas"]["FlightMode"] | null;
+            /** @default null */
+            rally: components["schemas"]["RallyDestination"] | null;
+            /** @default null */
+            change: components["schemas"]["PlanChange"] | null;
+        };
+        /**
+         * RunCommandEvent
+         * @description A command to the vehicle, stored before it is sent: a MAV_CMD's name, or what Waydrop calls it.
+         *
+         *     `params` are the command's own (null is NaN), `attempt` counts from 1. `action` says what a gripper is told before
+         *     the take-off. `failed_drop_id` is the drop whose failure it answers, `left_in` the mode out of which a vehicle on
+         *     the ground is brought, `rally` where a return goes, `change` what a changed mission is.
+         */
+        RunCommandEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "run.command";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["RunCommand"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+        };
+        /**
+         * RunContinued
+         * @description The run, which is over; `continued_by` flies what was left. Stored together with that run.
+         */
+        RunContinued: components["schemas"]["Run"];
+        /**
+         * RunContinuedEvent
+         * @description The run, which is over; `continued_by` flies what was left. Stored together with that run.
+         */
+        RunContinuedEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "run.continued";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["RunContinued"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+        };
+        /**
+         * RunCreated
+         * @description The run, whole.
+         */
+        RunCreated: components["schemas"]["Run"];
+        /**
+         * RunCreatedEvent
+         * @description The run, whole.
+         */
+        RunCreatedEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "run.created";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["RunCreated"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+        };
+        /**
+         * RunDrop
+         * @description The drop's record.
+         */
+        RunDrop: components["schemas"]["DropRecord"];
+        /**
+         * RunDropEvent
+         * @description The drop's record.
+         */
+        RunDropEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "run.drop";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["RunDrop"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+        };
+        /**
+         * RunItem
+         * @description The vehicle flies to a plan item, or has reached it. `seq` is the mission item.
+         */
+        RunItem: {
+            /** Item Id */
+            item_id: string | null;
+            /** Seq */
+            seq: number;
+            /**
+             * What
+             * @enum {string}
+             */
+            what: "current" | "reached";
+        };
+        /**
+         * RunItemEnded
+         * @description When the vehicle was busy with an item, by its own clock (s since it started; null if nobody saw it).
+         *
+         *     In `paused_s` of them the run was paused.
+         */
+        RunItemEnded: {
+            /** Item Id */
+            item_id: string;
+            /** Began S */
+            began_s: number | null;
+            /** Ended S */
+            ended_s: number | null;
+            /**
+             * Paused S
+             * @default 0
+             */
+            paused_s: number;
+        };
+        /**
+         * RunItemEndedEvent
+         * @description When the vehicle was busy with an item, by its own clock (s since it started; null if nobody saw it).
+         *
+         *     In `paused_s` of them the run was paused.
+         */
+        RunItemEndedEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "run.item_ended";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["RunItemEnded"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+        };
+        /**
+         * RunItemEvent
+         * @description The vehicle flies to a plan item, or has reached it. `seq` is the mission item.
+         */
+        RunItemEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "run.item";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["RunItem"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+        };
+        /**
+         * RunMissionChanged
+         * @description The vehicle has the changed mission. `timeline` is predicted for the rest.
+         */
+        RunMissionChanged: {
+            change: components["schemas"]["PlanChange"];
+            timeline: components["schemas"]["Timeline"];
+        };
+        /**
+         * RunMissionChangedEvent
+         * @description The vehicle has the changed mission. `timeline` is predicted for the rest.
+         */
+        RunMissionChangedEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "run.mission_changed";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["RunMissionChanged"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+        };
+        /**
+         * RunPlanRefused
+         * @description The check at a start found errors, by the parameters as they were then; the vehicle was not armed.
+         *
+         *     `parameters_age_s` is null if they were not read since the link was lost.
+         */
+        RunPlanRefused: {
+            /** Code */
+            code: string;
+            /** Findings */
+            findings: components["schemas"]["Finding"][];
+            /**
+             * Parameters Age S
+             * @default null
+             */
+            parameters_age_s: number | null;
+        };
+        /**
+         * RunPlanRefusedEvent
+         * @description The check at a start found errors, by the parameters as they were then; the vehicle was not armed.
+         *
+         *     `parameters_age_s` is null if they were not read since the link was lost.
+         */
+        RunPlanRefusedEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "run.plan_refused";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["RunPlanRefused"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+        };
+        /**
+         * RunPredicted
+         * @description The timeline for this vehicle, as predicted before the flight; at most its first 500 visits.
+         */
+        RunPredicted: components["schemas"]["Timeline"];
+        /**
+         * RunPredictedEvent
+         * @description The timeline for this vehicle, as predicted before the flight; at most its first 500 visits.
+         */
+        RunPredictedEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "run.predicted";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["RunPredicted"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+        };
+        /**
          * RunRequest
          * @description Fly this plan with this vehicle. `start` false: upload and verify only, and wait for the start.
          *
@@ -4887,6 +5699,145 @@ export interface components {
          * @enum {string}
          */
         RunState: "created" | "uploading" | "uploaded" | "starting" | "flying" | "at_drop" | "paused" | "returning" | "landed" | "completed" | "aborted" | "failed" | "lost";
+        /**
+         * RunTargetMoved
+         * @description A waypoint was moved to where its target will be in `after_s`; the run flies `plan_id` now.
+         */
+        RunTargetMoved: {
+            /** Plan Item Id */
+            plan_item_id: string;
+            /** Waypoint Id */
+            waypoint_id: string;
+            /** Plan Id */
+            plan_id: string;
+            moved_from: components["schemas"]["Place"];
+            moved_to: components["schemas"]["Place"];
+            /** From Planned M */
+            from_planned_m: number;
+            /** After S */
+            after_s: number;
+            target: components["schemas"]["TargetEvidence"];
+        };
+        /**
+         * RunTargetMovedEvent
+         * @description A waypoint was moved to where its target will be in `after_s`; the run flies `plan_id` now.
+         */
+        RunTargetMovedEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "run.target_moved";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["RunTargetMoved"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+        };
+        /**
+         * RunTargetNotFollowed
+         * @description The waypoint stays where it is. Told once for each new code; `target` is null if nothing was reported yet.
+         */
+        RunTargetNotFollowed: {
+            /** Plan Item Id */
+            plan_item_id: string;
+            /** Waypoint Id */
+            waypoint_id: string;
+            /** Feed */
+            feed: string;
+            /** Code */
+            code: string;
+            /** Reason */
+            reason: string;
+            target: components["schemas"]["TargetEvidence"] | null;
+        };
+        /**
+         * RunTargetNotFollowedEvent
+         * @description The waypoint stays where it is. Told once for each new code; `target` is null if nothing was reported yet.
+         */
+        RunTargetNotFollowedEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "run.target_not_followed";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["RunTargetNotFollowed"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+        };
+        /**
+         * RunUploadProgress
+         * @description `sent` of `total` items of one list are on the vehicle.
+         */
+        RunUploadProgress: {
+            /** Mission Type */
+            mission_type: string;
+            /** Sent */
+            sent: number;
+            /** Total */
+            total: number;
+            /** Attempt */
+            attempt: number;
+            /** Percent */
+            percent: number;
+        };
+        /**
+         * RunUploadProgressEvent
+         * @description `sent` of `total` items of one list are on the vehicle.
+         */
+        RunUploadProgressEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "run.upload_progress";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["RunUploadProgress"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+        };
         /**
          * RunsView
          * @description Runs, newest first. `next` goes into `older_than` for the next page; null behind the last one.
@@ -4979,6 +5930,77 @@ export interface components {
             clamped: string[];
         };
         /**
+         * ServiceStarted
+         * @description The service started; `release` is the version of Waydrop.
+         */
+        ServiceStarted: {
+            /** Release */
+            release: string;
+        };
+        /**
+         * ServiceStartedEvent
+         * @description The service started; `release` is the version of Waydrop.
+         */
+        ServiceStartedEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "service.started";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["ServiceStarted"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+        };
+        /**
+         * ServiceStopped
+         * @description The service stopped as it was asked to.
+         */
+        ServiceStopped: Record<string, never>;
+        /**
+         * ServiceStoppedEvent
+         * @description The service stopped as it was asked to.
+         */
+        ServiceStoppedEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "service.stopped";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["ServiceStopped"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+        };
+        /**
          * SetpointRequest
          * @description One setpoint. It is sent from the next tick on, and no longer than 0.4 s.
          */
@@ -5061,6 +6083,95 @@ export interface components {
             };
             /** Vehicle Id */
             vehicle_id: string | null;
+        };
+        /**
+         * SimulatorFault
+         * @description Stored before the simulated vehicle gets it, with problem null; once more with the reason when it did not.
+         */
+        SimulatorFault: {
+            /** Fault */
+            fault: string;
+            value: components["schemas"]["JsonValue"];
+            /** By */
+            by: string;
+            /**
+             * Problem
+             * @default null
+             */
+            problem: string | null;
+        };
+        /**
+         * SimulatorFaultEvent
+         * @description Stored before the simulated vehicle gets it, with problem null; once more with the reason when it did not.
+         */
+        SimulatorFaultEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "simulator.fault";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["SimulatorFault"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+        };
+        /**
+         * SimulatorSpeedSet
+         * @description Stored before the simulator gets it, with problem null; once more with the reason when it did not.
+         */
+        SimulatorSpeedSet: {
+            /** Speed */
+            speed: number;
+            /** By */
+            by: string;
+            /**
+             * Problem
+             * @default null
+             */
+            problem: string | null;
+        };
+        /**
+         * SimulatorSpeedSetEvent
+         * @description Stored before the simulator gets it, with problem null; once more with the reason when it did not.
+         */
+        SimulatorSpeedSetEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "simulator.speed";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["SimulatorSpeedSet"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
         };
         /**
          * SimulatorView
@@ -5472,6 +6583,100 @@ export interface components {
             radius_m?: number | null;
         };
         /**
+         * TasksChanged
+         * @description A change of the task queue. `task_list` are the tasks that are left, `task_id` and `task` the one concerned.
+         */
+        TasksChanged: {
+            /**
+             * Change
+             * @enum {string}
+             */
+            change: "inserted" | "changed" | "moved" | "removed" | "reached" | "time_over" | "gripper_done" | "skipped" | "cleared" | "paused" | "resumed" | "by_hand" | "blocked" | "dropped";
+            /** Task Id */
+            task_id: string | null;
+            /** Task */
+            task: (components["schemas"]["Goto"] | components["schemas"]["Circle"] | components["schemas"]["Segment"] | components["schemas"]["Path"]) | null;
+            /** Holder */
+            holder: string | null;
+            /**
+             * Reason
+             * @default
+             */
+            reason: string;
+            /** Task List */
+            task_list: number[];
+        };
+        /**
+         * TasksChangedEvent
+         * @description A change of the task queue. `task_list` are the tasks that are left, `task_id` and `task` the one concerned.
+         */
+        TasksChangedEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "tasks.changed";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["TasksChanged"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+        };
+        /**
+         * TasksGripper
+         * @description A task's gripper action. `result` is "sent", then the MAV_RESULT word, or why there is none.
+         */
+        TasksGripper: {
+            /** Task Id */
+            task_id: string;
+            /** Action */
+            action: string;
+            /** Result */
+            result: string;
+        };
+        /**
+         * TasksGripperEvent
+         * @description A task's gripper action. `result` is "sent", then the MAV_RESULT word, or why there is none.
+         */
+        TasksGripperEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "tasks.gripper";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["TasksGripper"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+        };
+        /**
          * TasksView
          * @description The queue of one vehicle, current task first. `origin` null: the vehicle has not told it yet.
          *
@@ -5711,6 +6916,200 @@ export interface components {
             setpoint_type: "glide" | "takeoff" | "land" | "loiter" | "idle";
         };
         /**
+         * VehicleChanged
+         * @description What changed is among these. `in_failsafe`: the autopilot, and no user, chose the mode.
+         */
+        VehicleChanged: {
+            mode: components["schemas"]["FlightMode"] | null;
+            /** Armed */
+            armed: boolean | null;
+            landed: components["schemas"]["LandedState"];
+            /** In Failsafe */
+            in_failsafe: boolean;
+            /** Vtol State */
+            vtol_state: string | null;
+        };
+        /**
+         * VehicleChangedEvent
+         * @description What changed is among these. `in_failsafe`: the autopilot, and no user, chose the mode.
+         */
+        VehicleChangedEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "vehicle.changed";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["VehicleChanged"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+        };
+        /**
+         * VehicleCommand
+         * @description A command that a user gave outside a run. `outcome` is "done", or why it was not.
+         */
+        VehicleCommand: {
+            /** Command */
+            command: string;
+            /** By */
+            by: string;
+            /** Outcome */
+            outcome: string;
+        };
+        /**
+         * VehicleCommandEvent
+         * @description A command that a user gave outside a run. `outcome` is "done", or why it was not.
+         */
+        VehicleCommandEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "vehicle.command";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["VehicleCommand"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+        };
+        /**
+         * VehicleLinkLost
+         * @description No HEARTBEAT came for too long.
+         */
+        VehicleLinkLost: {
+            /** Last Heartbeat Age S */
+            last_heartbeat_age_s: number;
+        };
+        /**
+         * VehicleLinkLostEvent
+         * @description No HEARTBEAT came for too long.
+         */
+        VehicleLinkLostEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "vehicle.link_lost";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["VehicleLinkLost"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+        };
+        /**
+         * VehicleLinkRestored
+         * @description HEARTBEATs come again.
+         */
+        VehicleLinkRestored: Record<string, never>;
+        /**
+         * VehicleLinkRestoredEvent
+         * @description HEARTBEATs come again.
+         */
+        VehicleLinkRestoredEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "vehicle.link_restored";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["VehicleLinkRestored"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+        };
+        /**
+         * VehicleParameters
+         * @description Parameters that Waydrop uses and that have another value now: somebody set them.
+         */
+        VehicleParameters: {
+            /** Parameters */
+            parameters: {
+                [key: string]: number;
+            };
+        };
+        /**
+         * VehicleParametersEvent
+         * @description Parameters that Waydrop uses and that have another value now: somebody set them.
+         */
+        VehicleParametersEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "vehicle.parameters";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["VehicleParameters"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+        };
+        /**
          * VehicleProof
          * @description The vehicle that flew, as it reported itself when the run was made. `uid` is AUTOPILOT_VERSION's.
          */
@@ -5722,6 +7121,43 @@ export interface components {
             vehicle_type: components["schemas"]["VehicleType"] | null;
             /** Firmware */
             firmware: string | null;
+        };
+        /**
+         * VehicleQuarantined
+         * @description No command is sent to it until it is released.
+         */
+        VehicleQuarantined: {
+            /** Reason */
+            reason: string;
+        };
+        /**
+         * VehicleQuarantinedEvent
+         * @description No command is sent to it until it is released.
+         */
+        VehicleQuarantinedEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "vehicle.quarantined";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["VehicleQuarantined"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
         };
         /**
          * VehicleQueue
@@ -5772,6 +7208,123 @@ export interface components {
             job_id: string | null;
             /** Waiting */
             waiting: string[];
+        };
+        /**
+         * VehicleRebooted
+         * @description The vehicle's boot time jumped back.
+         */
+        VehicleRebooted: Record<string, never>;
+        /**
+         * VehicleRebootedEvent
+         * @description The vehicle's boot time jumped back.
+         */
+        VehicleRebootedEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "vehicle.rebooted";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["VehicleRebooted"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+        };
+        /**
+         * VehicleSeen
+         * @description A vehicle was found, or more is known of who it is.
+         */
+        VehicleSeen: {
+            /** System Id */
+            system_id: number;
+            vehicle_type: components["schemas"]["VehicleType"] | null;
+            /** Uid */
+            uid: string | null;
+            /** Firmware */
+            firmware: string | null;
+            /** Connection */
+            connection: string;
+        };
+        /**
+         * VehicleSeenEvent
+         * @description A vehicle was found, or more is known of who it is.
+         */
+        VehicleSeenEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "vehicle.seen";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["VehicleSeen"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
+        };
+        /**
+         * VehicleStatusText
+         * @description STATUSTEXT, or an EVENT in words. `severity` is a MAV_SEVERITY word.
+         */
+        VehicleStatusText: {
+            /** Severity */
+            severity: string;
+            /** Text */
+            text: string;
+        };
+        /**
+         * VehicleStatusTextEvent
+         * @description STATUSTEXT, or an EVENT in words. `severity` is a MAV_SEVERITY word.
+         */
+        VehicleStatusTextEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "vehicle.status_text";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["VehicleStatusText"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
         };
         /**
          * VehicleType
@@ -6030,6 +7583,57 @@ export interface components {
              * @default false
              */
             skip_missed: boolean;
+        };
+        /**
+         * WebhookChanged
+         * @description An administrator, or too many failures, changed a webhook. `reason` says why it is disabled.
+         */
+        WebhookChanged: {
+            /** Webhook Id */
+            webhook_id: string;
+            /**
+             * Change
+             * @enum {string}
+             */
+            change: "created" | "changed" | "enabled" | "disabled" | "deleted";
+            /** Host */
+            host: string;
+            /** By */
+            by: string;
+            /**
+             * Reason
+             * @default
+             */
+            reason: string;
+        };
+        /**
+         * WebhookChangedEvent
+         * @description An administrator, or too many failures, changed a webhook. `reason` says why it is disabled.
+         */
+        WebhookChangedEvent: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            kind: "webhook.changed";
+            /**
+             * Version
+             * @constant
+             */
+            version: 1;
+            /** Time */
+            time: number;
+            /** Vehicle Id */
+            vehicle_id: string | null;
+            /** Run Id */
+            run_id: string | null;
+            data: components["schemas"]["WebhookChanged"];
+            /** Seq */
+            seq: number;
+            /** Gateway */
+            gateway: string;
+            /** Hash */
+            hash: string;
         };
         /**
          * WebhookOrder

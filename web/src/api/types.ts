@@ -31,9 +31,13 @@ export type SimulatedVehicle = Schemas["SimulatedVehicleView"];
 export type SimulatorSpeed = Schemas["SpeedView"];
 export type FaultKind = Schemas["FaultKind"];
 
-/** A fact of the stream. `page.missing` is the page's own: it stands for events that the service no longer has. */
-export type EventKind = Schemas["EventKind"] | "page.missing";
-export type StreamEvent = Omit<Schemas["Event"], "kind"> & { kind: EventKind };
+/** The page's own: it stands for events that the service no longer has. */
+export type MissingEvents = Omit<Schemas["ServiceStoppedEvent"], "kind" | "data"> & { kind: "page.missing"; data: { first: number; last: number } };
+
+/** A fact of the stream. `kind` tells what `data` is. */
+export type StreamEvent = Schemas["Event"] | MissingEvents;
+export type EventKind = StreamEvent["kind"];
+export type EventOf<K extends EventKind> = Extract<StreamEvent, { kind: K }>;
 
 export type Target = Schemas["TargetView"];
 export type Job = Schemas["Job"];

@@ -1,4 +1,5 @@
 import { describe, expect, it } from "vitest";
+import { sampleEvent } from "../testing/samples";
 import { EMPTY_WORLD, reduce } from "../state/world";
 import { sampleJob } from "../testing/samples";
 import { isCancellable, jobLists, mayChangeChoice, stoppedQueues } from "./lists";
@@ -41,7 +42,7 @@ describe("jobs of the world", () => {
   });
 
   it("follow their events", () => {
-    const event = { seq: 6, time: 0, kind: "job.changed" as const, gateway: "g", vehicle_id: "v1", run_id: "r1", data: { change: "assigned", job: sampleJob({ state: "preparing", vehicle_id: "v1", updated_at: 101 }) }, hash: "" };
+    const event = sampleEvent(6, { kind: "job.changed", vehicle_id: "v1", run_id: "r1", data: { change: "assigned", job: sampleJob({ state: "preparing", vehicle_id: "v1", updated_at: 101 }) } });
     const world = reduce({ ...EMPTY_WORLD, gateway: "g", seq: 5, jobs: { "job-1": sampleJob() } }, { type: "frame", frame: { type: "event", event }, at: 0 });
     expect(world.jobs["job-1"]).toMatchObject({ state: "preparing", vehicle_id: "v1" });
   });

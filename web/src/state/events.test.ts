@@ -1,12 +1,12 @@
 import { describe, expect, it } from "vitest";
-import type { EventKind, StreamEvent } from "../api/types";
-import { sampleDrop, sampleEvent, sampleRun, sampleVehicle } from "../testing/samples";
+import type { EventKind } from "../api/types";
+import { type EventFields, sampleDrop, sampleEvent, sampleRun, sampleVehicle } from "../testing/samples";
 import { applyEvent } from "./events";
 import { EMPTY_WORLD, type World } from "./world";
 
 const WORLD: World = { ...EMPTY_WORLD, vehicles: { v1: sampleVehicle() }, runs: { r1: sampleRun() } };
 
-function after(kind: EventKind, data: Record<string, unknown>, fields: Partial<StreamEvent> = {}): World {
+function after(kind: EventKind, data: object, fields: EventFields = {}): World {
   return applyEvent(WORLD, sampleEvent(1, { kind, data, vehicle_id: "v1", run_id: "r1", ...fields }));
 }
 
@@ -26,7 +26,7 @@ describe("events of a vehicle", () => {
   });
 
   it("complete what is known of it", () => {
-    expect(after("vehicle.seen", { firmware: "1.19.0", uid: null }).vehicles["v1"]).toMatchObject({ firmware: "1.19.0", vehicle_type: "multicopter" });
+    expect(after("vehicle.seen", { firmware: "1.19.0", uid: null, vehicle_type: null }).vehicles["v1"]).toMatchObject({ firmware: "1.19.0", vehicle_type: "multicopter" });
   });
 
   it("that is new ask for the list", () => {

@@ -3,7 +3,7 @@ import { sampleEvent } from "../testing/samples";
 import { FEEDS, isWanted } from "./feed-filter";
 
 const lost = sampleEvent(1, { kind: "vehicle.link_lost", vehicle_id: "v1" });
-const ack = sampleEvent(2, { kind: "run.ack", vehicle_id: "v2", data: { command: "DO_GRIPPER", result: "accepted" } });
+const ack = sampleEvent(2, { kind: "run.ack", vehicle_id: "v2", data: { command: "DO_GRIPPER", outcome: "acknowledged", result: "ACCEPTED", progress: null } });
 const hole = sampleEvent(3, { kind: "page.missing", data: { first: 1, last: 2 } });
 
 test("the feed is read whole, of one vehicle, of what was done to parcels, or for problems alone", () => {

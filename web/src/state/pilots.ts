@@ -9,8 +9,12 @@ import { feed } from "./store";
 const names = computed(() => JSON.stringify(namesIn(feed.value, principal.value?.name ?? null)));
 export const knownNames = computed<readonly string[]>(() => JSON.parse(names.value) as string[]);
 
+/** Who an event tells of, whatever its kind. */
+function namesOf({ data }: StreamEvent): unknown[] {
+  return ["holder", "by", "requested_by"].map((field) => Reflect.get(data, field));
+}
+
 function namesIn(events: readonly StreamEvent[], own: string | null): string[] {
-  const told = events.flatMap(({ data }) => [data["holder"], data["by"], data["requested_by"]]);
-  const found = new Set([...told, own].filter((name): name is string => typeof name === "string" && name !== ""));
+  const found = new Set([...events.flatMap(namesOf), own].filter((name): name is string => typeof name === "string" && name !== ""));
   return [...found].sort();
 }

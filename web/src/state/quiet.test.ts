@@ -1,10 +1,9 @@
 import { expect, it } from "vitest";
-import type { StreamEvent } from "../api/types";
-import { sampleDrop, sampleEvent, sampleRun } from "../testing/samples";
+import { type EventFields, sampleDrop, sampleEvent, sampleRun } from "../testing/samples";
 import { quietSeqs } from "./quiet";
 
-const told = (...events: Partial<StreamEvent>[]) => events.map((fields, i) => sampleEvent(i + 1, { run_id: "r1", ...fields })).toReversed();
-const changed = (state: "flying" | "at_drop", fields: object = {}): Partial<StreamEvent> => ({ kind: "run.changed", data: { ...sampleRun({ state, ...fields }) } });
+const told = (...events: EventFields[]) => events.map((fields, i) => sampleEvent(i + 1, { run_id: "r1", ...fields })).toReversed();
+const changed = (state: "flying" | "at_drop", fields: object = {}): EventFields => ({ kind: "run.changed", data: { ...sampleRun({ state, ...fields }) } });
 
 it("a run that changed in nothing that is said is quiet, and each new state is news", () => {
   expect([...quietSeqs(told(changed("flying"), { kind: "run.item" }, changed("flying"), changed("at_drop"), changed("flying")))]).toEqual([3]);
@@ -16,12 +15,12 @@ it("a new reason is news", () => {
 
 it("runs and drops are told apart", () => {
   expect(quietSeqs(told(changed("flying"), { ...changed("flying"), run_id: "r2" })).size).toBe(0);
-  const drop = (id: string): Partial<StreamEvent> => ({ kind: "run.drop", data: { ...sampleDrop({ plan_item_id: id }) } });
+  const drop = (id: string): EventFields => ({ kind: "run.drop", data: { ...sampleDrop({ plan_item_id: id }) } });
   expect([...quietSeqs(told(drop("a"), drop("b"), drop("a")))]).toEqual([3]);
 });
 
 it("of an upload the beginning and the end of each list are news", () => {
-  const sent = (n: number, list = "mission"): Partial<StreamEvent> => ({ kind: "run.upload_progress", data: { mission_type: list, sent: n, total: 4, attempt: 1 } });
+  const sent = (n: number, list = "mission"): EventFields => ({ kind: "run.upload_progress", data: { mission_type: list, sent: n, total: 4, attempt: 1 } });
   expect([...quietSeqs(told(sent(1, "fence"), sent(4, "fence"), sent(1), sent(2), sent(3), sent(4)))]).toEqual([4, 5]);
 });
 

@@ -1,6 +1,6 @@
 /** Which events of the feed say nothing new, so that they are shown only to whoever asks for every event. Pure. */
 
-import type { DropRecord, Run, StreamEvent } from "../api/types";
+import type { StreamEvent } from "../api/types";
 
 /** The seqs of quiet events. `feed` is newest first, as the world keeps it. */
 export function quietSeqs(feed: readonly StreamEvent[]): ReadonlySet<number> {
@@ -21,16 +21,16 @@ export function quietSeqs(feed: readonly StreamEvent[]): ReadonlySet<number> {
 function newsOf(event: StreamEvent): { about: string; text: string } | null {
   switch (event.kind) {
     case "run.changed": {
-      const { state, reason } = event.data as unknown as Run;
+      const { state, reason } = event.data;
       return { about: "", text: `${state} ${reason}` };
     }
     case "run.drop": {
-      const drop = event.data as unknown as DropRecord;
+      const drop = event.data;
       return { about: drop.plan_item_id, text: [drop.phase, drop.outcome, drop.certainty, drop.reason, drop.output_evidence ?? ""].join(" ") };
     }
     case "run.upload_progress": {
       const { mission_type: list, sent, total, attempt } = event.data;
-      return { about: String(list), text: sent === total ? "done" : `try ${String(attempt)}` };
+      return { about: list, text: sent === total ? "done" : `try ${attempt}` };
     }
     default:
       return null;

@@ -158,8 +158,9 @@ describe("no gap and no double", () => {
         if (journal === 0) break;
       }
       const real = seqs(world).filter(Number.isInteger).reverse();
-      const marked = world.feed.filter(({ kind }) => kind === "page.missing").flatMap(({ data }) => {
-        const [first, last] = [Number(data["first"]), Number(data["last"])];
+      const marked = world.feed.flatMap((event) => {
+        if (event.kind !== "page.missing") return [];
+        const { first, last } = event.data;
         return Array.from({ length: last - first + 1 }, (_, i) => first + i);
       });
       const all = [...real, ...marked].sort((a, b) => a - b);

@@ -126,7 +126,7 @@ function onEvent(world: World, { event }: EventFrame): World {
 /** Stands in the feed for events that the service could not give again: a hole is said, never hidden. */
 function missing(after: number, next: StreamEvent): StreamEvent {
   const data = { first: after + 1, last: next.seq - 1 };
-  return { seq: next.seq - 0.5, time: next.time, kind: "page.missing", gateway: next.gateway, vehicle_id: null, run_id: null, data, hash: "" };
+  return { seq: next.seq - 0.5, time: next.time, kind: "page.missing", version: 1, gateway: next.gateway, vehicle_id: null, run_id: null, data, hash: "" };
 }
 
 function onTelemetry(world: World, frame: TelemetryFrame, at: number): World {

@@ -1,18 +1,19 @@
 import { describe, expect, it } from "vitest";
-import type { StreamEvent, Target } from "../api/types";
+import type { EventKind, StreamEvent, Target } from "../api/types";
 import { followedWords, motionWords } from "../format/target-words";
 import { metresBetween } from "../map/geometry";
 import { targetFeatures } from "../map/target-features";
 import { viewPlan } from "../plan/document";
 import type { ShownTarget } from "../state/targets";
+import { sampleEvent } from "../testing/samples";
 import { courseOf, followersOf, lastWord, placeAfter } from "./following";
 
 const DECK = { type: "waypoint", id: "deck", latitude_deg: 47.4, longitude_deg: 8.55 };
 const DROP = { type: "gripper", id: "drop", target: { feed: "ship-1", max_move_m: 40, max_speed_m_s: 2 } };
 const SHIP: Target = { feed: "ship-1", report: { latitude_deg: 47.4, longitude_deg: 8.55, north_m_s: 0, east_m_s: 1.5, time: 1000 }, age_s: 0.4, stale: false };
 
-function event(kind: StreamEvent["kind"], data: Record<string, unknown>, run_id = "r1"): StreamEvent {
-  return { seq: 1, time: 1000, kind, gateway: "g", vehicle_id: "v1", run_id, data: { plan_item_id: "drop", ...data }, hash: "" };
+function event(kind: EventKind, data: object): StreamEvent {
+  return sampleEvent(1, { kind, time: 1000, vehicle_id: "v1", run_id: "r1", data: { plan_item_id: "drop", ...data } });
 }
 const MOVED = event("run.target_moved", { moved_to: { latitude_deg: 47.4, longitude_deg: 8.5502 }, after_s: 20, from_planned_m: 15 });
 const STAYS = event("run.target_not_followed", { reason: "the last report of ship-1 is 7 s old" });

@@ -75,18 +75,14 @@ export function courseOf({ north_m_s: north, east_m_s: east }: Target["report"])
 
 /** `feed` has the newest event first. */
 export function lastWord(feed: readonly StreamEvent[], run: string, dropId: string): Word | null {
-  for (const { kind, run_id, time, data } of feed) {
-    if (run_id !== run || data["plan_item_id"] !== dropId) continue;
-    if (kind === "run.target_not_followed") return { kind: "stays", reason: String(data["reason"] ?? "") };
-    if (kind !== "run.target_moved") continue;
-    const at = pointOf(data["moved_to"]);
-    if (at !== null) return { kind: "moved", at, meets_at: time + numberOf(data["after_s"]), from_planned_m: numberOf(data["from_planned_m"]) };
+  for (const event of feed) {
+    if (event.run_id !== run) continue;
+    if (event.kind === "run.target_not_followed" && event.data.plan_item_id === dropId) return { kind: "stays", reason: event.data.reason };
+    if (event.kind !== "run.target_moved" || event.data.plan_item_id !== dropId) continue;
+    const { moved_to: to, after_s, from_planned_m } = event.data;
+    return { kind: "moved", at: [to.longitude_deg, to.latitude_deg], meets_at: event.time + after_s, from_planned_m };
   }
   return null;
-}
-
-function numberOf(value: unknown): number {
-  return typeof value === "number" ? value : 0;
 }
 
 function pointOf(value: unknown): Point | null {

@@ -1,7 +1,7 @@
 /** Vehicles, runs, drops and events for tests, with the few fields that a test cares for. */
 
 import type { ConsentRecord, DropRecord, Job, Run, Vehicle, VehicleState } from "../api/types";
-import type { StreamEvent } from "../api/types";
+import type { EventKind, StreamEvent } from "../api/types";
 
 export function sampleState(fields: Partial<VehicleState> = {}): VehicleState {
   return {
@@ -160,6 +160,9 @@ export function sampleRun(fields: Partial<Run> = {}): Run {
   };
 }
 
-export function sampleEvent(seq: number, fields: Partial<StreamEvent> = {}): StreamEvent {
-  return { seq, time: 1_000 + seq, kind: "service.started", gateway: "gw1", vehicle_id: null, run_id: null, data: {}, hash: "", ...fields };
+/** What a test says of an event: as much of its data as it is about. */
+export type EventFields = Partial<Omit<StreamEvent, "kind" | "data">> & { kind?: EventKind; data?: object };
+
+export function sampleEvent(seq: number, fields: EventFields = {}): StreamEvent {
+  return { seq, time: 1_000 + seq, kind: "service.started", version: 1, gateway: "gw1", vehicle_id: null, run_id: null, data: {}, hash: "", ...fields } as StreamEvent;
 }

@@ -49,11 +49,16 @@ export function Feed() {
 }
 
 /** Its run is told by the name of its plan, which others may have too. */
-function isNamed({ kind, data }: StreamEvent): boolean {
-  return NAMES_A_RUN.has(kind) && typeof data["plan_id"] === "string" && planName(data["plan_id"]) !== null;
+function isNamed(event: StreamEvent): boolean {
+  switch (event.kind) {
+    case "run.created":
+    case "run.changed":
+    case "run.continued":
+      return planName(event.data.plan_id) !== null;
+    default:
+      return false;
+  }
 }
-
-const NAMES_A_RUN: ReadonlySet<string> = new Set(["run.created", "run.changed", "run.continued"]);
 
 function FeedRow({ event, hidden }: { event: StreamEvent; hidden: boolean }) {
   const { text, tone } = sentence(event, planName);

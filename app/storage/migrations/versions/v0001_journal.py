@@ -1,15 +1,16 @@
-"""The first journal: events, plans, runs, tokens, answers."""
+"""The journal: events, plans, runs, jobs, webhooks, tokens, answers."""
 
 from __future__ import annotations
 
 import sqlalchemy as sa
 from alembic import op
 
-revision = "v0001"
+revision = "journal_1"
 down_revision = None
 branch_labels = None
 depends_on = None
 
+_BY_HAND = "kind IN ('offboard.lease', 'offboard.changed', 'tasks.changed')"
 # REPLACE deletes a row without firing a trigger for deletion; the check of the next seq stops that as well
 _TRIGGERS = (
     """CREATE TRIGGER events_are_gapless BEFORE INSERT ON events
@@ -30,6 +31,7 @@ def upgrade() -> None:
     """Make all tables of an empty journal."""
     _events()
     _plans_and_runs()
+    _jobs()
     _access()
     for trigger in _TRIGGERS:
         op.execute(trigger)
@@ -46,12 +48,15 @@ def _events() -> None:
         "events",
         sa.Column("seq", sa.Integer, primary_key=True, autoincrement=False),
         sa.Column("kind", sa.Text, nullable=False),
+        sa.Column("version", sa.Integer, nullable=False),
         sa.Column("time", sa.Double, nullable=False),
         sa.Column("vehicle_id", sa.Text),
         sa.Column("run_id", sa.Text),
         sa.Column("data", sa.Text, nullable=False),
+        sa.Column("hash", sa.Text, nullable=False),
     )
     op.create_index("ix_events_run_id_seq", "events", ["run_id", "seq"], sqlite_where=sa.text("run_id IS NOT NULL"))
+    op.create_index("ix_events_by_hand", "events", ["kind", "vehicle_id", "seq"], sqlite_where=sa.text(_BY_HAND))
 
 
 def _plans_and_runs() -> None:
@@ -74,9 +79,34 @@ def _plans_and_runs() -> None:
         sa.Column("vehicle_id", sa.Text, nullable=False),
         sa.Column("is_over", sa.Boolean, nullable=False),
         sa.Column("document", sa.Text, nullable=False),
+        sa.Column("state", sa.Text, nullable=False),
+        sa.Column("created_at", sa.Double, nullable=False),
     )
     op.create_index("ix_runs_vehicle_id_position", "runs", ["vehicle_id", "position"])
+    op.create_index("ix_runs_plan_id_position", "runs", ["plan_id", "position"])
+    op.create_index("ix_runs_state_position", "runs", ["state", "position"])
     op.create_index("ix_runs_open", "runs", ["position"], sqlite_where=sa.text("is_over = 0"))
+
+
+def _jobs() -> None:
+    op.create_table(
+        "jobs",
+        sa.Column("position", sa.Integer, primary_key=True),
+        sa.Column("id", sa.Text, nullable=False, unique=True),
+        sa.Column("plan_id", sa.Text, sa.ForeignKey("plans.id"), nullable=False),
+        sa.Column("vehicle_id", sa.Text),
+        sa.Column("state", sa.Text, nullable=False),
+        sa.Column("is_over", sa.Boolean, nullable=False),
+        sa.Column("document", sa.Text, nullable=False),
+    )
+    op.create_index("ix_jobs_vehicle_id_position", "jobs", ["vehicle_id", "position"])
+    op.create_index("ix_jobs_state_position", "jobs", ["state", "position"])
+    op.create_index("ix_jobs_open", "jobs", ["position"], sqlite_where=sa.text("is_over = 0"))
+    op.create_table(
+        "job_queues",
+        sa.Column("vehicle_id", sa.Text, primary_key=True),
+        sa.Column("document", sa.Text, nullable=False),
+    )
 
 
 def _access() -> None:
@@ -100,3 +130,11 @@ def _access() -> None:
         sa.Column("stored_at", sa.Double, nullable=False),
     )
     op.create_index("ix_answers_stored_at", "answers", ["stored_at"])
+    op.create_table(
+        "webhooks",
+        sa.Column("position", sa.Integer, primary_key=True),
+        sa.Column("id", sa.Text, nullable=False, unique=True),
+        sa.Column("secret", sa.Text, nullable=False),
+        sa.Column("document", sa.Text, nullable=False),
+        sa.Column("progress", sa.Text, nullable=False),
+    )

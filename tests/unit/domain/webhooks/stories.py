@@ -6,7 +6,8 @@ from typing import Any
 
 from app.domain.consent import ConsentRecord, ConsentState
 from app.domain.drop import Certainty, DropOutcome, DropPhase, DropRecord
-from app.domain.events import Event, EventKind
+from app.domain.events import AnyPayload, Event
+from app.domain.events.run import RunChanged, RunCreated, RunDrop
 from app.domain.run import Run, RunState
 
 
@@ -32,11 +33,11 @@ class Teller:
         self.run = run
         self.seq = 0
 
-    def event(self, kind: EventKind, data: dict[str, Any]) -> Event:
+    def event(self, data: AnyPayload) -> Event:
         """The next event."""
         self.seq += 1
         return Event(
-            kind=kind,
+            kind=data.kind,
             time=1000.0 + self.seq,
             vehicle_id="v1",
             run_id=self.run.id,
@@ -48,23 +49,23 @@ class Teller:
 
     def created(self) -> Event:
         """run.created."""
-        return self.event(EventKind.RUN_CREATED, self.run.model_dump(mode="json"))
+        return self.event(RunCreated(self.run))
 
     def changed(self, **changes: Any) -> Event:
         """run.changed with the whole run."""
         self.run = self.run.model_copy(update=changes)
-        return self.event(EventKind.RUN_CHANGED, self.run.model_dump(mode="json"))
+        return self.event(RunChanged(self.run))
 
     def asked(self, name: str, question: int, state: ConsentState = ConsentState.ASKED) -> Event:
         """run.drop with an operator's consent as it stands."""
         consent = ConsentRecord(state=state, question=question, deadline_at=1234.5)
         record = self.run.drop(name).model_copy(update={"consent": consent})
         self.run = self.run.with_drop(record, now=2000.0)
-        return self.event(EventKind.RUN_DROP, record.model_dump(mode="json"))
+        return self.event(RunDrop(record))
 
     def dropped(self, name: str, outcome: DropOutcome, certainty: Certainty = Certainty.ACKNOWLEDGED) -> Event:
         """run.drop with a drop that ended."""
         changes = {"phase": DropPhase.DONE, "outcome": outcome, "certainty": certainty}
         record = self.run.drop(name).model_copy(update=changes)
         self.run = self.run.with_drop(record, now=2000.0)
-        return self.event(EventKind.RUN_DROP, record.model_dump(mode="json"))
+        return self.event(RunDrop(record))

@@ -11,9 +11,11 @@ import pytest
 
 from app.domain.errors import JobWrongStateError, LinkTimeoutError, VehicleBusyError
 from app.domain.jobs.job import Job, JobState
+from app.domain.offboard_state import OffboardState
 from app.domain.run import Run, RunState
 from app.domain.vehicle import LandedState, VehicleFacts
-from app.services.offboard_view import LeaseView, OffboardState, OffboardView
+from app.services.offboard_view import LeaseView, OffboardView
+from tests.events import data_of
 from tests.unit.services.jobs.yard import Yard, a_yard
 
 SOME_LOOKS_S = 0.1
@@ -40,7 +42,7 @@ def lease(vehicle_id: str, yard: Yard, holder: str | None) -> None:
 
 def changes(yard: Yard, job: Job) -> list[str]:
     """What the journal says has happened to a job."""
-    told = [event.data for event in yard.events.events if event.kind == "job.changed"]
+    told = [data_of(event) for event in yard.events.events if event.kind == "job.changed"]
     return [data["change"] for data in told if data["job"]["id"] == job.id]
 
 

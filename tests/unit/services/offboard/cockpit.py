@@ -8,6 +8,7 @@ from collections.abc import AsyncIterator
 from dataclasses import dataclass, field
 from typing import Any
 
+from app.domain.offboard_state import OffboardState
 from app.domain.run import Run, RunState
 from app.domain.setpoint.message import SetpointMessage
 from app.domain.vehicle import FlightMode, GlobalPosition, LandedState, VehicleType
@@ -16,8 +17,8 @@ from app.services.journal import Journal
 from app.services.offboard import Offboard, OffboardSettings
 from app.services.offboard.control import OffboardControl
 from app.services.offboard.passage import Passage
-from app.services.offboard_view import OffboardState
 from app.services.tasks import TaskDesk, Tasks
+from tests.events import data_of
 from tests.unit.domain.setpoint.examples import example
 from tests.unit.services.fakes import ManualClock, MemoryEventStore
 from tests.unit.services.known_links import KnownLinks
@@ -120,7 +121,7 @@ class Cockpit:
     async def told(self, kind: str) -> list[Any]:
         """The data of the recorded events of one kind, once what waits is on disk."""
         await asyncio.wait_for(self.fleet._waiting.join(), WITHIN_S)
-        return [event.data for event in self.events.events if event.kind == kind]
+        return [data_of(event) for event in self.events.events if event.kind == kind]
 
 
 @contextlib.asynccontextmanager

@@ -9,10 +9,10 @@ from dataclasses import replace
 import pytest
 
 from app.domain.errors import LeaseLostError, LinkError
+from app.domain.offboard_state import OffboardState
 from app.domain.ports import DuplicateSystem, LinkLost, Rebooted
 from app.domain.setpoint.message import LocalTarget
 from app.domain.vehicle import FlightMode, VehicleState, VehicleType
-from app.services.offboard_view import OffboardState
 from tests.unit.services.offboard.cockpit import SETTINGS, Cockpit, cockpit
 
 

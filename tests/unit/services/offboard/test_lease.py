@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from app.domain.errors import LeaseHeldError, LeaseLostError, OffboardNotReadyError, VehicleQuarantinedError
+from app.domain.offboard_state import OffboardState
 from app.domain.ports import DuplicateSystem, VehicleIdentity
-from app.services.offboard_view import OffboardState
 from tests.unit.domain.setpoint.examples import example
 from tests.unit.services.offboard.cockpit import cockpit
 

@@ -2,59 +2,60 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 
-from app.domain.events import Event, EventKind, NewEvent
+from app.domain.events import AnyPayload, Event, EventKind, NewEvent
+from app.domain.events.vehicle import OffboardChanged, OffboardLease, TaskChange, TasksChanged
+from app.domain.offboard_state import LeaseChange, OffboardState
+from app.domain.tasks.forms import Circle, LocalPoint
 from app.services.clock import SystemClock
 from app.services.journal import Journal
 from app.services.offboard.left_open import endings, tell_left_open
+from tests.events import data_of
 from tests.unit.services.fakes import MemoryEventStore
 
 LEASE, CHANGED, TASKS = EventKind.OFFBOARD_LEASE, EventKind.OFFBOARD_CHANGED, EventKind.TASKS_CHANGED
 RESTARTED = "the service was restarted"
-CIRCLE = {"type": "circle"}
+CIRCLE = Circle(type="circle", center=LocalPoint(north_m=0.0, east_m=0.0), radius_m=20.0)
 
 
-def told(kind: EventKind, vehicle_id: str = "v1", **data: Any) -> Event:
-    return Event(kind=kind, time=1.0, vehicle_id=vehicle_id, run_id="r1", data=data, seq=1, gateway="gw-1", hash="")
+def told(payload: AnyPayload, vehicle_id: str = "v1") -> Event:
+    new = NewEvent.of(payload, 1.0, vehicle_id=vehicle_id, run_id="r1")
+    return Event(**dict(new), seq=1, gateway="gw-1", hash="")
 
 
-def queued(change: str, *task_list: int, reason: str = "") -> Event:
-    task = {"task_id": "t5", "task": CIRCLE, "holder": "ann", "reason": reason, "task_list": list(task_list)}
-    return told(TASKS, change=change, **task)
+def lease(change: LeaseChange, holder: str = "ann", reason: str = "") -> OffboardLease:
+    return OffboardLease(change=change, holder=holder, reason=reason)
+
+
+def queued(change: TaskChange, *task_list: int, reason: str = "") -> Event:
+    return told(
+        TasksChanged(change=change, task_id="t5", task=CIRCLE, holder="ann", reason=reason, task_list=task_list)
+    )
 
 
 def test_what_was_open_ends_in_the_order_of_a_normal_end() -> None:
     last = [
         queued("inserted", 2, reason="append"),
-        told(CHANGED, state="active", holder="ann", reason=""),
-        told(LEASE, change="handed_over", holder="ann", reason="bob"),
+        told(OffboardChanged(state=OffboardState.ACTIVE, holder="ann")),
+        told(lease(LeaseChange.HANDED_OVER, reason="bob")),
     ]
     ended = endings(last, 9.0)
     assert [(one.kind, one.time, one.vehicle_id, one.run_id) for one in ended] == [
         (kind, 9.0, "v1", "r1") for kind in (LEASE, CHANGED, TASKS)
     ]
     assert [one.data for one in ended] == [
-        {"change": "revoked", "holder": "ann", "reason": RESTARTED},
-        {"state": "idle", "holder": None, "reason": RESTARTED},
-        {
-            "change": "dropped",
-            "task_id": "t5",
-            "task": CIRCLE,
-            "holder": None,
-            "reason": RESTARTED,
-            "task_list": [0],
-        },
+        lease(LeaseChange.REVOKED, reason=RESTARTED),
+        OffboardChanged(state=OffboardState.IDLE, holder=None, reason=RESTARTED),
+        TasksChanged(change="dropped", task_id="t5", task=CIRCLE, holder=None, reason=RESTARTED, task_list=(0,)),
     ]
 
 
-@pytest.mark.parametrize("change", ["released", "expired", "revoked"])
-def test_what_had_ended_is_not_ended_again(change: str) -> None:
+@pytest.mark.parametrize("change", [change for change in LeaseChange if change.ends])
+def test_what_had_ended_is_not_ended_again(change: LeaseChange) -> None:
     last = [
-        told(LEASE, change=change, holder="ann", reason=""),
-        told(CHANGED, state="idle", holder=None, reason=""),
+        told(lease(change)),
+        told(OffboardChanged(state=OffboardState.IDLE, holder=None)),
         queued("dropped", 0),
     ]
     assert endings(last, 9.0) == ()
@@ -62,11 +63,11 @@ def test_what_had_ended_is_not_ended_again(change: str) -> None:
 
 def test_each_vehicle_is_told_of_by_itself() -> None:
     last = [
-        told(LEASE, "v2", change="taken", holder="ann", reason=""),
-        told(LEASE, "v1", change="taken", holder="bob", reason=""),
-        told(LEASE, "v3", change="released", holder="eve", reason=""),
+        told(lease(LeaseChange.TAKEN), "v2"),
+        told(lease(LeaseChange.TAKEN, "bob"), "v1"),
+        told(lease(LeaseChange.RELEASED, "eve"), "v3"),
     ]
-    assert [(one.vehicle_id, one.data["holder"]) for one in endings(last, 9.0)] == [("v1", "bob"), ("v2", "ann")]
+    assert [(one.vehicle_id, data_of(one)["holder"]) for one in endings(last, 9.0)] == [("v1", "bob"), ("v2", "ann")]
 
 
 @pytest.mark.parametrize(
@@ -83,16 +84,16 @@ def test_each_vehicle_is_told_of_by_itself() -> None:
 )
 def test_of_a_dropped_queue_only_its_first_task_is_named(last: Event, task_id: str | None) -> None:
     (ended,) = endings([last], 9.0)
-    assert (ended.data["task_id"], ended.data["task"]) == (task_id, task_id and CIRCLE)
+    assert isinstance(ended.data, TasksChanged)
+    assert (ended.data.task_id, ended.data.task) == (task_id, CIRCLE if task_id else None)
 
 
 async def test_a_restart_tells_the_ends_once() -> None:
     store, clock = MemoryEventStore(), SystemClock()
-    lease = {"change": "taken", "holder": "ann", "reason": ""}
-    await store.append([NewEvent(kind=LEASE, time=1.0, vehicle_id="v1", data=lease)])
+    await store.append([NewEvent.of(lease(LeaseChange.TAKEN), 1.0, vehicle_id="v1")])
     for _ in range(2):
         journal = Journal(store, clock)
         await journal.start()
         await tell_left_open(journal, clock)
         await journal.close()
-    assert [(event.kind, event.data["change"]) for event in store.events] == [(LEASE, "taken"), (LEASE, "revoked")]
+    assert [(event.kind, data_of(event)["change"]) for event in store.events] == [(LEASE, "taken"), (LEASE, "revoked")]

@@ -15,10 +15,10 @@ from app.domain.errors import (
     SetpointRefusedError,
     VehicleRefusedError,
 )
+from app.domain.offboard_state import OffboardState
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode, VehicleType
 from app.domain.vehicle_clock import VehicleClock
-from app.services.offboard_view import OffboardState
 from tests.unit.services.offboard.cockpit import SETTINGS, cockpit, paused_run
 
 

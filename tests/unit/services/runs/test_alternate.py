@@ -17,6 +17,7 @@ from app.domain.moving_target.report import TargetReport
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode
 from app.services.runs.leg import concluded_drops
+from tests.events import data_of
 from tests.unit.domain.plan_pieces import at
 from tests.unit.services.fakes import ManualClock
 from tests.unit.services.runs.desk import Desk, desk, restarted
@@ -147,7 +148,7 @@ async def test_the_plan_is_not_changed_on_the_way_to_the_alternate_and_its_drop_
 
 async def test_an_order_that_could_come_too_late_is_not_sent(plain: Desk) -> None:
     def store_slowly(event: NewEvent) -> None:
-        if any(drop["plan_item_id"] == "locker" for drop in event.data.get("drops", ())):
+        if any(drop["plan_item_id"] == "locker" for drop in data_of(event).get("drops", ())):
             plain.vehicle.boot_ahead_s = 62.5  # the hold ends within 2.5 s, and the command is tried for 3.5 s
 
     plain.vehicle.answers = [[MavResult.DENIED]]

@@ -17,13 +17,15 @@ from app.domain.errors import (
     WaydropError,
     WrongStateError,
 )
-from app.domain.events import Event, EventKind
+from app.domain.events import Event
+from app.domain.events.run import RunAck
 from app.domain.mission import MavCmd
 from app.domain.ports import StoredPlan
 from app.domain.run import Run, RunState
 from app.domain.vehicle import FlightMode, LandedState
 from app.services.plans import NewPlan, PlanCheck
 from app.services.runs.orders import FailureOrder
+from tests.events import item as an_item
 from tests.unit.services.runs.desk import Desk, desk
 from tests.unit.services.runs.scripted import MEASURED_CLOCK
 from tests.unit.services.runs.test_change import Document, begun, clinic_moved, fly, item, store
@@ -123,7 +125,7 @@ async def test_a_new_plan_whose_change_could_not_be_stored_is_not_stored_later()
         document = at.plan.model_dump(mode="json")
         clinic_moved(document)
         stored = StoredPlan("new", "h", "a plan", at.plan.vehicle_type, 0.0, "ann", document)
-        created = at.journal.new_event(EventKind.PLAN_CREATED, plan_id="new")
+        created = at.journal.new_event(an_item())
         plan = NewPlan(stored, created, PlanCheck(findings=(), timeline=None))
         at.events.refuse = lambda event: StorageError("disk full")
         with pytest.raises(StorageError):
@@ -162,7 +164,10 @@ async def test_what_a_person_asks_while_the_plans_answer_fails_stays_asked(meanw
         if meanwhile is not None:
             await getattr(at.runs, meanwhile)(at.run_id, "ann")
         fails.set()
-        await at.until(lambda: any(one.data.get("result") == "denied" for one in at.events.events), "it must be told")
+        await at.until(
+            lambda: any(isinstance(one.data, RunAck) and one.data.detail == "denied" for one in at.events.events),
+            "it must be told",
+        )
         assert newest(at).asked == asked
 
 

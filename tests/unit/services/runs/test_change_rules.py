@@ -11,6 +11,7 @@ from app.domain.prediction import Wind
 from app.domain.rules import check_plan
 from app.domain.run import RunState
 from app.domain.vehicle import LandedState
+from tests.events import data_of
 from tests.unit.services.runs.desk import Desk, desk
 from tests.unit.services.runs.test_change import Document, clinic_moved, item, store
 from tests.unit.services.runs.test_plan_gate import codes
@@ -65,6 +66,6 @@ async def test_a_change_is_predicted_with_the_wind_of_its_run() -> None:
         await fly(at)
         await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
         (told,) = [event for event in at.events.events if event.kind is EventKind.RUN_MISSION_CHANGED]
-        changed = told.data["timeline"]
+        changed = data_of(told)["timeline"]
         assert changed["wind"] == {"north_m_s": 3.0, "east_m_s": 0.0, "given": True}
         assert (changed["battery_start_percent"], changed["battery_used_percent"] > 0.0) == (95.0, True)

@@ -6,6 +6,7 @@ import pytest
 
 from app.domain.drop import DropOutcome
 from app.domain.errors import ChangeUnderWayError, LinkTimeoutError, StorageError
+from tests.events import data_of
 from tests.unit.services.runs.desk import desk, restarted
 from tests.unit.services.runs.test_change import begun, clinic_moved, fly, store
 
@@ -52,7 +53,7 @@ async def test_a_change_that_cannot_be_recorded_is_not_sent() -> None:
     async with desk() as at:
         await fly(at)
         on_board = at.vehicle.on_board
-        at.events.refuse = lambda event: StorageError("disk full") if event.data.get("changing") else None
+        at.events.refuse = lambda event: StorageError("disk full") if data_of(event).get("changing") else None
         with pytest.raises(StorageError):
             await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
         assert at.vehicle.on_board == on_board

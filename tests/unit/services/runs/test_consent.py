@@ -28,6 +28,7 @@ from app.domain.vehicle import FlightMode, VehicleState, VehicleType
 from app.services.runs.evidence import Look
 from app.services.runs.orders import ResumeOrder
 from app.services.runs.supervised_release import SupervisedRelease
+from tests.events import data_of
 from tests.unit.services.runs.desk import PLANS, Desk, desk, restarted
 
 MISSION = compile_plan(parse_plan((PLANS / "clinic-run.json").read_text()), default_facts(VehicleType.MULTICOPTER))
@@ -59,7 +60,7 @@ def consent(at: Desk) -> ConsentRecord:
 
 def told(at: Desk, kind: EventKind) -> list[dict[str, Any]]:
     """The data of this run's events of one kind, in order."""
-    return [event.data for event in at.events.events if event.run_id == at.run_id and event.kind is kind]
+    return [data_of(event) for event in at.events.events if event.run_id == at.run_id and event.kind is kind]
 
 
 async def ends(at: Desk) -> None:
@@ -91,7 +92,7 @@ async def test_a_grant_is_stored_with_who_gave_it_before_the_release_is_sent() -
         assert at.drop.outcome is DropOutcome.RELEASED
         assert (consent(at).state, consent(at).answered_by) == (ConsentState.GRANTED, "anna")
         granted = [e.seq for e in at.events.events if e.kind is EventKind.DROP_CONSENT_CLOSED]
-        released = [e.seq for e in at.events.events if e.data.get("attempt") and e.kind is EventKind.RUN_COMMAND]
+        released = [e.seq for e in at.events.events if data_of(e).get("attempt") and e.kind is EventKind.RUN_COMMAND]
         assert granted[0] < released[0]
 
 

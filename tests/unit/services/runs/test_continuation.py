@@ -9,6 +9,7 @@ import pytest
 from app.domain.errors import ConflictError, RunContinuedError, RunNotOverError, StorageError
 from app.domain.run import Run, RunState
 from app.domain.vehicle import LandedState
+from tests.events import data_of
 from tests.unit.services.runs.desk import Desk, desk
 
 
@@ -33,7 +34,7 @@ async def test_both_runs_know_each_other_and_nothing_starts_by_itself() -> None:
         new = await go_on(at, old)
         assert (new.continues, at.events.runs[old].continued_by) == (old, new.id)
         (told,) = [event for event in at.events.events if event.kind == "run.continued"]
-        assert (told.run_id, Run.model_validate(told.data)) == (old, at.events.runs[old])
+        assert (told.run_id, Run.model_validate(data_of(told))) == (old, at.events.runs[old])
         created = next(event for event in at.events.events if event.run_id == new.id)
         assert (created.kind, created.seq) == ("run.created", told.seq + 1), "one step: nothing lies between"
         at.run_id = new.id

@@ -5,6 +5,7 @@ from __future__ import annotations
 from app.domain.events import EventKind
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode, LandedState
+from tests.events import data_of
 from tests.unit.services.runs.desk import desk, restarted
 
 
@@ -25,7 +26,7 @@ async def test_who_pauses_a_run_is_said_as_it_is_when_its_vehicle_was_flown_by_h
         await at.until(lambda: "in offboard mode" in at.run.reason, "it must be told again")
         await at.runs.pause(at.run_id, "who leaves to Hold")
         await at.until(lambda: at.run.reason == "paused, as asked", "this was asked for")
-        reasons = [event.data["reason"] for event in at.events.events if event.kind == EventKind.RUN_CHANGED]
+        reasons = [data_of(event)["reason"] for event in at.events.events if event.kind == EventKind.RUN_CHANGED]
         assert reasons.count(after) == 1, "nothing else was said on the way out"
 
 

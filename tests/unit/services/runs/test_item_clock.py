@@ -15,11 +15,12 @@ from app.services.comparisons import Comparisons
 from app.services.runs.evidence import Look
 from app.services.runs.item_clock import ItemClock
 from app.services.runs.recorder import RunRecorder
+from tests.events import data_of
 from tests.unit.services.runs.desk import Desk, desk
 
 
 def told(at: Desk, kind: EventKind) -> list[dict[str, Any]]:
-    return [event.data for event in at.events.events if event.kind is kind]
+    return [data_of(event) for event in at.events.events if event.kind is kind]
 
 
 async def flown_to_the_end(at: Desk) -> None:
@@ -81,13 +82,3 @@ async def test_the_comparison_is_made_of_the_runs_own_events() -> None:
         (drop,) = comparison.drops
         assert drop.apart_m is not None
         assert comparison.reason == ""
-
-
-async def test_a_prediction_of_another_version_is_not_guessed_at() -> None:
-    async with desk() as at:
-        await at.create(start=False)
-        index = next(n for n, event in enumerate(at.events.events) if event.kind is EventKind.RUN_PREDICTED)
-        at.events.events[index] = at.events.events[index].model_copy(update={"data": {"entries": "later"}})
-        comparison = await Comparisons(at.runs, at.journal).of(at.run_id)
-        assert comparison.items == ()
-        assert "another version" in comparison.reason

@@ -10,6 +10,7 @@ import pytest
 from app.domain.errors import LinkTimeoutError, VehicleRefusedError, VehicleTakenError
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode, LandedState
+from tests.events import data_of
 from tests.unit.services.runs.desk import FAST, Desk, desk
 
 PATIENT = replace(FAST, armable_s=5.0)
@@ -125,7 +126,7 @@ async def test_a_return_out_of_offboard_goes_through_hold_and_nobody_else_is_bla
         at.vehicle.return_gate.set()
         await returning
         await at.until_state(RunState.RETURNING)
-        assert not [event for event in at.events.events if "somebody else" in str(event.data)]
+        assert not [event for event in at.events.events if "somebody else" in str(data_of(event))]
 
 
 async def _refused_arming(at: Desk) -> None:

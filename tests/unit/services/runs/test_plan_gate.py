@@ -9,6 +9,7 @@ from app.domain.events import EventKind
 from app.domain.performance import Performance
 from app.domain.prediction import Wind
 from app.domain.run import RunState
+from tests.events import data_of
 from tests.unit.services.runs.desk import desk
 
 THIRSTY = Performance(battery_percent_per_min=10.0, reserve_percent=20.0)
@@ -51,5 +52,5 @@ async def test_a_run_keeps_the_wind_that_it_was_checked_with() -> None:
         run = await at.runs.create("plan-1", "v1", start=False, by="test", wind=wind)
         assert run.wind == wind
         (predicted,) = [event for event in at.events.events if event.kind is EventKind.RUN_PREDICTED]
-        assert predicted.data["wind"] == {"north_m_s": 3.0, "east_m_s": 0.0, "given": True}
-        assert predicted.data["battery_used_percent"] > 0.0
+        assert data_of(predicted)["wind"] == {"north_m_s": 3.0, "east_m_s": 0.0, "given": True}
+        assert data_of(predicted)["battery_used_percent"] > 0.0

@@ -18,6 +18,7 @@ from app.domain.errors import (
 )
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode, GlobalPosition, LandedState
+from tests.events import data_of
 from tests.unit.services.runs.desk import Desk, desk
 from tests.unit.services.runs.test_change import clinic_moved, fly, store
 
@@ -48,7 +49,7 @@ async def test_the_run_names_the_rally_point_and_why_and_keeps_its_parcel() -> N
         assert at.vehicle.sent[-1] == "return"
         await at.until(lambda: at.run.reason == "to rally point 1, as asked", "it must be told while it returns")
         command = next(event for event in reversed(at.events.events) if event.kind == "run.command")
-        assert (command.data["command"], command.data["rally"]["index"]) == ("return", 0)
+        assert (data_of(command)["command"], data_of(command)["rally"]["index"]) == ("return", 0)
         at.vehicle.put(armed=False, landed=LandedState.ON_GROUND)
         await at.until_state(RunState.ABORTED)
         assert at.drop.outcome is DropOutcome.KEPT

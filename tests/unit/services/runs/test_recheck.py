@@ -9,6 +9,7 @@ import pytest
 from app.domain.errors import PlanRejectedError
 from app.domain.events import EventKind
 from app.domain.run import RunState
+from tests.events import data_of
 from tests.unit.services.runs.desk import Desk, desk
 
 LANDING_REQUIRED = 3
@@ -20,7 +21,7 @@ def set_parameter(at: Desk, name: str, value: float) -> None:
 
 
 def commands(at: Desk) -> list[object]:
-    return [event.data["command"] for event in at.events.events if event.kind is EventKind.RUN_COMMAND]
+    return [data_of(event)["command"] for event in at.events.events if event.kind is EventKind.RUN_COMMAND]
 
 
 async def test_a_start_that_the_parameters_forbid_now_is_refused_with_its_findings() -> None:
@@ -45,7 +46,7 @@ async def test_parameters_that_change_during_the_upload_fail_the_start_before_ar
         at.vehicle.upload_gate.set()
         await at.until_state(RunState.FAILED)
         assert commands(at) == []
-        told = next(event.data for event in at.events.events if event.kind is EventKind.RUN_PLAN_REFUSED)
+        told = next(data_of(event) for event in at.events.events if event.kind is EventKind.RUN_PLAN_REFUSED)
         assert told["code"] == "plan.rejected"
         assert told["parameters_age_s"] == 0.5
         assert "landing.required" in {finding["code"] for finding in told["findings"]}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import json
 from collections.abc import Sequence
 
 import pytest
@@ -11,12 +10,14 @@ import pytest
 from app.domain.drop import DropOutcome, DropRecord
 from app.domain.errors import StorageError
 from app.domain.events import Event, EventKind
+from app.domain.events.run import RunChanged, RunCommand, RunDrop
 from app.domain.ports import StoredPlan
 from app.domain.run import Run, RunState
 from app.domain.vehicle import VehicleType
 from app.services.journal import Journal
 from app.services.plans import NewPlan, PlanCheck
 from app.services.runs.recorder import MOST_WAITING, RunRecorder
+from tests.events import item
 from tests.unit.services.fakes import ManualClock, MemoryEventStore
 
 DROP = DropRecord(plan_item_id="drop", supervised=True)
@@ -27,10 +28,13 @@ def told(events: Sequence[Event]) -> Run | None:
     """The run as somebody has it who follows the events."""
     run: Run | None = None
     for event in events:
-        if event.kind is EventKind.RUN_CHANGED:
-            run = Run.model_validate_json(json.dumps(event.data))
-        elif event.kind is EventKind.RUN_DROP and run is not None:
-            run = run.with_drop(DropRecord.model_validate_json(json.dumps(event.data)), now=event.time)
+        match event.data:
+            case RunChanged(root=changed):
+                run = changed
+            case RunDrop(root=drop) if run is not None:
+                run = run.with_drop(drop, now=event.time)
+            case _:
+                pass
     return run
 
 
@@ -42,7 +46,7 @@ async def test_after_a_full_disk_the_events_tell_the_run_as_it_is_stored(meanwhi
     recorder = RunRecorder(RUN, journal, clock)
     recorder.change(reason="before")
     for seq in range(MOST_WAITING + 5):
-        recorder.note(EventKind.RUN_ITEM, seq=seq, what="current", item_id=None)
+        recorder.note(item(seq))
     recorder.drop(DROP.model_copy(update={"outcome": DropOutcome.RELEASED}))
     recorder.move(RunState.ABORTED, "after")
     events.failures.append(StorageError("disk full"))
@@ -67,7 +71,7 @@ async def test_events_whose_storing_is_cancelled_are_stored_once() -> None:
     journal = Journal(events, clock)
     await journal.start()
     recorder = RunRecorder(RUN, journal, clock)
-    recorder.note(EventKind.RUN_COMMAND, command="arm")
+    recorder.note(RunCommand(command="arm"))
     events.pause()
     storing = asyncio.create_task(recorder.flush())
     await asyncio.sleep(0)
@@ -89,7 +93,7 @@ async def test_a_plan_that_is_taken_back_is_not_stored_later() -> None:
     recorder = RunRecorder(RUN, journal, clock)
     for plan_id in ("p-2", "p-3"):
         stored = StoredPlan(plan_id, "h", "a plan", VehicleType.MULTICOPTER, 0.0, "ann", {})
-        created = journal.new_event(EventKind.PLAN_CREATED, plan_id=plan_id)
+        created = journal.new_event(item())
         recorder.bring(NewPlan(stored, created, PlanCheck(findings=(), timeline=None)))
     events.failures.append(StorageError("disk full"))
     with pytest.raises(StorageError):

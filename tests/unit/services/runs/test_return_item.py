@@ -5,6 +5,7 @@ from __future__ import annotations
 from app.domain.events import EventKind
 from app.domain.ports import ItemReached
 from app.domain.vehicle import FlightMode
+from tests.events import data_of
 from tests.unit.services.runs.desk import desk
 from tests.unit.services.runs.test_change import fly
 
@@ -17,7 +18,7 @@ async def test_a_return_is_under_way_from_its_beginning_on_and_told_once() -> No
         await at.until(lambda: at.run.item_id == "home", "it flies home")
         at.vehicle.touch_down(complete=True, last_seq=seq)
         await at.until(lambda: at.run.is_over, "the run must end")
-        told = [event.data for event in at.events.events if event.kind is EventKind.RUN_ITEM]
+        told = [data_of(event) for event in at.events.events if event.kind is EventKind.RUN_ITEM]
         assert [one["what"] for one in told if one["item_id"] == "home"] == ["current"]
 
 
@@ -26,5 +27,5 @@ async def test_a_waypoint_that_is_reached_is_told_so() -> None:
         await fly(at, "corner")
         at.vehicle.put(ItemReached(at.mission.seqs_of("corner")[0]))
         await at.until(lambda: "corner" in at.run.flown_item_ids, "it is flown")
-        told = [event.data for event in at.events.events if event.kind is EventKind.RUN_ITEM]
+        told = [data_of(event) for event in at.events.events if event.kind is EventKind.RUN_ITEM]
         assert [one["what"] for one in told if one["item_id"] == "corner"] == ["current", "reached"]

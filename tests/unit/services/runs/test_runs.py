@@ -19,9 +19,11 @@ from app.domain.errors import (
     WrongStateError,
 )
 from app.domain.events import EventKind
+from app.domain.events.run import CommandOutcome, RunAck
 from app.domain.ports import DuplicateSystem, Rebooted
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode, LandedState, MissionState
+from tests.events import data_of
 from tests.unit.services.runs.desk import Desk, desk
 
 
@@ -36,9 +38,9 @@ def is_known_to_be_over(at: Desk) -> bool:
     return at.run.is_over and all(run.is_over for run in at.runs.open_runs())
 
 
-def results(at: Desk) -> list[object]:
+def outcomes(at: Desk) -> list[tuple[CommandOutcome, str]]:
     """Of the commands to the run."""
-    return [event.data["result"] for event in at.events.events if event.kind is EventKind.RUN_ACK]
+    return [(one.data.outcome, one.data.detail) for one in at.events.events if isinstance(one.data, RunAck)]
 
 
 async def test_a_delivery_is_uploaded_started_dropped_resumed_and_completed() -> None:
@@ -73,9 +75,9 @@ async def test_a_release_is_stored_before_it_is_sent() -> None:
         await at.fly_to_drop()
         await at.until(lambda: bool(at.vehicle.releases), "the release must be sent")
         commands = [
-            e for e in at.events.events if e.kind is EventKind.RUN_COMMAND and e.data["command"] == "DO_GRIPPER"
+            e for e in at.events.events if e.kind is EventKind.RUN_COMMAND and data_of(e)["command"] == "DO_GRIPPER"
         ]
-        assert any(e.data.get("attempt") == 1 for e in commands)
+        assert any(data_of(e).get("attempt") == 1 for e in commands)
         assert at.drop.attempts >= 1
 
 
@@ -251,7 +253,9 @@ async def test_a_command_that_is_broken_off_was_not_asked_for_and_its_result_is_
         pausing.cancel()
         await asyncio.wait({pausing})
         at.vehicle.put(mode=FlightMode.LAND)
-        await at.until(lambda: "not known: broken off" in results(at), "it is recorded with what comes next")
+        await at.until(
+            lambda: (CommandOutcome.UNKNOWN, "broken off") in outcomes(at), "it is recorded with what comes next"
+        )
         assert at.run.asked == asked
 
 

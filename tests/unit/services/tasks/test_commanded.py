@@ -11,9 +11,9 @@ from shapely import Polygon
 from app.domain.errors import OffboardNotReadyError, SetpointRefusedError, TaskRefusedError
 from app.domain.fence_area import FenceArea
 from app.domain.mission import MavCmd
+from app.domain.offboard_state import OffboardState
 from app.domain.tasks.order_request import CIRCLE_HERE
 from app.domain.vehicle import FlightMode
-from app.services.offboard_view import OffboardState
 from tests.unit.services.offboard.cockpit import cockpit, paused_run
 from tests.unit.services.tasks.commanded import CIRCLE, FAR, flying, gone_on, ordered, plane, say
 from tests.unit.services.tasks.queued import changes, put_at, queue, report

@@ -9,9 +9,9 @@ import pytest
 from app.domain.commands import MavResult
 from app.domain.errors import ConflictError, LinkTimeoutError
 from app.domain.mission import MavCmd
+from app.domain.offboard_state import OffboardState
 from app.domain.tasks.order_request import CIRCLE_HERE
 from app.domain.vehicle import FlightMode, VehicleType
-from app.services.offboard_view import OffboardState
 from tests.unit.services.offboard.cockpit import SETTINGS
 from tests.unit.services.tasks.commanded import CIRCLE, FAR, flying, gone_on, ordered, plane
 from tests.unit.services.tasks.queued import changes, queue, report

@@ -12,9 +12,9 @@ from shapely import Polygon
 
 from app.domain.errors import LeaseLostError, LinkTimeoutError
 from app.domain.fence_area import FenceArea
+from app.domain.offboard_state import OffboardState
 from app.domain.setpoint.message import LocalTarget
 from app.domain.vehicle import FlightMode, VehicleType
-from app.services.offboard_view import OffboardState
 from tests.unit.services.offboard.cockpit import SETTINGS, Cockpit, cockpit, paused_run
 from tests.unit.services.tasks.queued import author, changes, flying, put_at, queue, report
 

@@ -12,11 +12,11 @@ from app.domain.errors import (
     TasksFullError,
     TaskUnderWayError,
 )
+from app.domain.offboard_state import OffboardState
 from app.domain.setpoint.message import LocalTarget
 from app.domain.tasks.forms import LocalPoint, Motion
 from app.domain.tasks.terms import TaskTerms
 from app.domain.vehicle import FlightMode, VehicleType
-from app.services.offboard_view import OffboardState
 from tests.unit.domain.tasks.examples import task
 from tests.unit.services.offboard.cockpit import cockpit, paused_run
 from tests.unit.services.tasks.queued import author, changes, flying, put_at, queue, report

@@ -8,7 +8,8 @@ from contextlib import asynccontextmanager, suppress
 
 import pytest
 
-from app.domain.events import Event, EventKind
+from app.domain.events import Event
+from app.domain.events.run import RunCreated
 from app.domain.webhooks.hook import Progress, StoredWebhook, Webhook
 from app.domain.webhooks.port import Reply
 from app.services.journal import Journal
@@ -83,7 +84,7 @@ def one_message_each() -> list[Event]:
     events = []
     for number in range(MESSAGES):
         teller.run = new_run().model_copy(update={"id": f"r{number}"})
-        events.append(teller.event(EventKind.RUN_CREATED, teller.run.model_dump(mode="json")))
+        events.append(teller.event(RunCreated(teller.run)))
     return events
 
 

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import pytest
 
 from app.domain.errors import StorageError
-from app.domain.events import Event, EventKind
+from app.domain.events import Event
+from app.domain.events.run import RunChanged, RunCreated
 from app.domain.ports import StoredPlan
 from app.domain.run import RunState
 from app.domain.vehicle import VehicleType
@@ -65,8 +66,8 @@ async def test_runs_beyond_the_cache_are_read_anew_and_told_as_if_they_had_staye
     for state in (RunState.CREATED, RunState.UPLOADED, RunState.FAILED):
         for run_id in runs:
             teller.run = new_run(state=state).model_copy(update={"id": run_id})
-            kind = EventKind.RUN_CREATED if state is RunState.CREATED else EventKind.RUN_CHANGED
-            events.append(teller.event(kind, teller.run.model_dump(mode="json")))
+            told_as = RunCreated if state is RunState.CREATED else RunChanged
+            events.append(teller.event(told_as(teller.run)))
     journal = await journal_of(events)
     stories = Stories(journal, Plans())
     told = [message.type.value for event in events for message in await stories.messages(event)]

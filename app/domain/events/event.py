@@ -1,0 +1,195 @@
+"""Events: facts that happened, numbered without gaps by the gateway that saw them, stored before they are sent."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Final, Literal, Union, get_args
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetJsonSchemaHandler,
+    PlainSerializer,
+    PlainValidator,
+    TypeAdapter,
+    ValidationInfo,
+    create_model,
+)
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema
+
+from app.domain.events.dispatch import JobChanged, JobQueueChanged, PlanCreated
+from app.domain.events.kinds import EventKind
+from app.domain.events.run import (
+    DropConsentAsked,
+    DropConsentClosed,
+    RunAck,
+    RunAttachment,
+    RunChanged,
+    RunCommand,
+    RunContinued,
+    RunCreated,
+    RunDrop,
+    RunItem,
+    RunItemEnded,
+    RunMissionChanged,
+    RunPlanRefused,
+    RunPredicted,
+    RunTargetMoved,
+    RunTargetNotFollowed,
+    RunUploadProgress,
+)
+from app.domain.events.service import ServiceStarted, ServiceStopped, SimulatorFault, SimulatorSpeedSet, WebhookChanged
+from app.domain.events.vehicle import (
+    OffboardChanged,
+    OffboardLease,
+    TasksChanged,
+    TasksGripper,
+    VehicleChanged,
+    VehicleCommand,
+    VehicleLinkLost,
+    VehicleLinkRestored,
+    VehicleParameters,
+    VehicleQuarantined,
+    VehicleRebooted,
+    VehicleSeen,
+    VehicleStatusText,
+)
+
+VehiclePayload = (
+    VehicleSeen
+    | VehicleLinkLost
+    | VehicleLinkRestored
+    | VehicleChanged
+    | VehicleParameters
+    | VehicleRebooted
+    | VehicleStatusText
+    | VehicleQuarantined
+    | VehicleCommand
+    | OffboardLease
+    | OffboardChanged
+    | TasksChanged
+    | TasksGripper
+)
+RunPayload = (
+    RunCreated
+    | RunChanged
+    | RunPredicted
+    | RunPlanRefused
+    | RunUploadProgress
+    | RunMissionChanged
+    | RunContinued
+    | RunTargetMoved
+    | RunTargetNotFollowed
+    | RunItem
+    | RunItemEnded
+    | RunCommand
+    | RunAck
+    | RunDrop
+    | RunAttachment
+    | DropConsentAsked
+    | DropConsentClosed
+)
+ServicePayload = (
+    ServiceStarted
+    | ServiceStopped
+    | WebhookChanged
+    | SimulatorFault
+    | SimulatorSpeedSet
+    | PlanCreated
+    | JobChanged
+    | JobQueueChanged
+)
+AnyPayload = VehiclePayload | RunPayload | ServicePayload
+
+PAYLOADS: Final[dict[EventKind, type[AnyPayload]]] = {payload.kind: payload for payload in get_args(AnyPayload)}
+
+
+def payload_of(kind: EventKind, version: int, data: object) -> AnyPayload:
+    """The payload that was stored or sent as `data`.
+
+    Raises:
+        ValueError: it is no payload of this kind and version (pydantic's ValidationError is one).
+    """
+    form = PAYLOADS[kind]
+    if version != form.version:
+        raise ValueError(f"{kind.value} has version {form.version}, and not {version}")
+    return form.model_validate(data)
+
+
+def _validated(data: object, info: ValidationInfo) -> AnyPayload:
+    if "kind" not in info.data or "version" not in info.data:
+        raise ValueError("kind and version tell how the data is read")
+    kind: EventKind = info.data["kind"]
+    if isinstance(data, PAYLOADS[kind]):
+        return data
+    return payload_of(kind, info.data["version"], data)
+
+
+def _dumped(data: AnyPayload) -> Any:
+    return data.model_dump(mode="json")
+
+
+class NewEvent(BaseModel):
+    """An event before the journal has numbered it. `time` is Unix seconds, `version` that of the payload's form."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    kind: EventKind
+    version: int = 1
+    time: float
+    vehicle_id: str | None = None
+    run_id: str | None = None
+    data: Annotated[AnyPayload, PlainValidator(_validated), PlainSerializer(_dumped)]
+
+    @classmethod
+    def of(
+        cls, payload: AnyPayload, time: float, *, vehicle_id: str | None = None, run_id: str | None = None
+    ) -> NewEvent:
+        """The event that tells `payload`."""
+        return NewEvent(
+            kind=payload.kind,
+            version=payload.version,
+            time=time,
+            vehicle_id=vehicle_id,
+            run_id=run_id,
+            data=payload,
+        )
+
+
+class Event(NewEvent):
+    """A stored event. `seq` starts at 1 and has no gaps within one gateway's journal.
+
+    `hash` is its link of the journal's chain (journal_chain.py): keep it, and it proves what the journal said.
+    """
+
+    seq: int
+    gateway: str
+    hash: str
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        """One form for each kind, told apart by `kind`: a client gets the type of `data` with it."""
+        return handler(_FORMS.core_schema)
+
+
+def _form(kind: EventKind, payload: type[AnyPayload]) -> type[BaseModel]:
+    """The schema of an event of one kind."""
+    fields: dict[str, Any] = {
+        "kind": (Literal[kind], ...),
+        "version": (Literal[payload.version], ...),
+        "time": (float, ...),
+        "vehicle_id": (str | None, ...),
+        "run_id": (str | None, ...),
+        "data": (payload, ...),
+        "seq": (int, ...),
+        "gateway": (str, ...),
+        "hash": (str, ...),
+    }
+    return create_model(
+        f"{payload.__name__}Event", __config__=ConfigDict(extra="forbid"), __doc__=payload.__doc__, **fields
+    )
+
+
+_UNION: Any = Union[tuple(_form(kind, payload) for kind, payload in PAYLOADS.items())]  # noqa: UP007
+_FORMS: Final[TypeAdapter[Any]] = TypeAdapter(Annotated[_UNION, Field(discriminator="kind")])

@@ -1,0 +1,48 @@
+"""The kinds of events. What each one tells is the payload of that kind, in this folder."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+
+class EventKind(StrEnum):
+    """What an event says. One payload model for each, see PAYLOADS."""
+
+    SERVICE_STARTED = "service.started"
+    SERVICE_STOPPED = "service.stopped"
+    VEHICLE_SEEN = "vehicle.seen"
+    VEHICLE_LINK_LOST = "vehicle.link_lost"
+    VEHICLE_LINK_RESTORED = "vehicle.link_restored"
+    VEHICLE_CHANGED = "vehicle.changed"
+    VEHICLE_PARAMETERS = "vehicle.parameters"
+    VEHICLE_REBOOTED = "vehicle.rebooted"
+    VEHICLE_STATUS_TEXT = "vehicle.status_text"
+    VEHICLE_QUARANTINED = "vehicle.quarantined"
+    VEHICLE_COMMAND = "vehicle.command"
+    OFFBOARD_LEASE = "offboard.lease"
+    OFFBOARD_CHANGED = "offboard.changed"
+    TASKS_CHANGED = "tasks.changed"
+    TASKS_GRIPPER = "tasks.gripper"
+    PLAN_CREATED = "plan.created"
+    RUN_CREATED = "run.created"
+    RUN_CHANGED = "run.changed"
+    RUN_PREDICTED = "run.predicted"
+    RUN_PLAN_REFUSED = "run.plan_refused"
+    RUN_UPLOAD_PROGRESS = "run.upload_progress"
+    RUN_MISSION_CHANGED = "run.mission_changed"
+    RUN_CONTINUED = "run.continued"
+    RUN_TARGET_MOVED = "run.target_moved"
+    RUN_TARGET_NOT_FOLLOWED = "run.target_not_followed"
+    RUN_ITEM = "run.item"
+    RUN_ITEM_ENDED = "run.item_ended"
+    RUN_COMMAND = "run.command"
+    RUN_ACK = "run.ack"
+    RUN_DROP = "run.drop"
+    RUN_ATTACHMENT = "run.attachment"
+    DROP_CONSENT_ASKED = "drop.consent_asked"
+    DROP_CONSENT_CLOSED = "drop.consent_closed"
+    SIMULATOR_FAULT = "simulator.fault"
+    SIMULATOR_SPEED = "simulator.speed"
+    JOB_CHANGED = "job.changed"
+    JOB_QUEUE_CHANGED = "job.queue_changed"
+    WEBHOOK_CHANGED = "webhook.changed"

@@ -1,0 +1,151 @@
+"""Events of a vehicle, beside its runs."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+from app.domain.events.kinds import EventKind
+from app.domain.events.payload import Payload
+from app.domain.offboard_state import LeaseChange, OffboardState
+from app.domain.tasks.forms import Task
+from app.domain.vehicle import FlightMode, LandedState, VehicleType
+
+
+class VehicleSeen(Payload):
+    """A vehicle was found, or more is known of who it is."""
+
+    kind: ClassVar = EventKind.VEHICLE_SEEN
+
+    system_id: int
+    vehicle_type: VehicleType | None
+    uid: str | None
+    firmware: str | None
+    connection: str
+
+
+class VehicleLinkLost(Payload):
+    """No HEARTBEAT came for too long."""
+
+    kind: ClassVar = EventKind.VEHICLE_LINK_LOST
+
+    last_heartbeat_age_s: float
+
+
+class VehicleLinkRestored(Payload):
+    """HEARTBEATs come again."""
+
+    kind: ClassVar = EventKind.VEHICLE_LINK_RESTORED
+
+
+class VehicleChanged(Payload):
+    """What changed is among these. `in_failsafe`: the autopilot, and no user, chose the mode."""
+
+    kind: ClassVar = EventKind.VEHICLE_CHANGED
+
+    mode: FlightMode | None
+    armed: bool | None
+    landed: LandedState
+    in_failsafe: bool
+    vtol_state: str | None
+
+
+class VehicleParameters(Payload):
+    """Parameters that Waydrop uses and that have another value now: somebody set them."""
+
+    kind: ClassVar = EventKind.VEHICLE_PARAMETERS
+
+    parameters: dict[str, int | float]
+
+
+class VehicleRebooted(Payload):
+    """The vehicle's boot time jumped back."""
+
+    kind: ClassVar = EventKind.VEHICLE_REBOOTED
+
+
+class VehicleStatusText(Payload):
+    """STATUSTEXT, or an EVENT in words. `severity` is a MAV_SEVERITY word."""
+
+    kind: ClassVar = EventKind.VEHICLE_STATUS_TEXT
+
+    severity: str
+    text: str
+
+
+class VehicleQuarantined(Payload):
+    """No command is sent to it until it is released."""
+
+    kind: ClassVar = EventKind.VEHICLE_QUARANTINED
+
+    reason: str
+
+
+class VehicleCommand(Payload):
+    """A command that a user gave outside a run. `outcome` is "done", or why it was not."""
+
+    kind: ClassVar = EventKind.VEHICLE_COMMAND
+
+    command: str
+    by: str
+    outcome: str
+
+
+class OffboardLease(Payload):
+    """Who may fly the vehicle by hand."""
+
+    kind: ClassVar = EventKind.OFFBOARD_LEASE
+
+    change: LeaseChange
+    holder: str
+    reason: str = ""
+
+
+class OffboardChanged(Payload):
+    """How far offboard control is. The setpoints themselves are telemetry."""
+
+    kind: ClassVar = EventKind.OFFBOARD_CHANGED
+
+    state: OffboardState
+    holder: str | None
+    reason: str = ""
+
+
+TaskChange = Literal[
+    "inserted",
+    "changed",
+    "moved",
+    "removed",
+    "reached",
+    "time_over",
+    "gripper_done",
+    "skipped",
+    "cleared",
+    "paused",
+    "resumed",
+    "by_hand",
+    "blocked",
+    "dropped",
+]
+
+
+class TasksChanged(Payload):
+    """A change of the task queue. `task_list` are the tasks that are left, `task_id` and `task` the one concerned."""
+
+    kind: ClassVar = EventKind.TASKS_CHANGED
+
+    change: TaskChange
+    task_id: str | None
+    task: Task | None
+    holder: str | None
+    reason: str = ""
+    task_list: tuple[int, ...]
+
+
+class TasksGripper(Payload):
+    """A task's gripper action. `result` is "sent", then the MAV_RESULT word, or why there is none."""
+
+    kind: ClassVar = EventKind.TASKS_GRIPPER
+
+    task_id: str
+    action: str
+    result: str

@@ -1,0 +1,73 @@
+"""Each kind of event has one payload model; what is stored and sent is what it dumps, and is read by it alone."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from pydantic import TypeAdapter, ValidationError
+
+from app.domain.drop import DropRecord
+from app.domain.events import PAYLOADS, Event, EventKind, NewEvent, payload_of
+from app.domain.events.run import CommandOutcome, RunAck, RunCommand, RunDrop
+from app.domain.events.service import SimulatorFault
+from app.domain.events.vehicle import VehicleRebooted
+
+ACK = RunAck(command="DO_GRIPPER", outcome=CommandOutcome.ACKNOWLEDGED, result="ACCEPTED", result_code=0)
+
+
+def stored(new: NewEvent) -> Event:
+    return Event(**dict(new), seq=1, gateway="gw-1", hash="ab")
+
+
+def test_every_kind_has_a_payload_that_says_so() -> None:
+    assert set(PAYLOADS) == set(EventKind)
+    assert all(payload.kind is kind for kind, payload in PAYLOADS.items())
+
+
+@pytest.mark.parametrize(
+    "payload",
+    [
+        ACK,
+        RunCommand(command="DO_GRIPPER", params=(None, 0.0), attempt=1),
+        RunDrop(DropRecord(plan_item_id="drop", supervised=True)),
+        SimulatorFault(fault="wind", value=(3.0, -2.5), by="desk"),
+        VehicleRebooted(),
+    ],
+)
+def test_an_event_is_read_as_it_was_written(payload: RunAck | RunCommand | RunDrop | SimulatorFault) -> None:
+    event = stored(NewEvent.of(payload, 1.5, vehicle_id="v1", run_id="r1"))
+    text = event.model_dump_json()
+    assert Event.model_validate_json(text).model_dump_json() == text
+    assert json.loads(text)["data"] == payload.model_dump(mode="json")
+    assert (json.loads(text)["kind"], json.loads(text)["version"]) == (payload.kind.value, 1)
+
+
+@pytest.mark.parametrize(
+    ("kind", "version", "data"),
+    [
+        (EventKind.RUN_ACK, 2, ACK.model_dump(mode="json")),
+        (EventKind.RUN_ACK, 1, {"command": "arm"}),
+        (EventKind.RUN_ACK, 1, {**ACK.model_dump(mode="json"), "later": 1}),
+        (EventKind.RUN_COMMAND, 1, ACK.model_dump(mode="json")),
+        (EventKind.RUN_ACK, 1, None),
+    ],
+)
+def test_data_of_another_form_is_refused(kind: EventKind, version: int, data: object) -> None:
+    with pytest.raises(ValueError, match=r"."):
+        payload_of(kind, version, data)
+    with pytest.raises(ValidationError):
+        NewEvent.model_validate({"kind": kind, "version": version, "time": 1.0, "data": data})
+
+
+def test_the_payload_of_another_kind_is_refused() -> None:
+    with pytest.raises(ValidationError):
+        NewEvent(kind=EventKind.RUN_COMMAND, time=1.0, data=ACK)
+
+
+def test_the_schema_tells_the_form_of_the_data_by_the_kind() -> None:
+    schema = TypeAdapter(list[Event]).json_schema()
+    forms = schema["$defs"]["Event"]
+    assert set(forms["discriminator"]["mapping"]) == {kind.value for kind in EventKind}
+    ack = schema["$defs"]["RunAckEvent"]["properties"]
+    assert (ack["kind"]["const"], ack["version"]["const"], ack["data"]) == ("run.ack", 1, {"$ref": "#/$defs/RunAck"})
