@@ -43,6 +43,25 @@ def armed_by_others(vehicle: str, mode: FlightMode | None) -> VehicleTakenError:
     )
 
 
+def disarmed_by_others(mode: FlightMode | None, hint: str = "start again once it is yours") -> VehicleTakenError:
+    """Of a disarmed vehicle that was told to hold, and is in another mode."""
+    return VehicleTakenError(
+        arming_obstacle(mode) or f"the vehicle was put into {name_of(mode)} mode, and not by Waydrop",
+        hint=hint,
+        mode=None if mode is None else mode.value,
+        armed=False,
+    )
+
+
+def taken_meanwhile(mode: FlightMode | None) -> VehicleTakenError:
+    """Of a vehicle whose mode changed while another one was commanded."""
+    return VehicleTakenError(
+        f"the vehicle is in {name_of(mode)} mode meanwhile: a pilot, another ground station or a failsafe has it",
+        hint="look at its mode and texts; command it again once it is yours",
+        mode=None if mode is None else mode.value,
+    )
+
+
 def name_of(mode: FlightMode | None) -> str:
     """A mode in a sentence."""
     if mode is None or mode is FlightMode.OTHER:

@@ -143,12 +143,13 @@ class VehicleLink(MissionLink, OffboardLink, Protocol):
         older than 30 s; if that takes more than a second (3 s if `fresh`), `parameters_age_s` says how old they are.
         """
 
-    async def arm(self) -> None:
-        """Arm: sent once, right after a HEARTBEAT that says disarmed.
+    async def arm(self, leaves: Callable[[], None] = lambda: None) -> None:
+        """Arm: sent once, right after a HEARTBEAT that says disarmed and Hold. `leaves` is called as it is sent.
 
         Raises:
             VehicleRefusedError: the vehicle's checks fail; `extra["texts"]` has its reasons.
-            VehicleTakenError: it is armed; CommandExpiredError: no HEARTBEAT came in time. Nothing was sent.
+            VehicleTakenError: it is armed, or in another mode; CommandExpiredError: no HEARTBEAT came in time. Nothing
+                was sent.
             LinkTimeoutError: no ack: it may be armed now.
         """
 

@@ -10,7 +10,7 @@ import asyncio
 import contextlib
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Final
 
 from app.domain.default_facts import default_facts
@@ -32,6 +32,8 @@ _HEARD_WITHIN_S: Final = 3.0
 _HASH_CHECK: Final = "_HASH_CHECK"
 _STALE_AFTER_S: Final = 30.0
 _WAIT_S: Final = 1.0
+_READINGS: Final = 3
+"""A vehicle that restarts meanwhile is read anew, so often."""
 _FRESH_WITHIN_S: Final = 3.0
 """A start waits longer than a check: as long as a parameter is asked for again."""
 
@@ -50,13 +52,15 @@ class FactReader:
         self._measurements = measurements
         self._identity = identity
         self._parameters = parameters
-        self._known = KnownParameters(inbox, changed, self._read_unclear)
+        self._known = KnownParameters(inbox, changed, self._read_unclear, parameters.unanswered)
         self._turn = asyncio.Lock()
         self._heard = asyncio.Event()
         self._checksum: Value | None = None
         self._limits: frozenset[str] = frozenset()
         self._boots = 0
         self._refreshing: asyncio.Task[None] | None = None
+        self._refresh_began_s = -math.inf
+        self._asking: asyncio.Task[None] | None = None
         self._unclear: dict[str, asyncio.Task[None]] = {}
         for kind in (Heartbeat, AutopilotVersion, HomePosition):
             inbox.on(kind, lambda _message, _at_s: self._heard.set())
@@ -93,14 +97,26 @@ class FactReader:
         """See VehicleLink.read_facts.
 
         Raises:
-            LinkTimeoutError: the type is not known, or no parameter at all came.
+            LinkTimeoutError: the type is not known, no parameter at all came, or `fresh` ones could not be read.
         """
-        kind = await self._type()
-        async with self._turn:
-            while not self._known.values:
-                await self._read_all(kind)
-        if fresh or not self.limits_read or self._known.age_s() > _STALE_AFTER_S:
-            await self._refreshed(kind, _FRESH_WITHIN_S if fresh else _WAIT_S)
+        kind, began_s = await self._type(), time.monotonic()
+        for _ in range(_READINGS):
+            async with self._turn:
+                while not self._known.values:
+                    await self._read_all(kind)
+            if fresh and not self._is_confirmed_since(began_s):
+                await self._refreshed(kind, _FRESH_WITHIN_S, since_s=began_s)
+            elif not self.limits_read or self._known.age_s() > _STALE_AFTER_S:
+                await self._refreshed(kind, _WAIT_S, since_s=-math.inf)
+            if self._known.values:
+                break
+        else:
+            raise LinkTimeoutError("the vehicle restarted while its parameters were read", hint="try again")
+        if fresh and not self._is_confirmed_since(began_s):
+            raise LinkTimeoutError(
+                f"the vehicle's parameters could not be read again within {_FRESH_WITHIN_S:g} s",
+                hint="the link may be bad, or the vehicle busy: try again",
+            )
         age_s = self._known.age_s()
         return VehicleFacts(
             vehicle_type=kind,
@@ -125,19 +141,28 @@ class FactReader:
         limits = limit_parameters(values)
         values |= await self._parameters.read(limits)
         if boots == self._boots:  # else it restarted meanwhile, and may have others
-            self._known.put(values)
+            self._known.put_read(values, began_s)
             self._known.confirmed_s, self._checksum = began_s, checksum
             self._limits = frozenset(limits)
 
-    async def _refreshed(self, kind: VehicleType, within_s: float) -> None:
-        """Wait so long for what is under way, or begins now; it goes on after that."""
-        if self._refreshing is None or self._refreshing.done():
-            self._refreshing = asyncio.create_task(self._refresh(), name=f"parameters of a {kind}")
-        await asyncio.wait({self._refreshing}, timeout=within_s)
+    def _is_confirmed_since(self, since_s: float) -> bool:
+        return self._known.confirmed_s is not None and self._known.confirmed_s >= since_s
+
+    async def _refreshed(self, kind: VehicleType, within_s: float, *, since_s: float) -> None:
+        """Wait so long for one that began after `since_s`: what is under way, or the next. It goes on after that."""
+        deadline_s = time.monotonic() + within_s
+        while True:
+            if self._refreshing is None or self._refreshing.done():
+                self._refresh_began_s = time.monotonic()
+                self._refreshing = asyncio.create_task(self._refresh(), name=f"parameters of a {kind}")
+            began_s = self._refresh_began_s
+            await asyncio.wait({self._refreshing}, timeout=max(0.0, deadline_s - time.monotonic()))
+            if began_s >= since_s or time.monotonic() >= deadline_s:
+                return
 
     async def _refresh(self) -> None:
         """Read what the vehicle does not announce; all that is known if announcements were missed."""
-        began_s, known = time.monotonic(), self._known
+        began_s, known, boots = time.monotonic(), self._known, self._boots
         asked = known.unannounced
         with contextlib.suppress(WaydropError):  # the age of what is known says so
             found = await self._parameters.read((_HASH_CHECK, *asked))
@@ -146,28 +171,41 @@ class FactReader:
                 rest = known.values.keys() - found.keys()
                 asked |= rest
                 found |= await self._parameters.read(rest)
-            known.put(found)
+            if boots != self._boots:
+                return
+            known.put_read(found, began_s)
             if not self.limits_read:
                 limits = limit_parameters(known.values)
-                known.put(await self._parameters.read(limits))
+                known.put_read(await self._parameters.read(limits), began_s)
                 self._limits = frozenset(limits)
             if found.keys() >= asked:
                 known.confirmed_s, self._checksum = began_s, checksum
+            self._ask_silent()
+
+    def _ask_silent(self) -> None:
+        """Ask again for what never answered. Nobody waits: older firmware says nothing of a parameter that it lacks."""
+        names = frozenset(self._parameters.unanswered) - self._known.values.keys()
+        if names and (self._asking is None or self._asking.done()):
+            self._asking = asyncio.create_task(self._read_some(names), name="parameters that did not answer")
 
     def _read_unclear(self, name: str) -> None:
         """A negative int was announced. One reading of a name is enough."""
         if self._parameters.is_reading(name) or name in self._unclear:
             return
-        task = asyncio.create_task(self._read_one(name), name=f"parameter {name}")
+        task = asyncio.create_task(self._read_some((name,)), name=f"parameter {name}")
         self._unclear[name] = task
         task.add_done_callback(lambda _: self._unclear.pop(name, None))
 
-    async def _read_one(self, name: str) -> None:
+    async def _read_some(self, names: Collection[str]) -> None:
+        began_s, boots = time.monotonic(), self._boots
         with contextlib.suppress(WaydropError):
-            self._known.put(await self._parameters.read((name,)))
+            found = await self._parameters.read(names)
+            if boots == self._boots:
+                self._known.put_read(found, began_s)
 
     def _stop(self) -> Sequence[asyncio.Task[None]]:
-        tasks = [*self._unclear.values(), *([] if self._refreshing is None else [self._refreshing])]
+        others = [task for task in (self._refreshing, self._asking) if task is not None]
+        tasks = [*self._unclear.values(), *others]
         for task in tasks:
             task.cancel()
         return tasks

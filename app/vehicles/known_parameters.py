@@ -6,7 +6,7 @@ PX4 tells every link what it changes, but not what it has not looked up itself y
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Final
 
 from app.vehicles.decoders import ParamValue
@@ -20,16 +20,24 @@ class KnownParameters:
     """`values` is replaced by a new mapping at each change, so that facts that were given away stay as they were.
 
     `changed` is called with what is different now, on the loop. `unclear` is called with the name of a negative int,
-    whose bits the link cannot carry: it has to be read.
+    whose bits the link cannot carry: it has to be read. `unanswered` are names that were asked for without an answer:
+    they are known as soon as the vehicle tells them.
     """
 
     def __init__(
-        self, inbox: Inbox, changed: Callable[[Mapping[str, Value]], None], unclear: Callable[[str], None]
+        self,
+        inbox: Inbox,
+        changed: Callable[[Mapping[str, Value]], None],
+        unclear: Callable[[str], None],
+        unanswered: Collection[str] = (),
     ) -> None:
         self.values: Mapping[str, Value] = {}
         self.confirmed_s: float | None = None
         """When all of them were last known to be the vehicle's; None: not yet, or not since the link was lost."""
         self._silent: set[str] = set()
+        self._unanswered = unanswered
+        self._told: dict[str, tuple[Value, float]] = {}
+        """What a message said last, and when: an answer that was read may be older than an announcement."""
         self._changed = changed
         self._unclear = unclear
         inbox.on(ParamValue, self._take)
@@ -47,9 +55,14 @@ class KnownParameters:
         """The vehicle restarted: nothing is known."""
         self.values, self.confirmed_s = {}, None
         self._silent.clear()
+        self._told.clear()
 
-    def put(self, found: Mapping[str, Value]) -> None:
-        """Take in what was read."""
+    def put_read(self, found: Mapping[str, Value], since_s: float) -> None:
+        """Take in what was read from `since_s` (monotonic) on, unless the vehicle has told another value meanwhile."""
+        told = {name: value for name, (value, at_s) in self._told.items() if name in found and at_s >= since_s}
+        self._put({**found, **told})
+
+    def _put(self, found: Mapping[str, Value]) -> None:
         news = {name: value for name, value in found.items() if self.values.get(name) != value}
         changes = {name: value for name, value in news.items() if name in self.values}
         if news:
@@ -60,10 +73,12 @@ class KnownParameters:
     def _take(self, message: ParamValue, _received_s: float) -> None:
         name = message.param_id
         (self._silent.add if message.param_index == _NOT_LOOKED_UP else self._silent.discard)(name)
-        if name not in self.values:
-            return
         value = value_of(message)
+        if value is not None:
+            self._told[name] = (value, time.monotonic())
+        if not self.values or (name not in self.values and name not in self._unanswered):
+            return
         if value is None:
             self._unclear(name)
         else:
-            self.put({name: value})
+            self._put({name: value})

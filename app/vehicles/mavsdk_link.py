@@ -79,7 +79,7 @@ class MavsdkVehicleLink:
         self._identity = Identity(self._send, settings)
         self._watch = LinkWatch(self._inbox, self._measurements, self._identity, self._texts, self._facts, settings)
         self._sender = CommandSender(self._send, self._inbox, self._texts)
-        self._modes = ModeSwitch(self._sender, self._inbox, settings)
+        self._modes = ModeSwitch(self._sender, self._inbox, settings, lambda: self._measurements.mode)
         self._current = CurrentItem(self._send, self._sender, self._inbox, settings)
         self._parameters = ParameterReader(self._send, system.read_int_parameter, self._inbox, settings)
         self._fact_reader = FactReader(
@@ -165,10 +165,12 @@ class MavsdkVehicleLink:
         """See VehicleLink."""
         await self._current.set(seq)
 
-    async def arm(self) -> None:
+    async def arm(self, leaves: Callable[[], None] = lambda: None) -> None:
         """See VehicleLink."""
         self._refuse_if_closed()
-        send_before_s = await heard_disarmed(self._inbox, self._settings.mode_seen_timeout_s)
+        self._refuse_if_quarantined()
+        send_before_s = await heard_disarmed(self._inbox, self._settings.mode_seen_timeout_s, mode=FlightMode.HOLD)
+        leaves()
         await self._arm(armed=True, attempts=1, send_before_s=send_before_s)
 
     async def disarm(self) -> None:

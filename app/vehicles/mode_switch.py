@@ -5,11 +5,12 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from typing import Final
 
+from app.domain.arming import taken_meanwhile
 from app.domain.errors import CommandExpiredError, LinkError, LinkTimeoutError
 from app.domain.mission import MavCmd
 from app.domain.vehicle import FlightMode
@@ -26,20 +27,40 @@ _CUSTOM_MODE_ENABLED: Final = 1
 class ModeSwitch:
     """Switches modes of one vehicle."""
 
-    def __init__(self, sender: CommandSender, inbox: Inbox, settings: LinkSettings) -> None:
+    def __init__(
+        self, sender: CommandSender, inbox: Inbox, settings: LinkSettings, mode: Callable[[], FlightMode | None]
+    ) -> None:
         self._sender = sender
         self._inbox = inbox
         self._settings = settings
+        self._mode = mode
 
-    async def to(self, mode: FlightMode) -> None:
+    async def to(self, mode: FlightMode, *, until_seen: bool = False) -> None:
         """Command `mode` and return when a HEARTBEAT or CURRENT_MODE shows it.
+
+        It is commanded again while nobody answers; `until_seen`: also while it is acknowledged and not seen. If the
+        vehicle is in a third mode by then (Hold apart, into which PX4 goes by itself) somebody else has it.
 
         Raises:
             VehicleRefusedError: the vehicle cannot enter the mode; `extra` has its texts.
+            VehicleTakenError: a pilot, another ground station or a failsafe chose another mode meanwhile.
             LinkTimeoutError: no ack, or acknowledged and then not seen.
         """
+        before = self._mode()
         with self._watching(mode) as seen:
-            await self._accepted(mode, attempts=self._settings.command_attempts)
+            for left in reversed(range(self._settings.command_attempts)):
+                try:
+                    await self._accepted(mode, attempts=1)
+                except LinkTimeoutError:
+                    if not (left or seen.is_set()):
+                        raise
+                else:
+                    if not (left and until_seen) or await self._is_seen(seen):
+                        break
+                if seen.is_set():
+                    break
+                if before is not None and (now := self._mode()) not in (before, mode, FlightMode.HOLD):
+                    raise taken_meanwhile(now)
             await self._until(seen, mode)
 
     async def through_hold_to(self, mode: FlightMode) -> None:
@@ -48,7 +69,7 @@ class ModeSwitch:
         """
         with contextlib.suppress(LinkError):
             await self._accepted(FlightMode.HOLD, attempts=1)
-        await self.to(mode)
+        await self.to(mode, until_seen=True)  # an ack may be the late one of Hold
 
     async def to_hold_disarmed(self) -> None:
         """Hold for a vehicle that stands disarmed: each attempt leaves right after a HEARTBEAT that says so.
@@ -84,6 +105,12 @@ class ModeSwitch:
             f"enter {mode.value} mode",
             text_window_s=self._settings.refusal_text_window_s,
         )
+
+    async def _is_seen(self, seen: asyncio.Event) -> bool:
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(self._settings.mode_again_s):
+                await seen.wait()
+        return seen.is_set()
 
     async def _until(self, seen: asyncio.Event, mode: FlightMode) -> None:
         try:

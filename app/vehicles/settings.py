@@ -23,6 +23,7 @@ class LinkSettings:
     command_timeout_s: float = 1.0
     command_attempts: int = 3
     mode_seen_timeout_s: float = 3.5
+    mode_again_s: float = 1.5
     identity_retry_s: float = 1.0
     identity_recheck_s: float = 30.0
     parameter_timeout_s: float = 0.5

@@ -134,8 +134,9 @@ class FakeLink:
         self.change(mission_seq=seq)
         self.tell(MissionCurrent(seq))
 
-    async def arm(self) -> None:
+    async def arm(self, leaves: Callable[[], None] = lambda: None) -> None:
         self._refuse()
+        leaves()
         self.change(armed=True)
 
     async def disarm(self) -> None:

@@ -274,9 +274,14 @@ class OffboardControl:
         What the vehicle did while the service stood still has that as its cause, so it is asked first.
         """
         self._stood_still()
-        if self._is_commanded and self._holding.is_under_way and who_acts(self.link.state()):
+        if self._holding.is_under_way and self._others_act():
             self._holding.cancel()
         self._end_if_taken(fact)
+
+    def _others_act(self) -> bool:
+        """While the last word is said: OFFBOARD, out of which it leads, is ours."""
+        state = self.link.state()
+        return bool(who_acts(state)) and (self._is_commanded or state.mode is not FlightMode.OFFBOARD)
 
     def look_again(self) -> None:
         """A leaving has failed: the vehicle may have left OFFBOARD all the same."""

@@ -7,7 +7,7 @@ import contextlib
 from collections.abc import Awaitable, Callable
 from typing import Final
 
-from app.domain.arming import armed_by_others, arming_obstacle, hold_hint, name_of
+from app.domain.arming import armed_by_others, arming_obstacle, disarmed_by_others, hold_hint
 from app.domain.commands import CommandRequest, MavResult
 from app.domain.errors import (
     CommandExpiredError,
@@ -22,7 +22,7 @@ from app.domain.errors import (
 from app.domain.events.run import CommandOutcome, RunAck, RunCommand, RunPlanRefused, RunUploadProgress, answer
 from app.domain.mission import NAN, MavCmd, Mission
 from app.domain.mission_port import UploadProgress
-from app.domain.ports import VehicleLink
+from app.domain.ports import LinkFact, ParametersChanged, VehicleLink
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode
 from app.services.clock import Clock
@@ -60,6 +60,7 @@ class Preparation:
         self._clock = clock
         self._check = check
         self._closes_gripper = closes_gripper
+        self._changed, self._checked_s = False, 0.0
         self.may_fly = False
         """A start armed the vehicle, or may have, and no disarming was accepted since."""
 
@@ -94,6 +95,13 @@ class Preparation:
             raise armed_by_others("the vehicle", self._link.state().mode)
         self._recorder.move(RunState.STARTING)
         await self._recorder.flush()
+        unsubscribe = self._link.subscribe(self._heard)
+        try:
+            await self._start()
+        finally:
+            unsubscribe()
+
+    async def _start(self) -> None:
         await self._refuse_unfit()
         await refuse_fast_clock(self._link, self._mission, self._clock)
         await self._hold()
@@ -113,7 +121,16 @@ class Preparation:
             raise
         await self._said("start_mission")
 
+    async def _refuse_changed(self) -> None:
+        """Look again at what was checked, if the vehicle told of another parameter or the look is old."""
+        if self._changed or self._clock.monotonic() - self._checked_s > self._settings.recheck_s:
+            await self._refuse_unfit()
+
+    def _heard(self, fact: LinkFact) -> None:
+        self._changed = self._changed or isinstance(fact, ParametersChanged)
+
     async def _refuse_unfit(self) -> None:
+        self._changed, self._checked_s = False, self._clock.monotonic()
         try:
             await self._check()
         except PlanRejectedError as error:
@@ -181,25 +198,30 @@ class Preparation:
         """Ask until it arms. Found armed after an arming that nobody answered, it is armed by that one."""
         deadline_s = self._clock.monotonic() + self._settings.armable_s
         while True:
+            await self._refuse_changed()
             await self._say(RunCommand(command="arm"))
             self._refuse_taken()
             if self._link.state().armed:
                 break
-            before, self.may_fly = self.may_fly, True
             try:
-                await self._link.arm()
+                await self._link.arm(self._arming_leaves)
                 break
-            except VehicleTakenError:
-                self.may_fly = before
-                if not before:
+            except VehicleTakenError as error:
+                self.may_fly = self.may_fly and bool(error.extra.get("armed"))
+                if not self.may_fly:
                     raise
             except (VehicleRefusedError, LinkTimeoutError, CommandExpiredError) as error:
                 await self._said("arm", error.detail)
-                self.may_fly = before or isinstance(error, LinkTimeoutError)
+                self.may_fly = self.may_fly and not isinstance(error, VehicleRefusedError)
                 if self._clock.monotonic() >= deadline_s:
                     raise self._because_of_mode(error) from error
                 await asyncio.sleep(self._settings.arm_again_s)
+        self._refuse_taken()
         await self._said("arm")
+
+    def _arming_leaves(self) -> None:
+        """It said disarmed just now: whoever arms it from here on does it by our command, or against it."""
+        self.may_fly = True
 
     def _refuse_taken(self) -> None:
         """It stands in Hold, perhaps by our command: who changed that has it. Raises VehicleTakenError."""
@@ -209,12 +231,9 @@ class Preparation:
         if state.mode is FlightMode.HOLD:
             return
         self.may_fly = False  # not ours any more, and so not ours to disarm
-        raise VehicleTakenError(
-            arming_obstacle(state.mode) or f"the vehicle was put into {name_of(state.mode)} mode, and not by Waydrop",
-            hint=hold_hint(self._recorder.run.vehicle_id),
-            mode=None if state.mode is None else state.mode.value,
-            armed=state.armed,
-        )
+        if state.armed:
+            raise armed_by_others("the vehicle", state.mode)
+        raise disarmed_by_others(state.mode, hold_hint(self._recorder.run.vehicle_id))
 
     def _because_of_mode(self, error: LinkError) -> LinkError:
         """The same refusal with the mode as its cause, if it is one."""

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class RunSettings:
-    """`armable_s`: PX4 denies arming for about 4 s after boot, and longer without GNSS.
+    """`armable_s`: PX4 denies arming for about 4 s after boot, and longer without GNSS. `recheck_s`: after so long a
+    plan is checked again before its vehicle is armed.
 
     `lost_after_s`: a vehicle not heard for this long ends its run as lost. `look_every_s`: how often a flight is
     looked at, besides when a fact comes in.
@@ -16,6 +17,7 @@ class RunSettings:
     ready_s: float = 15.0
     armable_s: float = 60.0
     arm_again_s: float = 1.0
+    recheck_s: float = 30.0
     lost_after_s: float = 900.0
     look_every_s: float = 0.1
     ack_s: float = 1.5

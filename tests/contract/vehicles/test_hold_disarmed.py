@@ -15,7 +15,8 @@ from app.vehicles import LinkSettings
 from tests.contract.vehicles.driving import opened_link
 from tests.contract.vehicles.listening_vehicle import ListeningVehicle, listening_vehicle
 
-ARMED, POSITION = 0x81, 3 << 16
+ARMED, DISARMED = 0x81, 0x01
+POSITION, TAKEOFF, OFFBOARD, HOLD = 3 << 16, 4 << 16 | 2 << 24, 6 << 16, 4 << 16 | 3 << 24
 
 
 def _modes(vehicle: ListeningVehicle) -> list[Any]:
@@ -56,6 +57,16 @@ async def test_without_an_answer_it_is_tried_as_often_as_any_command() -> None:
         assert len(_modes(vehicle)) == 2
 
 
+@pytest.mark.parametrize("mode", [POSITION, TAKEOFF, OFFBOARD])
+async def test_a_vehicle_is_not_armed_in_a_mode_that_somebody_else_commanded(mode: int) -> None:
+    async with listening_vehicle() as vehicle, opened_link([vehicle.url]) as link:
+        vehicle.base_mode, vehicle.custom_mode = DISARMED, mode
+        with pytest.raises(VehicleTakenError) as caught:
+            await link.arm()
+        assert caught.value.extra["armed"] is False
+        assert _sent(vehicle, MavCmd.COMPONENT_ARM_DISARM) == []
+
+
 async def test_an_armed_vehicle_is_not_armed_again_px4_would_accept_that() -> None:
     async with listening_vehicle() as vehicle, opened_link([vehicle.url]) as link:
         vehicle.base_mode, vehicle.custom_mode = ARMED, POSITION
@@ -66,6 +77,7 @@ async def test_an_armed_vehicle_is_not_armed_again_px4_would_accept_that() -> No
 
 async def test_an_arming_without_an_answer_is_not_sent_again_before_the_next_heartbeat_was_looked_at() -> None:
     async with listening_vehicle() as vehicle, opened_link([vehicle.url]) as link:
+        vehicle.custom_mode = HOLD
         with pytest.raises(LinkTimeoutError):
             await link.arm()
         assert len(_sent(vehicle, MavCmd.COMPONENT_ARM_DISARM)) == 1

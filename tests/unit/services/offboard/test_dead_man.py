@@ -93,6 +93,20 @@ async def test_a_lost_link_a_reboot_and_a_quarantine_end_the_stream(
         assert quad.control.state is OffboardState.IDLE
 
 
+@pytest.mark.parametrize("mode", [FlightMode.POSITION, FlightMode.RETURN])
+async def test_a_last_word_that_is_not_answered_yet_is_not_said_to_a_pilot(mode: FlightMode) -> None:
+    async with cockpit() as quad:
+        await quad.flown()
+        quad.vehicle.hold_gate.clear()
+        quad.control.release(quad.lease, "the client left")
+        await quad.until(lambda: quad.vehicle.sent[-1] == "hold", "Hold is being said")
+        quad.vehicle.put(mode=mode)
+        await asyncio.sleep(0)
+        quad.vehicle.hold_gate.set()
+        assert await quad.quiet() == 0
+        assert quad.vehicle.truth.mode is mode
+
+
 async def test_after_the_process_stood_still_nothing_is_sent_and_nothing_commanded() -> None:
     async with cockpit(settings=replace(SETTINGS, gap_s=0.3)) as quad:
         await quad.flown()

@@ -9,7 +9,13 @@ from dataclasses import replace
 
 from app.domain.commands import CommandAck, CommandRequest, MavResult
 from app.domain.default_facts import default_facts
-from app.domain.errors import LinkError, VehicleRefusedError, WaydropError
+from app.domain.errors import (
+    LinkError,
+    VehicleQuarantinedError,
+    VehicleRefusedError,
+    VehicleTakenError,
+    WaydropError,
+)
 from app.domain.mission import MavCmd, Mission, MissionItem, MissionType
 from app.domain.mission_port import UploadProgress
 from app.domain.ports import ClockRateTold, LinkFact, StateChanged, Unsubscribe, VehicleIdentity
@@ -167,10 +173,13 @@ class ScriptedVehicle:
         self.sent.append(f"set_current {seq}")
         self.put(mission_seq=seq)
 
-    async def arm(self) -> None:
+    async def arm(self, leaves: Callable[[], None] = lambda: None) -> None:
         self.sent.append("arm")
-        if self.arm_errors:
-            raise self.arm_errors.pop(0)
+        error = self.arm_errors.pop(0) if self.arm_errors else None
+        if not isinstance(error, VehicleTakenError | VehicleQuarantinedError):  # of which nothing is sent
+            leaves()
+        if error is not None:
+            raise error
         if self.arm_refusals:
             self.arm_refusals -= 1
             raise VehicleRefusedError("arming denied; Preflight Fail: no GNSS", texts=["Preflight Fail: no GNSS"])

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
 
-from app.domain.errors import LinkTimeoutError, VehicleRefusedError, VehicleTakenError
+from app.domain.errors import LinkTimeoutError, VehicleQuarantinedError, VehicleRefusedError, VehicleTakenError
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode, LandedState
 from tests.events import data_of
@@ -73,20 +74,87 @@ async def test_a_vehicle_that_somebody_else_arms_meanwhile_is_neither_started_no
 
 async def test_a_vehicle_armed_by_an_arming_without_an_answer_is_ours() -> None:
     async with desk(settings=PATIENT) as at:
-        at.vehicle.arm_errors = [LinkTimeoutError("no ack"), VehicleRefusedError("not yet")]
+        at.vehicle.arm_errors = [LinkTimeoutError("no ack")]
+        at.vehicle.arm_refusals = 1000
+        asked = at.vehicle.arm
+
+        async def arm(leaves: Callable[[], None]) -> None:
+            try:
+                await asked(leaves)
+            finally:
+                at.vehicle.put(armed=True)  # the HEARTBEAT says so before it is asked again
+
+        at.vehicle.arm = arm  # type: ignore[method-assign, assignment]
         await at.create()
         await at.until_state(RunState.FLYING)
+        assert at.vehicle.sent.count("arm") == 1
+
+
+@pytest.mark.parametrize("aborted", [False, True])
+async def test_it_is_ours_no_more_once_the_vehicle_has_refused_to_arm_since(aborted: bool) -> None:
+    async with desk(settings=PATIENT) as at:
+        at.vehicle.arm_errors = [LinkTimeoutError("no ack")]
+        at.vehicle.arm_refusals = 1000
+        await at.create()
+        await at.until(lambda: at.vehicle.sent.count("arm") > 5, "asked again and refused again")
+        at.vehicle.put(armed=True)  # a pilot, in Hold
+        if aborted:
+            await at.runs.abort(at.run_id, "ann")
+        await at.until(lambda: at.run.is_over, "the start must end")
+        assert not {"start", "disarm"} & set(at.vehicle.sent)
+
+
+async def test_a_mode_that_changes_while_it_is_armed_is_a_pilots_and_no_mission_is_started() -> None:
+    async with desk(settings=PATIENT) as at:
+
+        async def arm(leaves: Callable[[], None]) -> None:
+            leaves()
+            at.vehicle.put(mode=FlightMode.POSITION, armed=True)
+
+        at.vehicle.arm = arm  # type: ignore[method-assign, assignment]
+        await at.create()
+        await at.until_state(RunState.FAILED)
+        assert "is armed in POSITION mode, and not by Waydrop" in at.run.reason
+        assert not {"start", "disarm"} & set(at.vehicle.sent)
+
+
+@pytest.mark.parametrize("pilot_arms", [False, True])
+async def test_an_abort_before_the_arming_left_disarms_nobody(pilot_arms: bool) -> None:
+    async with desk(settings=PATIENT) as at:
+        waits = asyncio.Event()
+
+        async def arm(leaves: Callable[[], None]) -> None:
+            if pilot_arms:
+                at.vehicle.put(armed=True)
+            waits.set()
+            await asyncio.Event().wait()  # for the HEARTBEAT after which it may leave
+
+        at.vehicle.arm = arm  # type: ignore[method-assign, assignment]
+        await at.create()
+        await asyncio.wait_for(waits.wait(), 5.0)
+        await at.runs.abort(at.run_id, "ann")
+        await at.until_state(RunState.ABORTED)
+        assert not {"disarm", "return"} & set(at.vehicle.sent)
+
+
+async def test_an_arming_that_a_quarantine_kept_back_leaves_no_flight() -> None:
+    async with desk(settings=PATIENT) as at:
+        at.vehicle.arm_errors = [VehicleQuarantinedError("two vehicles use system id 1")]
+        await at.create()
+        await at.until_state(RunState.FAILED)
+        assert not {"start", "disarm"} & set(at.vehicle.sent)
 
 
 async def test_so_it_is_when_the_next_try_finds_it_armed_and_it_is_not_asked_for_the_third_time() -> None:
     async with desk(settings=PATIENT) as at:
 
-        async def arm() -> None:
+        async def arm(leaves: Callable[[], None]) -> None:
             at.vehicle.sent.append("arm")
             if at.vehicle.sent.count("arm") == 1:
+                leaves()
                 raise LinkTimeoutError("no ack")
             at.vehicle.put(armed=True)
-            raise VehicleTakenError("it is armed")
+            raise VehicleTakenError("it is armed", armed=True)
 
         at.vehicle.arm = arm  # type: ignore[method-assign]
         await at.create()

@@ -1,0 +1,95 @@
+"""A mode is commanded until it is seen, and never against somebody else who chose another one meanwhile."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Callable
+
+import pytest
+
+from app.domain.errors import LinkTimeoutError, VehicleTakenError
+from app.domain.vehicle import FlightMode
+from app.vehicles.command_sender import CommandSender
+from app.vehicles.encoders import Outgoing
+from app.vehicles.inbox import Inbox
+from app.vehicles.mode_switch import ModeSwitch
+from app.vehicles.settings import LinkSettings
+from app.vehicles.status_texts import StatusTexts
+
+MODES = {FlightMode.HOLD: 3.0, FlightMode.MISSION: 4.0, FlightMode.RETURN: 5.0}
+SETTINGS = LinkSettings(command_timeout_s=0.1, mode_seen_timeout_s=0.4, mode_again_s=0.2, command_attempts=3)
+
+
+class Commanded:
+    """A vehicle that takes modes, or not. `on_sent` is told of each mode that is commanded."""
+
+    def __init__(self, mode: FlightMode = FlightMode.HOLD) -> None:
+        self.mode: FlightMode | None = mode
+        self.sent: list[FlightMode] = []
+        self.on_sent: Callable[[FlightMode], None] = lambda mode: None
+        self.inbox = Inbox(asyncio.get_running_loop(), capacity=64)
+        sender = CommandSender(self._take, self.inbox, StatusTexts(lambda text: None))
+        self.switch = ModeSwitch(sender, self.inbox, SETTINGS, lambda: self.mode)
+
+    def answer(self) -> None:
+        """COMMAND_ACK of DO_SET_MODE, ACCEPTED."""
+        ack = {"command": 176, "result": 0, "progress": 0, "result_param2": 0}
+        self.inbox.post("COMMAND_ACK", json.dumps({**ack, "target_system": 245, "target_component": 190}))
+
+    def show(self, mode: FlightMode) -> None:
+        """CURRENT_MODE."""
+        self.mode = mode
+        custom_mode = 4 << 16 | int(MODES[mode]) << 24
+        told = {"standard_mode": 0, "custom_mode": custom_mode, "intended_custom_mode": custom_mode}
+        self.inbox.post("CURRENT_MODE", json.dumps(told))
+
+    def _take(self, message: Outgoing) -> None:
+        sub_mode = getattr(message, "params")[2]  # noqa: B009 - of every command
+        mode = next(mode for mode, number in MODES.items() if number == sub_mode)
+        self.sent.append(mode)
+        self.on_sent(mode)
+
+
+async def test_a_late_answer_of_hold_on_the_way_is_not_taken_for_that_of_return() -> None:
+    vehicle = Commanded(FlightMode.OFFBOARD)
+    returns = 0
+
+    def take(mode: FlightMode) -> None:
+        nonlocal returns
+        if mode is FlightMode.RETURN:
+            returns += 1
+            vehicle.answer()  # the first is Hold's, which is late; this Return is lost
+            if returns == 2:
+                vehicle.show(FlightMode.RETURN)
+
+    vehicle.on_sent = take
+    await vehicle.switch.through_hold_to(FlightMode.RETURN)
+    assert vehicle.sent == [FlightMode.HOLD, FlightMode.RETURN, FlightMode.RETURN]
+
+
+async def test_a_mode_that_nobody_answers_is_commanded_as_often_as_any_command() -> None:
+    vehicle = Commanded()
+    with pytest.raises(LinkTimeoutError):
+        await vehicle.switch.to(FlightMode.MISSION)
+    assert vehicle.sent == [FlightMode.MISSION] * 3
+
+
+async def test_a_mode_is_seen_without_an_answer() -> None:
+    vehicle = Commanded()
+    vehicle.on_sent = vehicle.show
+    await vehicle.switch.to(FlightMode.MISSION)
+    assert vehicle.sent == [FlightMode.MISSION]
+
+
+@pytest.mark.parametrize("taken", [FlightMode.POSITION, FlightMode.RETURN, FlightMode.LAND])
+async def test_whoever_chooses_another_mode_meanwhile_is_not_fought(taken: FlightMode) -> None:
+    vehicle = Commanded()
+
+    def take(_mode: FlightMode) -> None:
+        vehicle.mode = taken
+
+    vehicle.on_sent = take
+    with pytest.raises(VehicleTakenError, match=f"in {taken.value.upper()} mode meanwhile"):
+        await vehicle.switch.to(FlightMode.MISSION)
+    assert vehicle.sent == [FlightMode.MISSION]
