@@ -1,7 +1,7 @@
 """What rules need to know of a vehicle: version, home and parameters.
 
 The vehicle announces what is changed. What it does not announce is read again when it is old, and before a start; the
-checksum of all (`_HASH_CHECK`) says whether an announcement was lost on the way.
+checksum of all (`HASH_CHECK`) says whether an announcement was lost on the way.
 """
 
 from __future__ import annotations
@@ -22,14 +22,13 @@ from app.vehicles.decoders import AutopilotVersion, Heartbeat, HomePosition
 from app.vehicles.gripper_output import GripperChannel, gripper_channel, limit_parameters
 from app.vehicles.identity import Identity
 from app.vehicles.inbox import Inbox
-from app.vehicles.known_parameters import KnownParameters
+from app.vehicles.known_parameters import HASH_CHECK, KnownParameters
 from app.vehicles.measurements import Measurements
 from app.vehicles.parameters import ParameterReader, Value
 
 _ALSO: Final = ("COM_OF_LOSS_T", "COM_OBL_RC_ACT", "COM_RC_IN_MODE", "COM_DL_LOSS_T", "COM_DISARM_PRFLT")
 """Read besides those that rules have a default for."""
 _HEARD_WITHIN_S: Final = 3.0
-_HASH_CHECK: Final = "_HASH_CHECK"
 _STALE_AFTER_S: Final = 30.0
 _WAIT_S: Final = 1.0
 _READINGS: Final = 3
@@ -134,8 +133,8 @@ class FactReader:
         await self._until_complete()
         began_s = time.monotonic()
         names = (*default_facts(kind).parameters, *_ALSO, *function_parameters())
-        values = await self._parameters.read((_HASH_CHECK, *names))
-        checksum = values.pop(_HASH_CHECK, None)
+        values = await self._parameters.read((HASH_CHECK, *names))
+        checksum = values.pop(HASH_CHECK, None)
         if not values:
             raise LinkTimeoutError("the vehicle answers no parameter request")
         limits = limit_parameters(values)
@@ -165,8 +164,8 @@ class FactReader:
         began_s, known, boots = time.monotonic(), self._known, self._boots
         asked = known.unannounced
         with contextlib.suppress(WaydropError):  # the age of what is known says so
-            found = await self._parameters.read((_HASH_CHECK, *asked))
-            checksum = found.pop(_HASH_CHECK, None)
+            found = await self._parameters.read((HASH_CHECK, *asked))
+            checksum = found.pop(HASH_CHECK, None)
             if checksum is None or checksum != self._checksum:
                 rest = known.values.keys() - found.keys()
                 asked |= rest
@@ -184,7 +183,7 @@ class FactReader:
 
     def _ask_silent(self) -> None:
         """Ask again for what never answered. Nobody waits: older firmware says nothing of a parameter that it lacks."""
-        names = frozenset(self._parameters.unanswered) - self._known.values.keys()
+        names = frozenset(self._parameters.unanswered) - self._known.values.keys() - {HASH_CHECK}
         if names and (self._asking is None or self._asking.done()):
             self._asking = asyncio.create_task(self._read_some(names), name="parameters that did not answer")
 

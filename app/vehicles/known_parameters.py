@@ -13,6 +13,8 @@ from app.vehicles.decoders import ParamValue
 from app.vehicles.inbox import Inbox
 from app.vehicles.parameters import Value, value_of
 
+HASH_CHECK: Final = "_HASH_CHECK"
+"""The checksum of all, asked for like a parameter and none."""
 _NOT_LOOKED_UP: Final = 65535
 
 
@@ -76,7 +78,8 @@ class KnownParameters:
         value = value_of(message)
         if value is not None:
             self._told[name] = (value, time.monotonic())
-        if not self.values or (name not in self.values and name not in self._unanswered):
+        is_used = name in self.values or (name in self._unanswered and name != HASH_CHECK)
+        if not (self.values and is_used):
             return
         if value is None:
             self._unclear(name)

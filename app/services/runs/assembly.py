@@ -53,7 +53,8 @@ def assemble(
     watch = FlightWatch(link, leg, recorder, settings, clock, targets)
 
     async def check() -> None:
-        await refuse_changed_vehicle(plan, then, await facts(fresh=True), run.wind or CALM, link.mission_id_of)
+        now, uploaded = await facts(fresh=True), link.mission_id_of(mission)
+        await refuse_changed_vehicle(plan, then.home, now, run.wind or CALM, link.mission_id_of, uploaded)
 
     loaded = _starts_loaded(plan)
     preparation = Preparation(link, mission, recorder, settings, clock, check, closes_gripper=loaded)

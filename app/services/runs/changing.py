@@ -92,7 +92,7 @@ class MissionChanger:
         async with self._turn:
             orders = self._orders
             self._refuse_unfit()
-            facts = await self._facts()
+            facts = await self._facts(fresh=True)
             stored = plan.stored if isinstance(plan, NewPlan) else plan
             pending = await self._prepare(stored, facts, continue_at, by, needed)
             back = await self._way_back(facts, by)

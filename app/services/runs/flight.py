@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 from collections.abc import Awaitable, Callable
+from functools import partial
 from typing import Final
 
 import structlog
@@ -186,9 +187,10 @@ class RunFlight:
                 await self._close(RunState.ABORTED, "aborted before take-off")
                 return False
             self._forget_facts()  # what happened while it stood there, such as a battery swap, is no part of the flight
+            start = partial(self._preparation.start, self._forget_facts)
             by_creation = self._recorder.run.start_requested and not uploaded
             self._start_asked.clear()
-            if await self._step(self._preparation.start, RunState.FAILED if by_creation else RunState.UPLOADED):
+            if await self._step(start, RunState.FAILED if by_creation else RunState.UPLOADED):
                 if self._recorder.run.state is RunState.STARTING:
                     self._recorder.move(RunState.FLYING)
                 if self._abort_asked.is_set():  # it was asked for as the start ended, and must not be lost

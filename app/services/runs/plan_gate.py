@@ -13,7 +13,7 @@ from app.domain.mission import Mission
 from app.domain.plan import Plan
 from app.domain.prediction import Timeline, Wind, predict
 from app.domain.rules import Severity, check_plan
-from app.domain.vehicle import VehicleFacts
+from app.domain.vehicle import GlobalPosition, VehicleFacts
 from app.services.runs.settings import RECORDED_VISITS
 
 
@@ -37,16 +37,21 @@ async def refuse_unfit_plan(plan: Plan, facts: VehicleFacts, wind: Wind) -> None
 
 
 async def refuse_changed_vehicle(
-    plan: Plan, then: VehicleFacts, now: VehicleFacts, wind: Wind, id_of: Callable[[Mission], int]
+    plan: Plan,
+    home: GlobalPosition | None,
+    now: VehicleFacts,
+    wind: Wind,
+    id_of: Callable[[Mission], int],
+    on_board: int,
 ) -> None:
-    """Before arming, with parameters read just now; `then` are the facts that the mission on board was compiled for.
+    """Before arming, with parameters read just now. `on_board` is the id of the mission that the vehicle holds, and
+    `home` the one that it was compiled with: it stays where it is when home moves.
 
     Raises PlanRejectedError, with `parameters_age_s` too.
     """
     try:
         await refuse_unfit_plan(plan, now, wind)
-        alike = replace(now, home=then.home)  # the mission on board stays where it is when home moves
-        if id_of(compile_plan(plan, alike)) != id_of(compile_plan(plan, then)):
+        if id_of(compile_plan(plan, replace(now, home=home))) != on_board:
             raise PlanRejectedError(
                 "the vehicle's parameters changed since the upload: its mission would be another now",
                 hint="abort the run, and order it again",

@@ -82,8 +82,10 @@ class Preparation:
         self._recorder.move(RunState.UPLOADED, f"verified by {verified.verified_by}")
         await self._recorder.flush()
 
-    async def start(self) -> None:
+    async def start(self, at_first_item: Callable[[], None]) -> None:
         """Ready, secure the parcel, arm in Hold, start. If anything fails on the ground the vehicle is disarmed.
+
+        `at_first_item` is called before the arming: what the vehicle told of its mission until then is not flown.
 
         Raises:
             VehicleTakenError: somebody else has armed it, or changed its mode meanwhile.
@@ -97,11 +99,11 @@ class Preparation:
         await self._recorder.flush()
         unsubscribe = self._link.subscribe(self._heard)
         try:
-            await self._start()
+            await self._start(at_first_item)
         finally:
             unsubscribe()
 
-    async def _start(self) -> None:
+    async def _start(self, at_first_item: Callable[[], None]) -> None:
         await self._refuse_unfit()
         await refuse_fast_clock(self._link, self._mission, self._clock)
         await self._hold()
@@ -111,6 +113,7 @@ class Preparation:
         if self._closes_gripper:
             await self._close_gripper()
         await self._link.set_current(0)
+        at_first_item()
         try:
             await self._arm()
             await self._say(RunCommand(command="start_mission"))

@@ -12,6 +12,7 @@ from app.domain.errors import VehicleRefusedError
 from app.domain.mission import MavCmd, MavFrame, Mission, MissionItem, MissionType
 from app.domain.mission_port import UploadProgress
 from app.domain.ports import LinkFact, VehicleLink
+from app.domain.vehicle import FlightMode
 from app.vehicles import LinkSettings, MavsdkLinkSource
 
 F = TypeVar("F")
@@ -141,7 +142,9 @@ async def collected(steps: AsyncIterator[UploadProgress]) -> list[UploadProgress
 
 
 async def armed(link: VehicleLink, within_s: float = 15.0) -> None:
-    """Arm as soon as the vehicle's checks pass."""
+    """Arm in Hold, as soon as the vehicle's checks pass."""
+    if link.state().mode is not FlightMode.HOLD:
+        await link.hold_disarmed()
     deadline_s = time.monotonic() + within_s
     while True:
         try:

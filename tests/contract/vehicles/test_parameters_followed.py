@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import pytest
 
+from app.domain.errors import LinkTimeoutError
 from app.domain.ports import LinkLost, LinkRestored, ParametersChanged, VehicleLink
 from tests.contract.vehicles.driving import Heard, opened_link, until
 from tests.second_station import SecondStation
@@ -72,7 +73,9 @@ async def test_a_vehicle_that_does_not_answer_keeps_nobody_waiting_and_the_age_i
     heard = Heard(stage.link)
     stage.fleet.control("link_cut", True)
     await heard.until(LinkLost, 15.0)
-    facts = await asyncio.wait_for(stage.link.read_facts(fresh=True), 15.0)
+    with pytest.raises(LinkTimeoutError, match="could not be read again"):
+        await asyncio.wait_for(stage.link.read_facts(fresh=True), 15.0)
+    facts = await asyncio.wait_for(stage.link.read_facts(), 15.0)
     assert facts.parameters_age_s is not None
     assert facts.parameters_age_s > 3.0
     stage.fleet.control("link_cut", False)

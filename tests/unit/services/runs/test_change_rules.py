@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from app.domain.errors import PlanRejectedError
@@ -10,7 +12,7 @@ from app.domain.performance import Performance
 from app.domain.prediction import Wind
 from app.domain.rules import check_plan
 from app.domain.run import RunState
-from app.domain.vehicle import LandedState
+from app.domain.vehicle import LandedState, VehicleFacts
 from tests.events import data_of
 from tests.unit.services.runs.desk import Desk, desk
 from tests.unit.services.runs.test_change import Document, clinic_moved, item, store
@@ -69,3 +71,19 @@ async def test_a_change_is_predicted_with_the_wind_of_its_run() -> None:
         changed = data_of(told)["timeline"]
         assert changed["wind"] == {"north_m_s": 3.0, "east_m_s": 0.0, "given": True}
         assert (changed["battery_start_percent"], changed["battery_used_percent"] > 0.0) == (95.0, True)
+
+
+async def test_a_change_in_flight_is_checked_against_parameters_that_are_read_anew() -> None:
+    async with desk() as at:
+        await fly(at)
+        asked: list[bool] = []
+        facts = at.vehicle.facts
+
+        async def read_facts(*, fresh: bool = False) -> VehicleFacts:
+            asked.append(fresh)
+            return replace(facts, parameters={**facts.parameters, "MIS_TKO_LAND_REQ": 3}) if fresh else facts
+
+        at.vehicle.read_facts = read_facts  # type: ignore[method-assign]
+        with pytest.raises(PlanRejectedError):
+            await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
+        assert asked == [True]

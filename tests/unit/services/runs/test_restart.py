@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
+from dataclasses import replace
+
 import pytest
 
 from app.domain.drop import DropOutcome
-from app.domain.errors import LinkTimeoutError
+from app.domain.errors import LinkTimeoutError, WrongStateError
 from app.domain.ports import ItemReached
 from app.domain.run import RunState
 from app.domain.vehicle import LandedState
@@ -157,3 +160,30 @@ async def test_what_was_flown_during_a_restart_shows_at_once() -> None:
         await restarted(at, meanwhile=lambda: at.vehicle.put(mission_seq=2))
         await at.until(lambda: at.run.item_id == "clinic", "progress must show")
         assert at.run.flown_item_ids == ("takeoff", "corner")
+
+
+async def _started(at: Desk) -> bool:
+    """Whether the run takes an order to start; not before the service has seen its vehicle."""
+    try:
+        await at.runs.start(at.run_id, "ann")
+    except WrongStateError:
+        return False
+    return True
+
+
+@pytest.mark.parametrize("is_restarted", [False, True])
+async def test_a_mission_that_would_be_another_now_is_not_started_also_after_a_restart(is_restarted: bool) -> None:
+    async with desk("multicopter-embedded.json") as at:
+        await at.create(start=False)
+        await at.until_state(RunState.UPLOADED)
+        facts = at.vehicle.facts
+        other = replace(facts, parameters={**facts.parameters, "PD_GRIPPER_TO": 7.0})
+        if is_restarted:
+            await restarted(at, meanwhile=lambda: setattr(at.vehicle, "facts", other))
+        else:
+            at.vehicle.facts = other
+        async with asyncio.timeout(5.0):
+            while not await _started(at):
+                await asyncio.sleep(0.01)
+        await at.until(lambda: "its mission would be another now" in at.run.reason, "the start must be refused")
+        assert "arm" not in at.vehicle.sent

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Callable
 
 import pytest
 
 from app.domain.drop import DropOutcome
 from app.domain.errors import LinkTimeoutError, VehicleRefusedError, VehicleTakenError
-from app.domain.ports import Rebooted
+from app.domain.ports import MissionCurrent, Rebooted
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode, LandedState
 from app.domain.vehicle_clock import VehicleClock
@@ -132,8 +133,8 @@ async def test_an_abort_in_the_moment_the_start_ends_is_not_lost() -> None:
         flight = at.runs._flights[at.run_id]
         start = flight._preparation.start
 
-        async def start_and_be_aborted() -> None:
-            await start()
+        async def start_and_be_aborted(at_first_item: Callable[[], None]) -> None:
+            await start(at_first_item)
             flight._abort_asked.set()
 
         flight._preparation.start = start_and_be_aborted  # type: ignore[method-assign]
@@ -180,3 +181,23 @@ async def test_after_a_restart_an_uploaded_run_waits_to_be_started_again() -> No
         await asyncio.sleep(FAST.look_every_s * 10)
         assert at.vehicle.sent == sent
         assert at.run.state is RunState.UPLOADED
+
+
+@pytest.mark.parametrize("plan", ["clinic-run.json", "multicopter-embedded.json"])
+async def test_what_the_vehicle_told_of_its_mission_before_the_arming_is_not_flown(plan: str) -> None:
+    """It was left in Mission mode at the last item: MISSION_CURRENT may tell of it before Hold does."""
+    async with desk(plan) as at:
+        last = len(at.mission.items) - 1
+        at.vehicle.put(mode=FlightMode.MISSION, mission_seq=last)
+
+        async def hold_disarmed() -> None:
+            mission_id = at.vehicle.truth.mission_id
+            at.vehicle.put(MissionCurrent(last, FlightMode.MISSION, mission_id), mission_seq=last)
+            at.vehicle.put(mode=FlightMode.HOLD)
+
+        at.vehicle.hold_disarmed = hold_disarmed  # type: ignore[method-assign]
+        await at.create()
+        await at.until_state(RunState.FLYING)
+        looks = at.vehicle.looks
+        await at.until(lambda: at.vehicle.looks > looks + 3, "it must be looked at")
+        assert at.run.flown_item_ids == ()
