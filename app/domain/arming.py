@@ -29,15 +29,18 @@ def arming_obstacle(mode: FlightMode | None) -> str:
 
 
 def hold_hint(vehicle_id: str) -> str:
-    """How a disarmed vehicle leaves such a mode."""
-    return f"tell it to hold: POST /api/v1/vehicles/{vehicle_id}/hold or `waydrop hold {vehicle_id}`; then start again"
+    """How a disarmed vehicle leaves such a mode: each start tells it to hold, so something keeps it there."""
+    return (
+        "end what keeps it there (a stick, a switch, another ground station), and start again; "
+        f"with its run aborted, `waydrop hold {vehicle_id}` tries it too"
+    )
 
 
 def armed_by_others(vehicle: str, mode: FlightMode | None) -> VehicleTakenError:
     """Of a vehicle that is armed, and nobody here has armed it. `vehicle` is how it is called."""
     return VehicleTakenError(
         f"{vehicle} is armed in {name_of(mode)} mode, and not by Waydrop: a pilot or another ground station has it",
-        hint="land and disarm it, by whoever has it or with land; then start again",
+        hint="whoever has it lands and disarms it, then start again; with its run aborted, Waydrop can land it too",
         mode=None if mode is None else mode.value,
         armed=True,
     )

@@ -18,6 +18,8 @@ _ACTIONS: Final[dict[str, Callable[[VehicleLink], Awaitable[None]]]] = {
     "return": lambda link: link.return_to_launch(),
     "land": lambda link: link.land(),
 }
+_OF_A_RUN: Final = {"hold": "pause", "return": "return", "land": "land"}
+"""What the same is called of a run that flies."""
 
 
 class VehicleCommands:
@@ -44,7 +46,8 @@ class VehicleCommands:
         run_id = self._fleet.vehicle(vehicle_id).run_id
         if run_id is not None:
             raise ConflictError(
-                f"vehicle {vehicle_id} flies run {run_id}", hint=f"use POST /api/v1/runs/{run_id}/{action}"
+                f"run {run_id} has vehicle {vehicle_id}",
+                hint=f"use POST /api/v1/runs/{run_id}/{_OF_A_RUN[action]} in flight; before, abort the run first",
             )
         if not link.state().armed and action != "hold":
             raise ConflictError(
@@ -56,6 +59,7 @@ class VehicleCommands:
         try:
             await _ACTIONS[action](link)
         except WaydropError as error:
+            self._fleet.vehicle(vehicle_id).commanded("")
             with contextlib.suppress(StorageError):
                 await self._record(vehicle_id, action, by, error.detail)
             raise

@@ -33,7 +33,7 @@ def taken_away(state: OffboardState, means: Means, vehicle: VehicleState, comman
     if means is Means.COMMANDS:
         expected = COMMANDED
     if vehicle.mode not in expected:
-        if vehicle.mode in _ON_THE_WAY.get(commanded, ()):
+        if vehicle.mode in _ON_THE_WAY.get(commanded, ()) and not vehicle.in_failsafe:
             return f"{commanded.capitalize()} was commanded"
         mode = "an unknown" if vehicle.mode is None else vehicle.mode.value
         cause = "a failsafe acts" if vehicle.in_failsafe else "commanded by somebody else"

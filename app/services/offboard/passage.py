@@ -214,6 +214,8 @@ class Passage:
         """A commanded wing is in Hold, so that the mode tells nothing of Hold; on the way in and out it is ours."""
         control = self._control
         control.commanded = action
+        if action == "":
+            return  # it was refused: nothing was commanded after all
         if action != "hold":
             control.say_no_last_word()
         elif control.means is Means.COMMANDS and control.state is _S.ACTIVE:

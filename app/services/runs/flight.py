@@ -222,7 +222,7 @@ class RunFlight:
                 return True
             if not isinstance(error, WaydropError):
                 raise error
-            await self._close(on_failure, error.detail)
+            await self._close(on_failure, f"{error.detail}; {error.hint}" if error.hint else error.detail)
             return False
         finally:
             for pending in (task, abort):

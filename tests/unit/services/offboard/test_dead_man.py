@@ -93,6 +93,14 @@ async def test_a_lost_link_a_reboot_and_a_quarantine_end_the_stream(
         assert quad.control.state is OffboardState.IDLE
 
 
+async def test_a_failsafe_is_not_told_as_the_return_that_a_person_asked_for_before() -> None:
+    async with cockpit() as quad:
+        await quad.flown()
+        quad.control.vehicle.commanded("return")  # it was not answered, and the vehicle flies on
+        quad.vehicle.put(mode=FlightMode.RETURN, in_failsafe=True)
+        assert "a failsafe acts" in quad.control.reason
+
+
 @pytest.mark.parametrize("mode", [FlightMode.POSITION, FlightMode.RETURN])
 async def test_a_last_word_that_is_not_answered_yet_is_not_said_to_a_pilot(mode: FlightMode) -> None:
     async with cockpit() as quad:

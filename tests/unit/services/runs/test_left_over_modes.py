@@ -8,9 +8,16 @@ from dataclasses import replace
 
 import pytest
 
-from app.domain.errors import LinkTimeoutError, VehicleQuarantinedError, VehicleRefusedError, VehicleTakenError
+from app.domain.errors import (
+    ConflictError,
+    LinkTimeoutError,
+    VehicleQuarantinedError,
+    VehicleRefusedError,
+    VehicleTakenError,
+)
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode, LandedState
+from app.services.vehicle_commands import VehicleCommands
 from tests.events import data_of
 from tests.unit.services.runs.desk import FAST, Desk, desk
 
@@ -43,7 +50,18 @@ async def test_a_vehicle_that_stays_in_its_mode_is_not_armed_and_the_reason_name
         await at.until_state(RunState.FAILED)
         assert "disarmed in OFFBOARD mode, and PX4 arms it there only with a setpoint stream" in at.run.reason
         assert "refused to enter hold mode" in at.run.reason
+        assert "end what keeps it there" in at.run.reason, "the remedy stays with the run"
         assert "arm" not in at.vehicle.sent
+
+
+async def test_a_vehicle_on_which_a_run_waits_says_what_its_own_commands_are() -> None:
+    async with desk() as at:
+        await at.create(start=False)
+        await at.until_state(RunState.UPLOADED)
+        with pytest.raises(ConflictError) as refused:
+            await VehicleCommands(at.fleet, at.journal).hold("v1", "ann")
+        assert f"POST /api/v1/runs/{at.run_id}/pause" in refused.value.hint
+        assert "abort the run first" in refused.value.hint
 
 
 @pytest.mark.parametrize(
