@@ -1,26 +1,16 @@
-"""The fence as areas in local metres, and the paths that a plan draws over the ground."""
+"""The fence as areas in local metres."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 
-from shapely import LineString, Point, Polygon, intersection_all, prepare, union_all
+from shapely import Point, Polygon, intersection_all, prepare, union_all
 from shapely.geometry.base import BaseGeometry
 
-from app.domain.default_facts import parameter
 from app.domain.geo import LocalProjection
-from app.domain.landing_pattern import landing_pattern
-from app.domain.plan.document import Plan
 from app.domain.plan.geofence import FenceCircle, FencePolygon, Geofence
-from app.domain.plan.items import Jump, Land, Loiter, ReturnToLaunch, Takeoff
-from app.domain.plan.walk import Carried, Place, Step
-from app.domain.prediction.flight import flight_of
-from app.domain.prediction.path_return import positions_of
-from app.domain.prediction.return_ends import return_ends
-from app.domain.prediction.usable_facts import usable_facts
-from app.domain.vehicle import FirmwareVersion, GlobalPosition, VehicleFacts, VehicleType
+from app.domain.vehicle import FirmwareVersion
 
 _SEGMENTS = 32
 """Of a quarter circle. An inclusion is drawn inside its circle, an exclusion around it: both err to the safe side."""
@@ -46,14 +36,6 @@ class FenceArea:
         """How near the path comes to the edge of what is allowed; infinite without a fence."""
         room_m = math.inf if self.inside is None else float(self.inside.boundary.distance(path))
         return room_m if self.outside is None else min(room_m, float(self.outside.distance(path)))
-
-
-@dataclass(frozen=True, slots=True)
-class GroundPath:
-    """What one step draws over the ground: a leg, a circle, an approach."""
-
-    step: Step
-    shape: BaseGeometry
 
 
 def needs_all_inclusions(firmware: FirmwareVersion | None) -> bool:
@@ -86,51 +68,6 @@ def is_simple_polygon(shape: Polygon) -> bool:
     return bool(shape.is_valid) and shape.area >= MIN_AREA_M2
 
 
-def ground_paths(
-    plan: Plan, steps: tuple[Step, ...], home: GlobalPosition, facts: VehicleFacts, projection: LocalProjection
-) -> Iterator[GroundPath]:
-    """All paths of a plan, those of its jumps too, and of its return to wherever RTL_TYPE may send it."""
-    ends = {step.item.id: step.end for step in steps}
-    for step in steps:
-        item = step.item
-        if isinstance(item, Land) and facts.vehicle_type is VehicleType.FIXED_WING:
-            yield GroundPath(step, _approach_shape(item, step, home, facts, projection))
-        elif isinstance(item, Jump):
-            if item.target in ends:
-                yield GroundPath(step, _line(step.start, ends[item.target], projection))
-        elif isinstance(item, ReturnToLaunch):
-            yield from _return_paths(plan, step, facts, projection)
-        else:
-            yield GroundPath(step, _line(step.start, step.end, projection))
-        if isinstance(item, Loiter) and step.after in (Carried.FIXED_WING, Carried.BUOYANCY):
-            radius_m = abs(item.radius_m or parameter(facts, "NAV_LOITER_RAD"))
-            yield GroundPath(step, point_of(step.end, projection).buffer(radius_m, quad_segs=_SEGMENTS))
-        elif isinstance(item, Takeoff):
-            yield GroundPath(step, point_of(step.start, projection))
-
-
-def _return_paths(plan: Plan, step: Step, facts: VehicleFacts, projection: LocalProjection) -> Iterator[GroundPath]:
-    flight, here = flight_of(plan, usable_facts(facts)), point_of(step.start, projection)
-    for end in return_ends(flight, (here.x, here.y), positions_of(flight, plan), step.index):
-        there = Point(end)
-        yield GroundPath(step, here if here.distance(there) == 0 else LineString([here, there]))
-
-
-def point_of(place: Place, projection: LocalProjection) -> Point:
-    """A place in local metres."""
-    return Point(projection.to_local(place.latitude_deg, place.longitude_deg))
-
-
-def _approach_shape(
-    item: Land, step: Step, home: GlobalPosition, facts: VehicleFacts, projection: LocalProjection
-) -> BaseGeometry:
-    """The way to the circle, the circle, and both possible tangents to the touchdown."""
-    pattern = landing_pattern(item, step.start, home, facts)
-    circle = point_of(pattern.circle, projection).buffer(abs(pattern.radius_m), quad_segs=_SEGMENTS)
-    tangents = union_all([circle, point_of(pattern.touchdown, projection)]).convex_hull
-    return union_all([tangents, _line(step.start, pattern.circle, projection)])
-
-
 def _circle_shape(circle: FenceCircle, projection: LocalProjection) -> Polygon:
     centre = Point(projection.to_local(circle.latitude_deg, circle.longitude_deg))
     widen = 1.0 if circle.kind == "inclusion" else 1.0 / math.cos(math.pi / (4 * _SEGMENTS))
@@ -152,8 +89,3 @@ def _union(shapes: list[BaseGeometry]) -> BaseGeometry | None:
     area = union_all(shapes)
     prepare(area)
     return area
-
-
-def _line(start: Place, end: Place, projection: LocalProjection) -> BaseGeometry:
-    first, last = point_of(start, projection), point_of(end, projection)
-    return first if first.distance(last) == 0 else LineString([first, last])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 from app.domain.compiler.drop_items import EMBEDDED_HOLD_S, bound_s, settle_s, stop_radius_m
 from app.domain.consent import CONSENT_MARGIN_S
@@ -193,9 +194,34 @@ def _return(flight: Flight, before: Motion, step: Step, speed_m_s: float, ahead:
         return path_return.fly(flight, before, step, ahead.positions, speed_m_s)
     landing = next((place.point for place in ahead.positions if place.lands), None)
     to = return_to_launch.destination(flight, before, landing)
+    up_m = return_to_launch.return_up_m(flight, before, to)
+    round_it, at = Effort(0.0, 0.0, before), before
+    for corner, following in pairwise(return_to_launch.way_of(flight, before.point, to)):
+        round_it = _after(round_it, _to_corner(flight, at, step, speed_m_s, corner, following, up_m))
+        at = round_it.end
+    home = _return_straight(flight, at, step, speed_m_s, to, up_m)
+    return home if at is before else _after(round_it, home)
+
+
+def _to_corner(
+    flight: Flight, at: Motion, step: Step, speed_m_s: float, corner: Point, following: Point, up_m: float
+) -> Effort:
+    """A leg of a return round the fence."""
+    match step.before:
+        case Carried.WHEELS:
+            return wheels.drive(flight, at, corner, following, speed_m_s)
+        case Carried.BUOYANCY:
+            return buoyant.fly(flight, at, corner, up_m, speed_m_s)
+        case Carried.FIXED_WING:
+            return wing.fly(flight, at, corner, up_m, max(speed_m_s, 1.0))
+        case _:
+            target = rotary.Target(corner, up_m, parameter(flight.facts, "NAV_ACC_RAD"), following, up_m)
+            return rotary.fly(flight, at, target, max(speed_m_s, 0.1))
+
+
+def _return_straight(flight: Flight, before: Motion, step: Step, speed_m_s: float, to: Point, up_m: float) -> Effort:
     if step.before is Carried.WHEELS:
         return wheels.drive(flight, before, to, None, speed_m_s)
-    up_m = return_to_launch.return_up_m(flight, before, to)
     if step.before is Carried.BUOYANCY:
         return buoyant.fly(flight, before, to, up_m, speed_m_s)
     climbed_m = max(0.0, up_m - before.up_m)

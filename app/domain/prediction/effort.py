@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from app.domain.fence_area import FenceArea
 from app.domain.geo import LocalProjection
 from app.domain.prediction.motion import Motion, Point
 from app.domain.prediction.wind import CALM, Wind
@@ -26,12 +27,13 @@ class Effort:
 
 @dataclass(frozen=True, slots=True)
 class Flight:
-    """The vehicle, its home, the wind, and the rally points (east and north of home)."""
+    """The vehicle, its home, the wind, the rally points and the fence (east and north of home)."""
 
     facts: VehicleFacts
     home: GlobalPosition
     wind: Wind = CALM
     rally_points: tuple[Point, ...] = field(default=())
+    fence: FenceArea | None = None
 
     @property
     def _projection(self) -> LocalProjection:

@@ -5,7 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from shapely import LineString
+
 from app.domain.default_facts import parameter
+from app.domain.fence_route import flies_round, margin_m, way_round
 from app.domain.prediction.effort import Flight
 from app.domain.prediction.motion import Motion, Point
 from app.domain.vehicle import VehicleFacts
@@ -42,6 +45,14 @@ def destinations(flight: Flight, here: Motion, landing: Point | None) -> Sequenc
             places = rally
     nearest_m = min((here.away_m(place) for place in places), default=0.0)
     return [place for place in places if here.away_m(place) <= nearest_m + NEARLY_M] or [HOME]
+
+
+def way_of(flight: Flight, here: Point, to: Point) -> tuple[Point, ...]:
+    """The corners of a direct return, the place itself last: round the fence with firmware that flies so."""
+    if flight.fence is None or flight.fence.allows(LineString([here, to])) or not flies_round(flight.facts):
+        return (to,)
+    way = way_round(flight.fence, here, to, margin_m(flight.facts))
+    return (to,) if way is None else way[1:]
 
 
 def return_up_m(flight: Flight, here: Motion, to: Point) -> float:

@@ -6,12 +6,18 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Final
 
+from shapely import LineString
+
 from app.domain.acceptance import switch_distance_m
 from app.domain.default_facts import HOME
-from app.domain.fence_area import FenceArea, GroundPath, ground_paths, is_simple_polygon, point_of, polygon_shape
+from app.domain.fence_area import FenceArea, is_simple_polygon, polygon_shape
+from app.domain.fence_route import flies_round, length_m, margin_m, way_round
 from app.domain.finding import Severity, json_pointer
+from app.domain.ground_paths import GroundPath, ground_paths, point_of
 from app.domain.plan.items import Jump, Land, Loiter, ReturnToLaunch, Takeoff, Waypoint
 from app.domain.plan.walk import Carried, Place
+from app.domain.prediction.motion import Point
+from app.domain.prediction.return_to_launch import follows_mission
 from app.domain.rules.places import from_home_m, planned_places
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 
@@ -44,7 +50,7 @@ def _legs_inside(context: RuleContext) -> Iterator[Violation]:
     first = min((step.index for step in context.steps if isinstance(step.item, _WITH_PLACE)), default=0)
     for path in _paths(context):
         step = path.step
-        if step.index in broken or area.allows(path.shape):
+        if step.index in broken or area.allows(path.shape) or _way_round(context, area, path) is not None:
             continue
         broken.add(step.index)
         inside = _allows(context, area, step.end) and not isinstance(step.item, Loiter)
@@ -57,6 +63,35 @@ def _legs_inside(context: RuleContext) -> Iterator[Violation]:
         hint = "stay in the inclusions and out of the exclusions: add a waypoint that goes round, or change the fence"
         from_home = step.index <= first or _is_beyond_flat_earth(path)
         yield replace(at_item(step, message, hint), assumed=(HOME,) if from_home and not context.knows_home else ())
+
+
+def _returns_round(context: RuleContext) -> Iterator[Violation]:
+    area = context.fence
+    if area is None:
+        return
+    told: set[int] = set()
+    for path in _paths(context):
+        if path.step.index in told or area.allows(path.shape):
+            continue
+        if (way := _way_round(context, area, path)) is not None:
+            told.add(path.step.index)
+            message = (
+                f"the straight way of the return leaves the fence: the vehicle flies {length_m(way):.0f} m round it "
+                f"instead of {path.shape.length:.0f} m"
+            )
+            hint = "firmware that was built without geofence avoidance flies straight: try it, or let the way be free"
+            yield at_item(path.step, message, hint)
+
+
+def _way_round(context: RuleContext, area: FenceArea, path: GroundPath) -> tuple[Point, ...] | None:
+    """The way of a direct return that the firmware flies round the fence; None for any other path, or without one."""
+    ends = list(path.shape.coords) if isinstance(path.shape, LineString) else []
+    if not isinstance(path.step.item, ReturnToLaunch) or not ends or follows_mission(context.facts):
+        return None
+    if not flies_round(context.facts):
+        return None
+    (here_east_m, here_north_m), (east_m, north_m) = ends[0], ends[-1]
+    return way_round(area, (here_east_m, here_north_m), (east_m, north_m), margin_m(context.facts))
 
 
 def _is_beyond_flat_earth(path: GroundPath) -> bool:
@@ -141,6 +176,13 @@ RULES = (
         "PX4 checks the waypoints against the fence and not the way between them; in flight it stops at the fence.",
         "PX4 FeasibilityChecker and issues 22362, 22394; the check of legs is ours.",
         _legs_inside,
+    ),
+    Rule(
+        "geofence.return_round",
+        Severity.WARNING,
+        "From v1.19 on PX4 flies a direct return round the fence, unless it was built without that.",
+        "PX4 PR 27145, RTLPlanner; CONFIG_NAVIGATOR_GEOFENCE_AVOIDANCE.",
+        _returns_round,
     ),
     Rule(
         "geofence.rally_outside",

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from app.domain.fence_area import point_of
 from app.domain.finding import Severity
 from app.domain.geo import distance_m
+from app.domain.ground_paths import point_of
 from app.domain.plan.drops import DropUse
 from app.domain.plan.fields import Point
 from app.domain.plan.items import Gripper, Jump, Waypoint

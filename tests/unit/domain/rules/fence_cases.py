@@ -25,6 +25,12 @@ BOW_TIE: Json = {"kind": "inclusion", "vertices": [at(-50, -50), at(150, 50), at
 RALLY: Json = at(60, 90, relative_altitude_m=20)
 PILLAR = {"circles": [circle("exclusion", 100, 90, 10)]}
 """On the straight way to the rally point, and not on the way home."""
+ON_THE_WAY_HOME = {"polygons": [square("exclusion", 30, 45, 5)]}
+WALLED_IN = (
+    {"kind": "inclusion", "vertices": [at(-20, -20), at(80, -20), at(80, 110), at(-20, 110)]},
+    {"kind": "exclusion", "vertices": [at(-30, 60), at(45, 60), at(45, 64), at(-30, 64)]},
+)
+"""A wall that leaves less room than the margins on both of its sides."""
 TWO_AROUND_HOME = {"polygons": [square("inclusion", 50, 0, 100), square("inclusion", 0, 0, 60)]}
 
 GEOFENCE_CASES = [
@@ -67,6 +73,32 @@ GEOFENCE_CASES = [
         multicopter(waypoint(60), waypoint(60, 90), geofence={"polygons": [square("exclusion", 30, 45, 5)]}),
         multicopter(waypoint(60), waypoint(60, 90), geofence={"polygons": [square("exclusion", 15, 45, 5)]}),
         about="the way home",
+    ),
+    Case(
+        "geofence.leg_outside",
+        "/items/3",
+        multicopter(waypoint(60), waypoint(60, 90), geofence=ON_THE_WAY_HOME),
+        multicopter(waypoint(60), waypoint(60, 90), geofence=ON_THE_WAY_HOME),
+        facts(firmware=(1, 18, 0)),
+        facts(firmware=(1, 19, 0)),
+        about="the way home, round which only newer firmware flies",
+    ),
+    Case(
+        "geofence.leg_outside",
+        "/items/3",
+        multicopter(waypoint(60), waypoint(60, 90), geofence={"polygons": [*WALLED_IN]}),
+        multicopter(waypoint(60), waypoint(60, 90), geofence=ON_THE_WAY_HOME),
+        facts(firmware=(1, 19, 0)),
+        facts(firmware=(1, 19, 0)),
+        about="the way home, round which there is none",
+    ),
+    Case(
+        "geofence.return_round",
+        "/items/3",
+        multicopter(waypoint(60), waypoint(60, 90), geofence=ON_THE_WAY_HOME),
+        multicopter(waypoint(60), waypoint(60, 90), geofence={"polygons": [square("exclusion", 15, 45, 5)]}),
+        facts(firmware=(1, 19, 0)),
+        facts(firmware=(1, 19, 0)),
     ),
     Case(
         "geofence.leg_outside",
