@@ -79,6 +79,8 @@ _LAYOUTS: dict[str, tuple[int, str]] = {
     "navigator_takeoff_default_alt": (102, "f"),
     "rtl_completed_loiter": (102, ""),
     "rtl_destination_breaches": (100, ""),
+    "rtl_avoiding_geofence": (102, ""),
+    "rtl_avoidance_runtime_fallback": (50, ""),
     "rtl_land_at_destination": (102, ""),
     "rtl_mission_land_climb": (102, "i"),
     "vrtl_return_at": (102, "ii"),

@@ -30,6 +30,8 @@ class FirmwareProfile:
     """Mission items with a value in a parameter their command does not use are refused (since v1.18)."""
     names_fence_limit: bool
     """A breached fence's text says which limit was exceeded (since v1.15)."""
+    returns_round_fence: bool
+    """A direct return is planned round the fence (since v1.19)."""
     command_timeout_param: str
     guidance_params: tuple[str, ...]
     guidance_factor: float
@@ -61,6 +63,7 @@ PX4_MAIN = FirmwareProfile(
     reports_param_errors=True,
     unused_params_must_be_empty=True,
     names_fence_limit=True,
+    returns_round_fence=True,
     command_timeout_param="MIS_COMMAND_TOUT",
     guidance_params=NPFG,
     guidance_factor=1.0,
@@ -77,6 +80,7 @@ PX4_1_14 = FirmwareProfile(
     reports_param_errors=False,
     unused_params_must_be_empty=False,
     names_fence_limit=False,
+    returns_round_fence=False,
     command_timeout_param="MIS_PD_TO",
     guidance_params=NPFG,
     guidance_factor=1.0,
@@ -95,6 +99,7 @@ PX4_1_13 = FirmwareProfile(
     reports_param_errors=False,
     unused_params_must_be_empty=False,
     names_fence_limit=False,
+    returns_round_fence=False,
     command_timeout_param="MIS_PD_TO",
     guidance_params=L1,
     guidance_factor=1.0 / math.pi,

@@ -18,7 +18,9 @@ Point = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class _Area:
+class FenceArea:
+    """A polygon with `vertices`, or a circle without; north and east of the frame's origin."""
+
     inclusion: bool
     vertices: tuple[Point, ...] = ()
     centre: Point = (0.0, 0.0)
@@ -53,7 +55,7 @@ class Geofence:
     """Built from the stored fence items; a polygon with missing vertices contains nothing [05_fence_rally]."""
 
     def __init__(self, items: tuple[Item, ...], frame: LocalFrame) -> None:
-        self._areas: list[_Area] = []
+        self._areas: list[FenceArea] = []
         index = 0
         while index < len(items):
             item = items[index]
@@ -61,19 +63,24 @@ class Geofence:
                 count = int(item.param1)
                 points = [frame.to_local(i.latitude_deg, i.longitude_deg) for i in items[index : index + count]]
                 inclusion = item.command == POLYGON_INCLUSION
-                self._areas.append(_Area(inclusion, tuple(points), complete=len(points) == count))
+                self._areas.append(FenceArea(inclusion, tuple(points), complete=len(points) == count))
                 index += count
                 continue
             if item.command in (CIRCLE_INCLUSION, CIRCLE_EXCLUSION):
                 centre = frame.to_local(item.latitude_deg, item.longitude_deg)
                 inclusion = item.command == CIRCLE_INCLUSION
-                self._areas.append(_Area(inclusion, centre=centre, radius_m=item.param1))
+                self._areas.append(FenceArea(inclusion, centre=centre, radius_m=item.param1))
             index += 1
 
     @property
     def empty(self) -> bool:
         """No usable area."""
         return not self._areas
+
+    @property
+    def areas(self) -> tuple[FenceArea, ...]:
+        """All of them."""
+        return tuple(self._areas)
 
     @property
     def first_point(self) -> Point | None:

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections import deque
+from collections.abc import Callable
 from enum import Enum, auto
 
+from app.simulator.mission.geofence import Geofence
 from app.simulator.navigator.context import NavContext
+from app.simulator.navigator.fence_planner import FencePlanner, Place, avoidance_margin_m
 from app.simulator.navigator.return_altitude import return_up_m
 from app.simulator.setpoint import SetpointKind
 from app.simulator.wire import Cmd, Severity, VtolState
@@ -17,6 +21,8 @@ ROUNDING_M = 0.01
 
 class _Stage(Enum):
     CLIMB = auto()
+    AVOID_FENCE = auto()
+    """From corner to corner round the fence."""
     MOVE_TO_LOITER = auto()
     LOITER_DOWN = auto()
     """To RTL_DESCEND_ALT; what hovers comes down here only when it has to wait."""
@@ -30,8 +36,11 @@ class _Stage(Enum):
 class DirectReturn:
     """To one point."""
 
-    def __init__(self, context: NavContext) -> None:
+    def __init__(self, context: NavContext, fence: Callable[[], Geofence]) -> None:
         self._context = context
+        self._fence = fence
+        self._corners: deque[Place] = deque()
+        self._corner: Place = (0.0, 0.0)
         self._stage = _Stage.CLIMB
         self._since_s = 0.0
         self._destination = (0.0, 0.0)
@@ -47,8 +56,10 @@ class DirectReturn:
         """Begin."""
         context = self._context
         self._destination, self._ground_m = destination, context.home.up_m
+        self._corner = destination
         self._finished = False
         self._up_m = return_up_m(context, destination, self._ground_m)
+        self._corners.clear()
         if context.airframe.is_rover:
             self._enter(_Stage.LAND)
         above_m, amsl_m = self._up_m - self._ground_m, context.frame.altitude_m + self._up_m
@@ -56,7 +67,24 @@ class DirectReturn:
         context.text(Severity.INFO, f"RTL: start return at {amsl} m ({above} m above destination)")
         context.event("vrtl_return_at")
         if not context.airframe.is_rover:
+            self._plan()
             self._enter(_Stage.CLIMB)
+
+    def _plan(self) -> None:
+        """The way round the fence, from where it is now."""
+        context, fence = self._context, self._fence()
+        if not context.profile.returns_round_fence or fence.first_point is None:
+            return
+        body = context.state.body
+        planner = FencePlanner(fence, avoidance_margin_m(context))
+        corners = planner.corners((body.north_m, body.east_m), self._destination)
+        if corners is None:
+            context.text(Severity.CRITICAL, "RTL: no geofence avoidance path; flying directly")
+            context.event("rtl_avoidance_runtime_fallback")
+        elif corners:
+            self._corners.extend(corners)
+            context.text(Severity.INFO, "RTL: avoiding geofence")
+            context.event("rtl_avoiding_geofence")
 
     def step(self) -> None:
         """One cycle."""
@@ -70,8 +98,8 @@ class DirectReturn:
     def _following(self) -> _Stage:
         waits = float(self._context.params["RTL_LAND_DELAY"]) != 0.0
         match self._stage:
-            case _Stage.CLIMB:
-                return _Stage.MOVE_TO_LOITER
+            case _Stage.CLIMB | _Stage.AVOID_FENCE:
+                return _Stage.AVOID_FENCE if self._corners else _Stage.MOVE_TO_LOITER
             case _Stage.MOVE_TO_LOITER:
                 return _Stage.LOITER_DOWN if waits or self._context.flies_like_plane else _Stage.LAND
             case _Stage.LOITER_DOWN:
@@ -92,6 +120,14 @@ class DirectReturn:
         match stage:
             case _Stage.CLIMB:
                 context.set_point(SetpointKind.LOITER, context.stop_point(), self._up_m)
+            case _Stage.AVOID_FENCE:
+                body, first = context.state.body, self._corner == self._destination
+                before = (body.north_m, body.east_m) if first else self._corner
+                self._corner = self._corners.popleft()
+                following = self._corners[0] if self._corners else self._destination
+                context.set_point(
+                    SetpointKind.POSITION, self._corner, self._up_m, next_point=following, previous=before
+                )
             case _Stage.MOVE_TO_LOITER:
                 self._move(SetpointKind.LOITER if flies_on else SetpointKind.POSITION, self._up_m)
             case _Stage.LOITER_DOWN | _Stage.LOITER_HOLD:
@@ -122,6 +158,8 @@ class DirectReturn:
         match self._stage:
             case _Stage.CLIMB:
                 return context.state.body.up_m >= self._up_m - self._tolerance_m
+            case _Stage.AVOID_FENCE:
+                return self._is_at_corner()
             case _Stage.LOITER_DOWN:
                 return self._is_there() and abs(context.state.body.up_m - self._loiter_up_m) <= self._tolerance_m
             case _Stage.LOITER_HOLD:
@@ -130,6 +168,13 @@ class DirectReturn:
             case _Stage.MOVE_TO_LAND_HOVER if context.state.status.vtol_state == VtolState.TRANSITION_TO_MC:
                 return False
         return self._is_there()
+
+    def _is_at_corner(self) -> bool:
+        context, body = self._context, self._context.state.body
+        radius_m = float(context.params["NAV_ACC_RAD"])
+        if context.flies_like_plane:
+            radius_m = max(radius_m, body.ground_speed_m_s * context.profile.switch_distance_s(context.params))
+        return math.dist((body.north_m, body.east_m), self._corner) <= radius_m
 
     def _is_there(self) -> bool:
         """NAV_ACC_RAD; a wing that circles there is there on its orbit."""

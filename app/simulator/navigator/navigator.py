@@ -47,7 +47,7 @@ class Navigator:
         self._mission = mission
         self._takeoff = takeoff
         self._land = LandMode(context)
-        self._return = ReturnMode(context, store, mission.result, mission.jumps)
+        self._return = ReturnMode(context, store, mission.result, mission.jumps, lambda: self._fence)
         self._change_mode = change_mode
         self._modes: dict[Mode, FlightMode] = {
             Mode.MISSION: mission,

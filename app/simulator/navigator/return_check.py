@@ -6,6 +6,7 @@ import math
 
 from app.simulator.mission.geofence import Geofence
 from app.simulator.navigator.context import NavContext
+from app.simulator.navigator.fence_planner import avoidance_margin_m
 from app.simulator.wire import Mode, Severity
 
 CHECK_S = 2.0
@@ -39,16 +40,10 @@ class ReturnCheck:
         if math.dist(destination, self._checked) < SAME_M:
             return
         self._checked = destination
-        if not self._fence.keeps_off(destination, self._margin_m()):
+        if not self._fence.keeps_off(destination, avoidance_margin_m(context)):
             context.text(Severity.WARNING, "RTL destination breaches geofence, will fly directly")
             context.event("rtl_destination_breaches")
 
     def boot(self) -> None:
         """Power-up."""
         self._due_s = 0.0
-
-    def _margin_m(self) -> float:
-        airframe, params = self._context.airframe, self._context.params
-        if airframe.is_fixed_wing or airframe.is_vtol:
-            return abs(float(params["NAV_LOITER_RAD"]))
-        return 2.0 * float(params["NAV_ACC_RAD"])

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+from app.simulator.mission.geofence import Geofence
 from app.simulator.mission.store import MissionStore
 from app.simulator.navigator.context import NavContext
 from app.simulator.navigator.direct_return import DirectReturn
@@ -15,11 +18,18 @@ from app.simulator.setpoint import SetpointKind
 class ReturnMode:
     """`from_mission` is written by the navigator before `activate`: whether mission mode was flown until now."""
 
-    def __init__(self, context: NavContext, store: MissionStore, result: MissionResult, jumps: JumpCounter) -> None:
+    def __init__(
+        self,
+        context: NavContext,
+        store: MissionStore,
+        result: MissionResult,
+        jumps: JumpCounter,
+        fence: Callable[[], Geofence],
+    ) -> None:
         self.from_mission = False
         self._context = context
         self._destination = ReturnDestination(context, store, result)
-        self._direct = DirectReturn(context)
+        self._direct = DirectReturn(context, fence)
         self._path = PathReturn(context, store, result, jumps)
         self._flown: DirectReturn | PathReturn = self._direct
 

@@ -6,6 +6,8 @@ import math
 
 import pytest
 
+from app.simulator.mission.geofence import Geofence
+from app.simulator.mission.item import Item
 from app.simulator.navigator.direct_return import DirectReturn
 from app.simulator.params import Value
 from app.simulator.setpoint import SetpointKind
@@ -19,10 +21,13 @@ AMONG: dict[str, Value] = {"RTL_RETURN_ALT": 45.0, "RTL_DESCEND_ALT": 25.0, "RTL
 
 
 class Returning:
-    def __init__(self, airframe: str = "quad", at: Place = (0.0, 0.0, 20.0), **params: Value) -> None:
+    def __init__(
+        self, airframe: str = "quad", at: Place = (0.0, 0.0, 20.0), fence: tuple[Item, ...] = (), **params: Value
+    ) -> None:
         self.air = Airborne(airframe, at, **{**AMONG, **params})
         self.air.status.home = Home(0.0, 0.0, 5.0)
-        self.way = DirectReturn(self.air.context)
+        self.fence = Geofence(fence, self.air.context.frame)
+        self.way = DirectReturn(self.air.context, lambda: self.fence)
         self.way.start(GOAL)
         self.setpoint = self.air.context.setpoint
 
@@ -220,7 +225,7 @@ def test_who_stands_already_has_landed_at_homes_height() -> None:
     air = Airborne()
     air.status.home = Home(0.0, 0.0, 5.0)
     air.land()
-    way = DirectReturn(air.context)
+    way = DirectReturn(air.context, lambda: Geofence((), air.context.frame))
     way.stand()
     air.run(way.step, 1.0)
     assert idles(air) == 1

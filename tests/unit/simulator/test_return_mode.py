@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from app.simulator.mission.fence_item import POLYGON_EXCLUSION
+from app.simulator.mission.geofence import Geofence
+from app.simulator.mission.item import Item
 from app.simulator.navigator.direct_return import DirectReturn
 from app.simulator.params import Value
 from app.simulator.setpoint import SetpointKind
@@ -18,7 +21,7 @@ def returning(airframe: str, north_m: float, up_m: float, **params: float) -> tu
     vehicle.state.status.home = Home(0.0, 0.0, 0.0)
     vehicle.state.status.land = LandDetected(landed=False)
     vehicle.state.body.north_m, vehicle.state.body.up_m = north_m, up_m
-    way = DirectReturn(vehicle.context)
+    way = DirectReturn(vehicle.context, lambda: Geofence((), vehicle.context.frame))
     way.start((0.0, 0.0))
     return cockpit, way
 
@@ -114,3 +117,49 @@ def test_a_vtol_on_its_wing_comes_down_in_circles_and_changes_back_before_it_lan
     assert (3000, 3.0) in [(message.command, message.param1) for message in cockpit.messages("COMMAND_LONG")]
     cockpit.until(lambda: not cockpit.armed)
     assert cockpit.distance_to(0.0, 0.0) < 1.0
+
+
+WALL = (30.0, -40.0, 70.0, 40.0)
+"""South, west, north and east edge of an exclusion between the vehicle and home."""
+
+
+def wall(cockpit: Cockpit) -> tuple[Item, ...]:
+    """The exclusion's corners."""
+    south, west, north, east = WALL
+    places = [(south, west), (north, west), (north, east), (south, east)]
+    frame = cockpit.vehicle.context.frame
+    return tuple(fence_corner(frame.to_global(*place), len(places)) for place in places)
+
+
+def fence_corner(place: tuple[float, float], count: int) -> Item:
+    latitude_deg, longitude_deg = place
+    x, y = round(latitude_deg * 1e7), round(longitude_deg * 1e7)
+    return Item(POLYGON_EXCLUSION, 0, 1, float(count), 0.0, 0.0, 0.0, x, y, 0.0)
+
+
+@pytest.mark.parametrize("firmware", ["px4-main", "px4-1.14"])
+def test_newer_firmware_flies_round_an_exclusion_on_its_way_and_says_so(firmware: str) -> None:
+    cockpit = Cockpit("quad", firmware=firmware, ready=False)
+    vehicle = cockpit.vehicle
+    vehicle.state.status.home = Home(0.0, 0.0, 0.0)
+    vehicle.state.status.land = LandDetected(landed=False)
+    body = vehicle.state.body
+    body.north_m, body.up_m = 100.0, 40.0
+    way = DirectReturn(vehicle.context, lambda: Geofence(wall(cockpit), vehicle.context.frame))
+    way.start((0.0, 0.0))
+    visited = [vehicle.context.setpoint.point]
+    for _ in range(200):
+        body.north_m, body.east_m = vehicle.context.setpoint.point
+        way.step()
+        if vehicle.context.setpoint.point != visited[-1]:
+            visited.append(vehicle.context.setpoint.point)
+    corners = [(round(north), round(east)) for north, east in visited[1:-1]]
+    margin_m = 2 * float(vehicle.context.params["NAV_ACC_RAD"])
+    if firmware == "px4-main":
+        aside_m = 40 + margin_m
+        assert [(north, abs(east)) for north, east in corners] == [(70 + margin_m, aside_m), (30 - margin_m, aside_m)]
+    else:
+        assert corners == []
+    assert visited[-1] == (0.0, 0.0)
+    cockpit.fly(0.5)
+    assert ("RTL: avoiding geofence" in cockpit.texts()) == (firmware == "px4-main")

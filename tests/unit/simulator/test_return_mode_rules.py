@@ -28,7 +28,7 @@ def entered(
     air.upload(PLANS)
     air.store.current_seq = 1
     air.land(landed)
-    mode = ReturnMode(air.context, air.store, air.result, JumpCounter())
+    mode = ReturnMode(air.context, air.store, air.result, JumpCounter(), lambda: Geofence((), air.context.frame))
     mode.from_mission = from_mission
     mode.activate()
     air.run(mode.step)
