@@ -65,6 +65,8 @@ class MissionTransfer:
         self._wall = wall
         self._state = _State.IDLE
         self._transfer: _Transfer | None = None
+        self._partners: dict[int, tuple[Sender, tuple[int, int]]] = {}
+        """Who transferred a list last, by link."""
         self._last_upload: tuple[int, int] | None = None
         """Type and count of the last complete upload: a repeated last item is acknowledged again."""
         self._int_mode = True
@@ -78,8 +80,17 @@ class MissionTransfer:
     def reset(self) -> None:
         """A reboot: the transfer is forgotten."""
         self._end()
+        self._partners.clear()
         self._last_upload = None
         self._int_mode = True
+
+    def tell_changed(self, seq: int) -> None:
+        """A DO_JUMP was taken: PX4 sends its item again, unasked, to whom each link had its last transfer with."""
+        if self.busy or seq >= len(self._store.mission.items):
+            return
+        for channel, partner in self._partners.values():
+            item, current = self._store.mission.items[seq], seq == self._store.current_seq
+            self._radio.reply(channel, items.to_message(item, seq, current, partner, MissionType.MISSION))
 
     def poll(self) -> None:
         """Repeat the last request, or give up. To be called every few milliseconds."""
@@ -113,6 +124,7 @@ class MissionTransfer:
             self._ack(channel, partner, MissionAck.ACCEPTED, message.mission_type)
         else:
             self._state = _State.RECEIVING
+            self._partners[id(channel)] = channel, partner
             self._transfer = _Transfer(channel, partner, message.mission_type, message.count)
             self._transfer.heard_at_s = self._wall()
             self._request(self._transfer)
@@ -188,6 +200,7 @@ class MissionTransfer:
             return
         partner = (message.get_srcSystem(), message.get_srcComponent())
         count = len(self._store.plan(message.mission_type))
+        self._partners[id(channel)] = channel, partner
         transfer = _Transfer(channel, partner, message.mission_type, count, heard_at_s=self._wall())
         self._send_count(transfer)
         if count > 0:

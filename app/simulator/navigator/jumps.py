@@ -16,10 +16,16 @@ class JumpCounter:
 
     def __init__(self) -> None:
         self._taken: dict[int, int] = {}
+        self._changed: int | None = None
 
     def reset(self) -> None:
         """Begin to count again."""
         self._taken.clear()
+
+    def take_changed(self) -> int | None:
+        """The jump that was counted last, once."""
+        changed, self._changed = self._changed, None
+        return changed
 
     def after(self, items: Sequence[Item], seq: int) -> int | None:
         """The item after `seq`, or None at the end of the mission."""
@@ -40,6 +46,7 @@ class JumpCounter:
             if self._taken.get(seq, 0) < limit:
                 if counts and limit != FOREVER:
                     self._taken[seq] = self._taken.get(seq, 0) + 1
+                    self._changed = seq
                 seq = int(item.param1)
             else:
                 seq += 1

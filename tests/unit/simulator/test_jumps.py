@@ -79,3 +79,14 @@ def test_a_second_flight_counts_anew() -> None:
         visited = [message.seq for message in cockpit.messages("MISSION_ITEM_REACHED", begin_s)]
         flips = [seq for index, seq in enumerate(visited) if index == 0 or visited[index - 1] != seq]
         assert flips.count(2) == 2, f"flight {flight}"
+
+
+def test_a_jump_that_was_taken_is_sent_again_to_whom_the_last_transfer_was_with() -> None:
+    """PX4 does so unasked, whenever the number of jumps that are left changes (mavlink_mission.cpp)."""
+    cockpit = Cockpit()
+    plan = [takeoff(3), waypoint(4, 0, 3, 0, 2), waypoint(0, 4, 3, 0, 2), do(Cmd.DO_JUMP, 1, 2), land()]
+    cockpit.start(plan)
+    begin_s = cockpit.now_s
+    cockpit.until(lambda: not cockpit.armed)
+    told = cockpit.messages("MISSION_ITEM_INT", begin_s)
+    assert [(message.seq, message.command) for message in told] == [(3, Cmd.DO_JUMP)] * 2
