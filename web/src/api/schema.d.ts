@@ -3381,7 +3381,6 @@ export interface components {
              */
             next: string | null;
         };
-        JsonValue: unknown;
         /**
          * Jump
          * @description Go back to the item with this id, `repeats` times in all, then go on.
@@ -6091,7 +6090,8 @@ export interface components {
         SimulatorFault: {
             /** Fault */
             fault: string;
-            value: components["schemas"]["JsonValue"];
+            /** Value */
+            value: unknown;
             /** By */
             by: string;
             /**
