@@ -34,6 +34,8 @@ CLIMB_GAIN_PER_S: Final = 0.45
 CLIMB_M_S: Final = 2.0
 DESCEND_M_S: Final = 1.5
 ARRIVED_M: Final = 0.4
+ROVER_ARRIVED_M: Final = 1.0
+"""PX4 stops a rover by itself at NAV_ACC_RAD, 0.5 m as it comes (AckermannPosControl), and it rolls on a little."""
 ARRIVED_UP_M: Final = 0.5
 RESTS_M_S: Final = 0.3
 """Faster, it would come to rest beside the place as soon as nothing tells it the place any more."""
@@ -122,12 +124,13 @@ def has_arrived(kind: FlightKind, wish: Wish, fix: Fix, seen: Reference, turn: T
         is_at_height = kind is FlightKind.ROVER or abs(fix.up_m - wish.up_m) <= ARRIVED_UP_M
         if course.velocity != (0.0, 0.0):
             return seen.left_m <= BESIDE_M and is_at_height
-        return is_at_height and _rests_at(course.point, fix)
-    return is_last and _rests_at(course.points[-1], fix)
+        return is_at_height and _rests_at(kind, course.point, fix)
+    return is_last and _rests_at(kind, course.points[-1], fix)
 
 
-def _rests_at(place: Ground, fix: Fix) -> bool:
-    return math.dist(fix.ground, place) <= ARRIVED_M and math.hypot(*fix.velocity) <= RESTS_M_S
+def _rests_at(kind: FlightKind, place: Ground, fix: Fix) -> bool:
+    near_m = ROVER_ARRIVED_M if kind is FlightKind.ROVER else ARRIVED_M
+    return math.dist(fix.ground, place) <= near_m and math.hypot(*fix.velocity) <= RESTS_M_S
 
 
 def _path_point(aim: Reference, up_m: float, speed_m_s: float) -> Setpoint:

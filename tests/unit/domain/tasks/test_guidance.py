@@ -231,3 +231,11 @@ def test_a_moving_target_is_flown_with_its_own_velocity_and_stands_when_nobody_t
     beside = steer(ROTARY, Wish(ship.at(104.0, 5.0), 30.0), Fix((12.0, 0.0), 30.0, (3.0, 0.0))).setpoint
     assert isinstance(beside, VelocityNed)
     assert beside.north_m_s == pytest.approx(3.0, abs=0.7)
+
+
+@pytest.mark.parametrize(("kind", "arrives"), [(FlightKind.ROVER, True), (FlightKind.ROTARY, False)])
+def test_a_rover_that_px4_has_stopped_at_its_acceptance_radius_has_arrived(kind: FlightKind, arrives: bool) -> None:
+    at = Fix((9.3, 0.0), 0.0, (0.0, 0.0))
+    assert steer(kind, Wish(PointCourse((10.0, 0.0)), 0.0), at).arrived is arrives
+    rolling = Fix((9.3, 0.0), 0.0, (0.5, 0.0))
+    assert not steer(kind, Wish(PointCourse((10.0, 0.0)), 0.0), rolling).arrived
