@@ -52,19 +52,8 @@ _HASH = (
     "_HASH_CHECK covers the names and values of all parameters in use, and a simulated vehicle has a tenth of PX4's; "
     "that it changes, and goes back, with what the ground side sets is tested"
 )
-_LINKS_ORDER = (
-    "PX4 tells a change or a text by each link's own task, 5 to 25 ms later; which of two links is the first is chance"
-)
-
 KNOWN: tuple[Known, ...] = (
-    Known("28_param_changed", "status texts", "on gcs: Disarmed by external command at", _LINKS_ORDER),
     Known("28b_param_hash", "parameters", "^recorded PARAM_VALUE param_id _HASH_CHECK", _HASH),
-    Known(
-        "28_param_changed",
-        "parameters",
-        "^(extra|missing): PARAM_VALUE param_id [A-Z_0-9]+ .* at [0-9.]+ s$",
-        _LINKS_ORDER,
-    ),
     Known(
         "01_connect_gcs",
         "events",

@@ -7,7 +7,7 @@ short to be seen at all on the other side, so it may be missing there.
 from __future__ import annotations
 
 import bisect
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from app.simulator.compare.judging.verdict import times_agree
@@ -22,6 +22,13 @@ class Alignment:
 
     pairs: tuple[tuple[Stand, Stand], ...]
     differences: tuple[str, ...]
+
+
+def joined(alignments: Iterable[Alignment]) -> Alignment:
+    """Of several sequences, one after the other."""
+    every = tuple(alignments)
+    pairs = tuple(pair for one in every for pair in one.pairs)
+    return Alignment(pairs, tuple(said for one in every for said in one.differences))
 
 
 def align(recorded: Sequence[Stand], simulated: Sequence[Stand], short: int = 1) -> Alignment:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from app.simulator.compare.heard import Dialogue, Fields, Heard, Sent
-from app.simulator.compare.judging.alignment import align
+from app.simulator.compare.judging.alignment import align, joined
 from app.simulator.compare.judging.verdict import Verdict, times_agree
 from app.simulator.compare.sides import Stand, stands
 
@@ -41,11 +41,14 @@ PROTOCOLS = (
 def judge_replies(recorded: Dialogue, simulated: Dialogue) -> Iterator[Verdict]:
     """The three protocols, each with its times; and the parameter list."""
     for aspect, names, period_s in PROTOCOLS:
-        ours, theirs = _replies(recorded, names), _replies(simulated, names)
-        if not ours and not theirs:
+        links = {heard.link for side in (recorded, simulated) for heard in side.named(*names)}
+        by_link = [
+            (_replies(recorded, names, link), _replies(simulated, names, link)) for link in sorted(links, key=str)
+        ]
+        if not any(ours or theirs for ours, theirs in by_link):
             continue
-        alignment = align(ours, theirs, short=0)
-        yield Verdict(aspect, len(ours), alignment.differences)
+        alignment = joined(align(ours, theirs, short=0) for ours, theirs in by_link)
+        yield Verdict(aspect, sum(len(ours) for ours, _ in by_link), alignment.differences)
         delays = ((_delay_s(recorded, a), _delay_s(simulated, b), a) for a, b in alignment.pairs)
         late = tuple(
             f"{stand.value}: {a_s:.2f} s, simulated {b_s:.2f} s"
@@ -63,7 +66,8 @@ def judge_replies(recorded: Dialogue, simulated: Dialogue) -> Iterator[Verdict]:
         yield Verdict("parameter list", len(ours_all.keys() & theirs_all.keys()), tuple(_unlike(ours_all, theirs_all)))
 
 
-def _replies(side: Dialogue, names: tuple[str, ...]) -> list[Stand]:
+def _replies(side: Dialogue, names: tuple[str, ...], link: str | None) -> list[Stand]:
+    """Of one link: each is a task of its own in PX4, and which of two is the first is chance."""
     grounds = {sent.source[0] for sent in side.sent}
     asked: dict[str, float] = {}
     for sent in side.sent:
@@ -76,7 +80,7 @@ def _replies(side: Dialogue, names: tuple[str, ...]) -> list[Stand]:
             return _shown(heard) if asked.get(fields["param_id"], math.inf) <= heard.t_s else None
         return _shown(heard) if fields["target_system"] in grounds else None
 
-    return stands(side.named(*names), value)
+    return stands((heard for heard in side.named(*names) if heard.link == link), value)
 
 
 def _listed(side: Dialogue) -> dict[str, str]:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 
 from app.simulator.compare.heard import Dialogue, Heard
-from app.simulator.compare.judging.alignment import align
+from app.simulator.compare.judging.alignment import align, joined
 from app.simulator.compare.judging.verdict import Verdict
 from app.simulator.compare.sides import Stand
 from app.simulator.events import EVENTS
@@ -22,7 +22,8 @@ def judge_words(recorded: Dialogue, simulated: Dialogue) -> Iterator[Verdict]:
     """Texts in order, and the events that the simulator knows, in order."""
     ours, theirs = texts(recorded), texts(simulated)
     if ours or theirs:
-        alignment = align([_blank(one) for one in ours], [_blank(one) for one in theirs], short=0)
+        links = sorted({heard.link for side in (recorded, simulated) for heard in side.named("STATUSTEXT")}, key=str)
+        alignment = joined(align(_spoken(recorded, link), _spoken(simulated, link), short=0) for link in links)
         yield Verdict("status texts", len(ours), alignment.differences)
         pairs = ((_text_at(ours, a), _text_at(theirs, b)) for a, b in alignment.pairs)
         wrong = tuple(f"{a!r}, simulated {b!r}" for a, b in pairs if not _numbers_agree(a, b))
@@ -32,11 +33,13 @@ def judge_words(recorded: Dialogue, simulated: Dialogue) -> Iterator[Verdict]:
         yield Verdict("events", len(ours), align(ours, theirs, short=0).differences)
 
 
-def texts(side: Dialogue) -> list[Stand]:
-    """Whole texts, their parts joined, without those of the sensors' checks."""
+def texts(side: Dialogue, *links: str | None) -> list[Stand]:
+    """Whole texts, their parts joined, without those of the sensors' checks; of all links, or of these."""
     found: list[Stand] = []
     whole: dict[tuple[str | None, int], int] = {}
     for heard in side.named("STATUSTEXT"):
+        if links and heard.link not in links:
+            continue
         text, key = heard.fields["text"].rstrip("\t"), (heard.link, heard.fields["id"])
         if heard.fields["chunk_seq"] and key in whole:
             first = found[whole[key]]
@@ -51,6 +54,11 @@ def events(side: Dialogue) -> list[Stand]:
     """Names of the events that the simulator knows."""
     heard = [one for one in side.broadcast("EVENT") if one.fields["id"] in EVENT_NAMES]
     return [Stand(one.t_s, EVENT_NAMES[one.fields["id"]], 1) for one in heard]
+
+
+def _spoken(side: Dialogue, link: str | None) -> list[Stand]:
+    """One link's texts: which of two links tells a text first is chance."""
+    return [_blank(one) for one in texts(side, link)]
 
 
 def _on(heard: Heard) -> str:
