@@ -34,6 +34,7 @@ class ParamLink:
         self._announce_s: float | None = None
         self._save_s: float | None = None
         self._saved_s = -BETWEEN_SAVES_S
+        self._just_set: set[str] = set()
 
     def boot(self) -> None:
         """Power-up: what is not saved yet is announced once."""
@@ -71,6 +72,7 @@ class ParamLink:
                 self._end_list(channel)
                 raise ParamError(ParamError.READ_ONLY)
             self._params.decode_and_set(message.param_id, message.param_value, message.param_type)
+            self._just_set.add(message.param_id)
             self._radio.reply(channel, self._value(message.param_id))
         except ParamError as error:
             self._send_error(channel, message, message.param_id, error)
@@ -93,6 +95,7 @@ class ParamLink:
 
     def _announce(self) -> None:
         now_s = self._clock.now_s
+        self._save(now_s)
         if self._version != self._params.version:
             self._version = self._params.version
             if self._announce_s is None:
@@ -103,9 +106,13 @@ class ParamLink:
             self._announce_s = None
             for name in self._params.to_announce():
                 self._radio.broadcast(self._value(name))
+
+    def _save(self, now_s: float) -> None:
+        """Before what was set in this cycle is announced: that is not saved with it."""
         if self._save_s is not None and now_s >= self._save_s:
             self._save_s, self._saved_s = None, now_s
-            self._params.unsaved.clear()
+            self._params.unsaved &= self._just_set
+        self._just_set.clear()
 
     def _for_me(self, message: Message) -> bool:
         mine = message.target_system in (0, self._radio.system_id)
