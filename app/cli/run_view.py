@@ -13,7 +13,7 @@ from rich.table import Table
 from app.cli.run_lines import run_line
 from app.cli.terminal import write_json
 from app.cli.verdict import Verdict
-from app.domain.drop import DropOutcome
+from app.domain.drop import DropOutcome, OutputEvidence
 from app.domain.events import Event
 from app.domain.events.run import RunChanged, RunDrop, RunUploadProgress
 from app.domain.run import Run
@@ -85,8 +85,8 @@ class TerminalView:
             case RunChanged(root=run):
                 about, state = "run", (run.state, run.reason)
             case RunDrop(root=drop):
-                pending = drop.output_evidence if drop.outcome is DropOutcome.PENDING else None
-                about, state = f"drop {drop.plan_item_id}", (drop.phase, drop.outcome, pending)
+                no_output = drop.outcome is DropOutcome.PENDING and drop.output_evidence is OutputEvidence.NOT_ASSIGNED
+                about, state = f"drop {drop.plan_item_id}", (drop.phase, drop.outcome, no_output)
             case _:
                 return False
         before = self._shown.get(about)

@@ -105,6 +105,8 @@ class FactReader:
                     await self._read_all(kind)
             if fresh and not self._is_confirmed_since(began_s):
                 await self._refreshed(kind, _FRESH_WITHIN_S, since_s=began_s)
+                if self._asking is not None:  # what did not answer before may do so now
+                    await asyncio.wait({self._asking}, timeout=_WAIT_S)
             elif not self.limits_read or self._known.age_s() > _STALE_AFTER_S:
                 await self._refreshed(kind, _WAIT_S, since_s=-math.inf)
             if self._known.values:

@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import Final
 
 from app.domain.arming import taken_meanwhile
-from app.domain.errors import CommandExpiredError, LinkError, LinkTimeoutError
+from app.domain.errors import CommandExpiredError, LinkError, LinkTimeoutError, VehicleRefusedError
 from app.domain.mission import MavCmd
 from app.domain.vehicle import FlightMode
 from app.vehicles.command_sender import CommandSender, command
@@ -67,9 +67,19 @@ class ModeSwitch:
         """As `to`, with Hold asked for before: PX4 goes back to the mode before Return or Land when it disarms
         [recordings 26, 26b]. Not waited for: the vehicle must not stay in Hold, nor be kept from coming down.
         """
-        with contextlib.suppress(LinkError):
+        is_unanswered = False
+        try:
             await self._accepted(FlightMode.HOLD, attempts=1)
-        await self.to(mode, until_seen=True)  # an ack may be the late one of Hold
+        except LinkTimeoutError:
+            is_unanswered = True
+        except LinkError:
+            pass  # refused: the mode that is wanted may be taken all the same
+        try:
+            await self.to(mode, until_seen=True)  # an ack may be the late one of Hold
+        except VehicleRefusedError:
+            if not is_unanswered:
+                raise
+            await self.to(mode, until_seen=True)
 
     async def to_hold_disarmed(self) -> None:
         """Hold for a vehicle that stands disarmed: each attempt leaves right after a HEARTBEAT that says so.

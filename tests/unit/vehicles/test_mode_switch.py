@@ -32,9 +32,9 @@ class Commanded:
         sender = CommandSender(self._take, self.inbox, StatusTexts(lambda text: None))
         self.switch = ModeSwitch(sender, self.inbox, SETTINGS, lambda: self.mode)
 
-    def answer(self) -> None:
-        """COMMAND_ACK of DO_SET_MODE, ACCEPTED."""
-        ack = {"command": 176, "result": 0, "progress": 0, "result_param2": 0}
+    def answer(self, result: int = 0) -> None:
+        """COMMAND_ACK of DO_SET_MODE; 0 is ACCEPTED, 2 DENIED."""
+        ack = {"command": 176, "result": result, "progress": 0, "result_param2": 0}
         self.inbox.post("COMMAND_ACK", json.dumps({**ack, "target_system": 245, "target_component": 190}))
 
     def show(self, mode: FlightMode) -> None:
@@ -62,6 +62,20 @@ async def test_a_late_answer_of_hold_on_the_way_is_not_taken_for_that_of_return(
             vehicle.answer()  # the first is Hold's, which is late; this Return is lost
             if returns == 2:
                 vehicle.show(FlightMode.RETURN)
+
+    vehicle.on_sent = take
+    await vehicle.switch.through_hold_to(FlightMode.RETURN)
+    assert vehicle.sent == [FlightMode.HOLD, FlightMode.RETURN, FlightMode.RETURN]
+
+
+async def test_a_late_refusal_of_hold_on_the_way_is_not_taken_for_that_of_return() -> None:
+    vehicle = Commanded(FlightMode.OFFBOARD)
+
+    def take(mode: FlightMode) -> None:
+        if mode is FlightMode.RETURN and vehicle.sent.count(mode) == 1:
+            vehicle.answer(2)
+        elif mode is FlightMode.RETURN:
+            vehicle.show(FlightMode.RETURN)
 
     vehicle.on_sent = take
     await vehicle.switch.through_hold_to(FlightMode.RETURN)

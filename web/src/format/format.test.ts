@@ -105,7 +105,7 @@ describe("sentences", () => {
 
   it("keep what was sent apart from what was answered", () => {
     expect(say("run.command", { command: "DO_GRIPPER", attempt: 2 }).text).toBe("Sent DO_GRIPPER to v1 (try 2).");
-    expect(say("run.ack", { command: "DO_GRIPPER", outcome: "acknowledged", result: "ACCEPTED", progress: null })).toEqual({ text: "v1 answered DO_GRIPPER: accepted.", tone: "ok" });
+    expect(say("run.ack", { command: "DO_GRIPPER", outcome: "acknowledged", result: "ACCEPTED", progress: 0 })).toEqual({ text: "v1 answered DO_GRIPPER: accepted.", tone: "ok" });
     expect(say("run.ack", { command: "DO_GRIPPER", outcome: "acknowledged", result: "DENIED", progress: null }).tone).toBe("danger");
     expect(say("run.ack", { command: "DO_GRIPPER", outcome: "not_sent", detail: "too late" })).toEqual({ text: "DO_GRIPPER, v1: not sent: too late.", tone: "danger" });
     expect(say("run.ack", { command: "arm", outcome: "done", detail: "" })).toEqual({ text: "ARM, v1: done.", tone: "ok" });

@@ -138,7 +138,7 @@ function sayUpload({ data: { mission_type: list, sent, total } }: EventOf<"run.u
 function sayAck({ data }: EventOf<"run.ack">, vehicle: string): Sentence {
   const what = command(data.command);
   if (data.outcome !== "acknowledged") return { text: `${what}, ${vehicle}: ${OUTCOMES[data.outcome]}${after(": ", data.detail)}.`, tone: data.outcome === "done" ? "ok" : "danger" };
-  const progress = data.progress === null ? "" : ` (${percent(data.progress)})`;
+  const progress = data.result === "IN_PROGRESS" && data.progress ? ` (${percent(data.progress)})` : "";
   return { text: `${vehicle} answered ${what}: ${lower(data.result)}${progress}.`, tone: ackTone(str(data.result)) };
 }
 
