@@ -7,11 +7,12 @@ import { sampleState, sampleVehicle } from "../testing/samples";
 vi.useFakeTimers();
 const page = stubPage("#panel=hands&vehicle=v3");
 let knows: OffboardDetail;
-vi.doMock("../api/client", () => ({ api: { offboard: async () => knows, entryCheck: async () => ({ ready: true, reason: "", hint: "", audit: [], flown_by: knows.tasks.flown_by }), tasks: async () => null } }));
+let ready = true;
+vi.doMock("../api/client", () => ({ api: { offboard: async () => knows, entryCheck: async () => ({ ready, reason: "", hint: "", audit: [], flown_by: knows.tasks.flown_by }), tasks: async () => null } }));
 const { dispatch, status } = await import("./store");
 const { held, goToArmed, leftKnob, rightKnob } = await import("./controls");
 const { handsOn, steering } = await import("./hands-on");
-const { detail, tasksOnly, watchOffboardFacts } = await import("./offboard-facts");
+const { detail, entryCheck, tasksOnly, watchOffboardFacts } = await import("./offboard-facts");
 const { panel, selectVehicle } = await import("./selection");
 const { askQueue, enter, giveBack, goThere, handOver, leave, takeLease, watchHandsOn } = await import("./hands-session");
 watchHandsOn();
@@ -100,6 +101,18 @@ beforeEach(() => {
 });
 
 describe("a lease", () => {
+  it("is checked again by itself until the vehicle can be taken", async () => {
+    await choose("multicopter", true, "setpoints");
+    ready = false;
+    takeLease("v3");
+    await vi.advanceTimersByTimeAsync(100);
+    expect(entryCheck.value?.ready).toBe(false);
+    ready = true;
+    await vi.advanceTimersByTimeAsync(6_000);
+    expect(entryCheck.value?.ready).toBe(true);
+    giveBack();
+  });
+
   it("is given back by leaving the view or choosing another vehicle, and the panel says which", async () => {
     await choose("multicopter", true, "setpoints");
     const lostBy = async (leave: () => void) => {

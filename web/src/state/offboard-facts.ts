@@ -79,6 +79,8 @@ async function readDetail(key: string): Promise<void> {
   }
 }
 
+/** What keeps a vehicle from being taken may be over soon: nobody has to ask for it. */
+const CHECK_AGAIN_MS = 5_000;
 let questions = 0;
 
 function forgetCheck(): void {
@@ -101,6 +103,9 @@ export async function checkEntry(): Promise<void> {
     entryCheck.value = null;
     report(`Check ${vehicle} before an entry`, error);
   } finally {
-    if (mine === questions) checking.value = false;
+    if (mine === questions) {
+      checking.value = false;
+      if (entryCheck.value?.ready !== true) setTimeout(() => mine === questions && void checkEntry(), CHECK_AGAIN_MS);
+    }
   }
 }
