@@ -10,11 +10,11 @@ from app.domain.in_flight import InFlight
 from app.domain.mission import Mission
 from app.domain.plan.document import Plan
 from app.domain.plan.items import Land, ReturnToLaunch, Takeoff
-from app.domain.run import Run, RunState
+from app.domain.run import Asked, Run, RunState
 from app.domain.vehicle import FlightMode, LandedState, VehicleState, VehicleType
 
 FRESH_POSITION_S: Final = 2.0
-_TAKEN_OUT: Final = frozenset({"pause", "return", "land", "contingency"})
+_TAKEN_OUT: Final = frozenset({Asked.PAUSE, Asked.RETURN, Asked.LAND, Asked.CONTINGENCY})
 """Asked for: the vehicle leaves Mission mode in a moment."""
 _TURNING: Final = frozenset({"transition_to_fixed_wing", "transition_to_multicopter"})
 
@@ -66,7 +66,8 @@ class ChangeTerms:
 
     def _refuse_state(self) -> None:
         run, state = self.run, self.state
-        paused = run.state is RunState.PAUSED and run.asked in ("pause", "refused") and state.mode is FlightMode.HOLD
+        holds = state.mode is FlightMode.HOLD and run.asked in (Asked.PAUSE, Asked.REFUSED)
+        paused = run.state is RunState.PAUSED and holds
         flying = run.state in (RunState.FLYING, RunState.AT_DROP) and state.mode is FlightMode.MISSION
         if not state.connected:
             raise ConflictError("the link to the vehicle is lost", hint="wait until it is connected")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from app.domain.run import RunState
+from app.domain.run import Asked, RunState
 from app.domain.vehicle import FlightMode, LandedState, VehicleState, VehicleType
 
 STOPPED_M_S = 0.3
@@ -14,21 +14,20 @@ _AFTER_HANDS: Final = "paused after it was flown by hand: the vehicle holds"
 _AFTER_HANDS_FAILSAFE: Final = "paused after it was flown by hand: a failsafe acts, and the vehicle holds"
 
 _THROUGH_HOLD: Final = {
-    "return": "returning, as asked",
-    "land": "landing, as asked",
-    "contingency": "a drop failed: returning, as the plan says",
+    Asked.RETURN: "returning, as asked",
+    Asked.LAND: "landing, as asked",
+    Asked.CONTINGENCY: "a drop failed: returning, as the plan says",
 }
 """A vehicle comes down out of OFFBOARD by way of Hold."""
 
 
 @dataclass(frozen=True, slots=True)
 class FlightView:
-    """`asked` is what a user asked for in flight: "pause", "resume", "return", "land" or "" for nothing; "contingency"
-    says that the plan itself asked to return after a failed drop. `command` is what the vehicle is being told now, in
-    the same words. `was_armed` is False while a HEARTBEAT that says armed may still be on its way (they come at 1 Hz).
-    `asks_consent_to` is the drop that waits for an operator, `rally_point` the number (from 1) of the one to which
-    "return" goes, `was_returning` whether the run was on its way back when it was last looked at. `after_hands`: it was
-    flown by hand since anything was asked for. For `mode_is_settled` and `by_failsafe` see ModeSign.
+    """`asked`: see Run. `command` is what the vehicle is being told now. `was_armed` is False while a HEARTBEAT
+    that says armed may still be on its way (they come at 1 Hz). `asks_consent_to` is the drop that waits for an
+    operator, `rally_point` the number (from 1) of the one to which "return" goes, `was_returning` whether the run
+    was on its way back when it was last looked at. `after_hands`: it was flown by hand since anything was asked
+    for. For `mode_is_settled` and `by_failsafe` see ModeSign.
     """
 
     state: VehicleState
@@ -36,9 +35,9 @@ class FlightView:
     at_drop: bool
     mission_done: bool
     was_airborne: bool
-    asked: str
+    asked: Asked | None
     was_armed: bool = True
-    command: str = ""
+    command: Asked | None = None
     asks_consent_to: str = ""
     rally_point: int | None = None
     was_returning: bool = False
@@ -72,16 +71,16 @@ def phase_of(view: FlightView) -> tuple[RunState, str]:
     if state.mode is FlightMode.RETURN:
         return RunState.RETURNING, _why_returning(view)
     if state.mode is FlightMode.LAND:
-        return RunState.RETURNING, "landing, as asked" if view.asked == "land" else "the vehicle lands"
+        return RunState.RETURNING, "landing, as asked" if view.asked is Asked.LAND else "the vehicle lands"
     if state.mode is FlightMode.HOLD and view.command in _THROUGH_HOLD:
         return RunState.PAUSED, _THROUGH_HOLD[view.command]
-    if state.mode is FlightMode.HOLD and view.asked == "resume":
+    if state.mode is FlightMode.HOLD and view.asked is Asked.RESUME:
         return RunState.PAUSED, "resuming, as asked"
-    if state.mode is FlightMode.HOLD and view.asked == "refused":
+    if state.mode is FlightMode.HOLD and view.asked is Asked.REFUSED:
         return RunState.PAUSED, "the vehicle refused its changed mission, and holds; resume flies the one before"
-    if state.mode is FlightMode.HOLD and view.asked == "pause":
+    if state.mode is FlightMode.HOLD and view.asked is Asked.PAUSE:
         return RunState.PAUSED, _why_paused(view)
-    is_ending = view.mission_done or view.asked in ("return", "land", "contingency")
+    is_ending = view.mission_done or view.asked in (Asked.RETURN, Asked.LAND, Asked.CONTINGENCY)
     if state.mode is FlightMode.HOLD and is_ending and state.landed is LandedState.ON_GROUND:
         return RunState.RETURNING, "on the ground"  # PX4 leaves Return mode as it disarms, and says so one by one
     if state.mode is FlightMode.HOLD and view.mission_done:
@@ -93,13 +92,13 @@ def phase_of(view: FlightView) -> tuple[RunState, str]:
     return RunState.PAUSED, _why_stopped(view)
 
 
-def how_it_ended(*, mission_done: bool, asked: str, reason: str) -> tuple[RunState, str]:
+def how_it_ended(*, mission_done: bool, asked: Asked | None, reason: str) -> tuple[RunState, str]:
     """The last state of a run whose vehicle has landed and disarmed (or stopped, a rover; or holds, an airship)."""
     if mission_done:  # it counts as done only if nobody had asked for something else before
         return RunState.COMPLETED, reason
-    if asked in ("return", "land"):
-        return RunState.ABORTED, f"asked to {asked} before the mission was done"
-    if asked == "contingency":
+    if asked in (Asked.RETURN, Asked.LAND):
+        return RunState.ABORTED, f"asked to {asked.value} before the mission was done"
+    if asked is Asked.CONTINGENCY:
         return RunState.ABORTED, "a drop failed: the vehicle returned, as the plan says"
     return RunState.FAILED, reason or "the vehicle ended its flight before the mission was done"
 
@@ -138,9 +137,9 @@ def _why_stopped(view: FlightView) -> str:
 
 
 def _why_returning(view: FlightView) -> str:
-    if view.asked == "return":
+    if view.asked is Asked.RETURN:
         return "returning, as asked" if view.rally_point is None else f"to rally point {view.rally_point}, as asked"
-    if view.asked == "contingency":
+    if view.asked is Asked.CONTINGENCY:
         return "a drop failed: returning, as the plan says"
     if view.mission_done:
         return "the mission is done"

@@ -58,6 +58,20 @@ NEXT: Final[dict[RunState, frozenset[RunState]]] = {
 }
 
 
+class Asked(StrEnum):
+    """What was last asked of a run in flight instead of its mission, by a user or by its plan."""
+
+    PAUSE = "pause"
+    RESUME = "resume"
+    """Until the vehicle is in Mission mode again."""
+    RETURN = "return"
+    LAND = "land"
+    CONTINGENCY = "contingency"
+    """A drop failed, and the plan says to return."""
+    REFUSED = "refused"
+    """The vehicle holds, because it found a changed mission infeasible."""
+
+
 class PlanChange(BaseModel):
     """A changed plan in flight: what is left of it from `continue_at` on, without the drops in `left_out`.
 
@@ -83,10 +97,7 @@ class Run(BaseModel):
     `item_id` is the plan item that the vehicle flies to or does. `flown_item_ids` are the items passed, in order.
     `mission_id` is PX4's CRC32 of the uploaded items (MISSION_ACK.opaque_id), None where the firmware gives none;
     `mission_hash` is SHA-256 over mission, fence and rally points as they were compiled (mission.py).
-    `asked` is what a user last asked for in flight: "pause", "return", "land", "resume" until the vehicle is in Mission
-    mode again, or "" for the mission itself;
-    "contingency" when a drop failed and the plan says to return; "refused" when the vehicle holds because it found a
-    changed mission infeasible.
+    `asked`: see Asked; null for the mission itself.
     `rally` is the rally point to which it was asked to return; null for any other return.
     `wind` is the one that its checks and its prediction reckon with.
     A plan may be changed in flight: `plan_id` to `mission_hash` are of the newest that the vehicle carries, `change`
@@ -117,7 +128,7 @@ class Run(BaseModel):
     requested_by: str = ""
     start_requested: bool = False
     wind: Wind | None = None
-    asked: str = ""
+    asked: Asked | None = None
     rally: RallyDestination | None = None
     change: PlanChange | None = None
     changing: PlanChange | None = None

@@ -192,7 +192,7 @@ class TargetFollower:
 
 def _is_free(run: Run) -> bool:
     """Nobody else decides now where the run flies."""
-    return run.state is RunState.FLYING and run.asked == "" and run.changing is None
+    return run.state is RunState.FLYING and run.asked is None and run.changing is None
 
 
 def _place(state: VehicleState) -> tuple[float, float] | None:

@@ -27,7 +27,7 @@ from app.domain.plan.walk import carried_in_flight
 from app.domain.ports import StoredPlan, VehicleLink
 from app.domain.prediction import CALM, Wind, predict
 from app.domain.rules import check_plan
-from app.domain.run import PlanChange, Run
+from app.domain.run import Asked, PlanChange, Run
 from app.domain.vehicle import FlightMode, VehicleFacts
 from app.services.clock import Clock
 from app.services.plans import NewPlan
@@ -253,9 +253,9 @@ class MissionChanger:
         """The vehicle took the upload and found it infeasible: it holds, and what it flew before is gone from it."""
         if not refused.has_arrived(self._link.state()):
             return  # it was refused before it was on board
-        if self._recorder.run.asked not in ("", "pause"):
+        if self._recorder.run.asked not in (None, Asked.PAUSE):
             return  # it was told to do something else meanwhile
-        self._recorder.change(asked="refused")
+        self._recorder.change(asked=Asked.REFUSED)
         with suppress(WaydropError):
             await self._send(back, self._orders, lambda: None)  # it holds, with no mission: nothing is to be missed
 

@@ -9,11 +9,12 @@ from app.domain.drop import DropOutcome, DropPhase, DropRecord, OutputEvidence
 from app.domain.geo import distance_m
 from app.domain.mission import CompiledDrop, MavCmd
 from app.domain.moving_target.report import TargetFix
+from app.domain.run import Asked
 from app.domain.supervised import Finish
 from app.domain.supervised.terms import GRIPPER_CLOSED_US, GRIPPER_OPEN_US
 from app.domain.vehicle import FlightMode, VehicleState
 
-_ASKED = {"pause": FlightMode.HOLD, "return": FlightMode.RETURN, "land": FlightMode.LAND}
+_ASKED = {Asked.PAUSE: FlightMode.HOLD, Asked.RETURN: FlightMode.RETURN, Asked.LAND: FlightMode.LAND}
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +31,7 @@ class Look:
     time_s: float
     clock_rate: float
     rate_is_measured: bool = True
-    asked: str = ""
+    asked: Asked | None = None
     is_changing: bool = False
     targets: Mapping[str, TargetFix] = field(default_factory=dict)
 
@@ -41,7 +42,9 @@ class Look:
         """
         if self.is_changing and self.state.mode is FlightMode.MISSION:
             return FlightMode.HOLD
-        return _ASKED.get(self.asked, self.state.mode) if self.state.mode is FlightMode.MISSION else self.state.mode
+        if self.asked is None or self.state.mode is not FlightMode.MISSION:
+            return self.state.mode
+        return _ASKED.get(self.asked, self.state.mode)
 
 
 def offset_m(state: VehicleState, compiled: CompiledDrop) -> float | None:

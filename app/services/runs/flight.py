@@ -15,7 +15,7 @@ from app.domain.errors import ChangeUnderWayError, StorageError, WaydropError, W
 from app.domain.events.run import CommandOutcome, RunAck, RunCommand
 from app.domain.ports import LinkFact, VehicleLink
 from app.domain.rally import RallyDestination
-from app.domain.run import IN_FLIGHT, NOT_STARTED, Run, RunState
+from app.domain.run import IN_FLIGHT, NOT_STARTED, Asked, Run, RunState
 from app.domain.vehicle import FlightMode
 from app.services.hold_here import hold_here
 from app.services.runs.changing import MissionChanger
@@ -104,7 +104,7 @@ class RunFlight:
         self._abort_asked.set()
 
     async def act(
-        self, asked: str, command: Callable[[], Awaitable[None]], rally: RallyDestination | None = None
+        self, asked: Asked, command: Callable[[], Awaitable[None]], rally: RallyDestination | None = None
     ) -> None:
         """A user's command in flight, before any change of the mission; `rally` is where a return goes.
 
@@ -113,13 +113,13 @@ class RunFlight:
         self.changer.break_off()
         async with self._acting:
             if self._recorder.run.state not in IN_FLIGHT:
-                raise self._wrong(asked)
+                raise self._wrong(asked.value)
             self.changer.break_off()  # one may have begun while an earlier command was under way
             run = self._recorder.run
             before = {"asked": run.asked, "rally": run.rally}
             self._watch.hands.asked()
             self._recorder.change(asked=asked, rally=rally)
-            self._recorder.note(RunCommand(command=asked, rally=rally))
+            self._recorder.note(RunCommand(command=asked.value, rally=rally))
             try:
                 with contextlib.suppress(StorageError):  # a person's command does not wait for the disk
                     await self._recorder.flush()
@@ -127,20 +127,20 @@ class RunFlight:
                     await command()
             except asyncio.CancelledError:
                 self._recorder.change(**before)
-                self._recorder.note(RunAck(command=asked, outcome=CommandOutcome.UNKNOWN, detail="broken off"))
+                self._recorder.note(RunAck(command=asked.value, outcome=CommandOutcome.UNKNOWN, detail="broken off"))
                 raise
             except WaydropError as error:
                 self._recorder.change(**before)
-                self._recorder.note(RunAck(command=asked, outcome=CommandOutcome.FAILED, detail=error.detail))
+                self._recorder.note(RunAck(command=asked.value, outcome=CommandOutcome.FAILED, detail=error.detail))
                 with contextlib.suppress(StorageError):
                     await self._recorder.flush()
                 raise
-            self._recorder.note(RunAck(command=asked, outcome=CommandOutcome.DONE))
+            self._recorder.note(RunAck(command=asked.value, outcome=CommandOutcome.DONE))
             await self._recorder.flush()
 
     async def pause(self) -> None:
         """Hold. Raises WrongStateError, LinkError."""
-        await self.act("pause", lambda: hold_here(self._link))
+        await self.act(Asked.PAUSE, lambda: hold_here(self._link))
 
     async def resume(self) -> None:
         """Mission mode again, at the item where it was. Raises WrongStateError, LinkError."""
@@ -148,17 +148,17 @@ class RunFlight:
             raise self._wrong("resume")
         if self.changer.is_open:
             raise ChangeUnderWayError("its mission is being changed", hint="wait until it is known which it carries")
-        await self.act("resume", self._link.start_mission)
+        await self.act(Asked.RESUME, self._link.start_mission)
 
     async def return_to_launch(self) -> None:
         """Return. Raises WrongStateError, LinkError."""
         run = self._recorder.run  # PX4 chooses as Return mode begins: told again, it flies on to where it flew
-        goes_on = run.asked == "return" and self._link.state().mode is FlightMode.RETURN
-        await self.act("return", self._link.return_to_launch, run.rally if goes_on else None)
+        goes_on = run.asked is Asked.RETURN and self._link.state().mode is FlightMode.RETURN
+        await self.act(Asked.RETURN, self._link.return_to_launch, run.rally if goes_on else None)
 
     async def return_to_rally(self, chosen: RallyChoice) -> None:
         """Return to the rally point that was chosen. Raises WrongStateError, and as RallyReturn.order."""
-        await self.act("return", lambda: self._rally_return.order(chosen), chosen.destination)
+        await self.act(Asked.RETURN, lambda: self._rally_return.order(chosen), chosen.destination)
 
     async def choose_rally(self) -> RallyChoice:
         """See RallyReturn.choose. Raises WrongStateError too."""
@@ -168,7 +168,7 @@ class RunFlight:
 
     async def land(self) -> None:
         """Land here and now. Raises WrongStateError, LinkError."""
-        await self.act("land", self._link.land)
+        await self.act(Asked.LAND, self._link.land)
 
     def _wrong(self, action: str) -> WrongStateError:
         state = self._recorder.run.state

@@ -12,6 +12,7 @@ from app.domain.errors import CommandExpiredError, ConflictError, LinkError, Sto
 from app.domain.events.run import CommandOutcome, RunAck, RunCommand, answer
 from app.domain.mission import NAN
 from app.domain.ports import VehicleLink
+from app.domain.run import Asked
 from app.domain.supervised import still_waits
 from app.domain.vehicle import FlightMode
 from app.services.runs.orders import DivertOrder, FailureOrder, Order, ReleaseOrder, ResumeOrder
@@ -67,7 +68,7 @@ class OrderSender:
         """Do what the plan says of a failed drop. If that fails too, the mission on board goes on."""
         self._break_off()
         returns = order.action == "return"
-        before, asked = self._recorder.run.asked, "contingency" if returns else "pause"
+        before, asked = self._recorder.run.asked, Asked.CONTINGENCY if returns else Asked.PAUSE
         self._recorder.change(asked=asked)
         self._recorder.note(RunCommand(command=order.action, failed_drop_id=order.plan_item_id))
         try:

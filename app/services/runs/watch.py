@@ -14,7 +14,7 @@ from app.domain.flight_phase import FlightView, how_it_ended, is_airborne, phase
 from app.domain.mode_sign import ModeSign
 from app.domain.ports import ClockRateTold, ItemReached, LinkFact, MissionCurrent, Rebooted, VehicleLink
 from app.domain.progress import Progress
-from app.domain.run import NEXT, RunState
+from app.domain.run import NEXT, Asked, RunState
 from app.domain.vehicle import FlightMode, LandedState, VehicleState
 from app.domain.vehicle_clock import VehicleClock
 from app.services.clock import Clock
@@ -28,15 +28,15 @@ from app.services.runs.recorder import RunRecorder
 from app.services.runs.settings import LAST_REPORTS_S, SLOWEST_HEARTBEAT_S, UNFINISHED_DROPS_S, RunSettings
 from app.services.targets import Targets
 
-UNASKED: Final = frozenset({"", "pause", "resume", "refused"})
+UNASKED: Final = frozenset({None, Asked.PAUSE, Asked.RESUME, Asked.REFUSED})
 """What a user may have asked for with the mission still being flown to its end."""
 
-OBEYED_IN: Final = {
-    "pause": FlightMode.HOLD,
-    "refused": FlightMode.HOLD,
-    "return": FlightMode.RETURN,
-    "contingency": FlightMode.RETURN,
-    "land": FlightMode.LAND,
+OBEYED_IN: Final[dict[Asked | None, FlightMode]] = {
+    Asked.PAUSE: FlightMode.HOLD,
+    Asked.REFUSED: FlightMode.HOLD,
+    Asked.RETURN: FlightMode.RETURN,
+    Asked.CONTINGENCY: FlightMode.RETURN,
+    Asked.LAND: FlightMode.LAND,
 }
 """The mode in which a vehicle does what was asked."""
 
@@ -57,7 +57,7 @@ class FlightWatch:
         self.leg = leg
         self.moving_on = 0
         """Commands that make another item current and are not answered yet: their numbers are of this mission."""
-        self._command = ""
+        self._command: Asked | None = None
         """What the vehicle is being told now and has not obeyed yet; as `Run.asked`."""
         self.change: PendingChange | None = None
         """A changed mission that is on its way to the vehicle, or may be on board."""
@@ -73,7 +73,7 @@ class FlightWatch:
         self._item_clock = ItemClock(leg.mission, recorder)
         self._complete = CompleteSign()
         self._mode = ModeSign()
-        self._obeyed = ""
+        self._obeyed: Asked | None = None
         self._mission_done = False
         self._was_airborne = False
         self._was_armed = False
@@ -96,13 +96,13 @@ class FlightWatch:
         self._was_airborne = self._was_armed = self._was_away = True
 
     @contextlib.contextmanager
-    def commanding(self, asked: str) -> Iterator[None]:
+    def commanding(self, asked: Asked) -> Iterator[None]:
         """While the vehicle is told this: modes on the way are nobody else's."""
         self._command = asked
         try:
             yield
         finally:
-            self._command = ""
+            self._command = None
 
     @property
     def progress(self) -> Progress:
@@ -240,10 +240,10 @@ class FlightWatch:
         self._obeyed = asked if state.mode is OBEYED_IN.get(asked) else self._obeyed
         in_air = state.landed is not LandedState.ON_GROUND and self._mode.is_settled(self._clock.monotonic())
         goes_on = self._obeyed == asked and in_air  # PX4 may be in Mission for a moment as it lands
-        if asked and state.mode is FlightMode.MISSION and (asked == "resume" or goes_on):
-            self._recorder.change(asked="")
+        if asked and state.mode is FlightMode.MISSION and (asked is Asked.RESUME or goes_on):
+            self._recorder.change(asked=None)
         if not self._recorder.run.asked:
-            self._obeyed = ""
+            self._obeyed = None
 
     def _shown(self, seq: int, mode: FlightMode | None) -> None:
         """MISSION_CURRENT. The mode of a return is told apart from its item, and may come first."""

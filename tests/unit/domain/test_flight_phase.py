@@ -7,7 +7,7 @@ import dataclasses
 import pytest
 
 from app.domain.flight_phase import FlightView, how_it_ended, phase_of
-from app.domain.run import RunState
+from app.domain.run import Asked, RunState
 from app.domain.vehicle import FlightMode, LandedState, VehicleState, VehicleType
 
 FLYING = FlightView(
@@ -16,9 +16,9 @@ FLYING = FlightView(
     at_drop=False,
     mission_done=False,
     was_airborne=True,
-    asked="",
+    asked=None,
 )
-HANDS = dataclasses.replace(FLYING, asked="pause", after_hands=True)
+HANDS = dataclasses.replace(FLYING, asked=Asked.PAUSE, after_hands=True)
 """The pause was asked for on the way into offboard control."""
 
 
@@ -33,9 +33,9 @@ def seen(view: FlightView = FLYING, **state: object) -> FlightView:
         (dataclasses.replace(FLYING, at_drop=True), RunState.AT_DROP, ""),
         (seen(mode=FlightMode.RETURN), RunState.RETURNING, "somebody else"),
         (seen(mode=FlightMode.RETURN, in_failsafe=True), RunState.RETURNING, "failsafe"),
-        (seen(dataclasses.replace(FLYING, asked="return"), mode=FlightMode.RETURN), RunState.RETURNING, "as asked"),
+        (seen(dataclasses.replace(FLYING, asked=Asked.RETURN), mode=FlightMode.RETURN), RunState.RETURNING, "as asked"),
         (seen(dataclasses.replace(FLYING, mission_done=True), mode=FlightMode.RETURN), RunState.RETURNING, "done"),
-        (seen(dataclasses.replace(FLYING, asked="pause"), mode=FlightMode.HOLD), RunState.PAUSED, "as asked"),
+        (seen(dataclasses.replace(FLYING, asked=Asked.PAUSE), mode=FlightMode.HOLD), RunState.PAUSED, "as asked"),
         (seen(HANDS, mode=FlightMode.OFFBOARD), RunState.PAUSED, "flown by hand in offboard mode"),
         (seen(HANDS, mode=FlightMode.HOLD), RunState.PAUSED, "after it was flown by hand: the vehicle holds"),
         (seen(HANDS, mode=FlightMode.HOLD, in_failsafe=True), RunState.PAUSED, "flown by hand: a failsafe acts"),
@@ -77,12 +77,12 @@ def test_an_airship_ends_where_it_holds_as_it_says_landed_only_when_disarmed() -
 @pytest.mark.parametrize(
     ("done", "asked", "state"),
     [
-        (True, "", RunState.COMPLETED),
-        (False, "return", RunState.ABORTED),
-        (True, "return", RunState.COMPLETED),  # it was done before anybody asked
-        (False, "contingency", RunState.ABORTED),
-        (False, "", RunState.FAILED),
+        (True, None, RunState.COMPLETED),
+        (False, Asked.RETURN, RunState.ABORTED),
+        (True, Asked.RETURN, RunState.COMPLETED),  # it was done before anybody asked
+        (False, Asked.CONTINGENCY, RunState.ABORTED),
+        (False, None, RunState.FAILED),
     ],
 )
-def test_a_landing_is_a_success_only_with_the_mission_done(done: bool, asked: str, state: RunState) -> None:
+def test_a_landing_is_a_success_only_with_the_mission_done(done: bool, asked: Asked | None, state: RunState) -> None:
     assert how_it_ended(mission_done=done, asked=asked, reason="")[0] is state

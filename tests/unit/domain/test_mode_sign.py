@@ -20,7 +20,7 @@ def words(state: VehicleState, sign: ModeSign, now_s: float, **more: bool) -> tu
         at_drop=False,
         mission_done=more.get("mission_done", False),
         was_airborne=True,
-        asked="",
+        asked=None,
         at_last_item=more.get("at_last_item", False),
         mode_is_settled=sign.is_settled(now_s),
         by_failsafe=sign.by_failsafe,

@@ -1711,6 +1711,12 @@ export interface components {
             radius_m: number;
         };
         /**
+         * Asked
+         * @description What was last asked of a run in flight instead of its mission, by a user or by its plan.
+         * @enum {string}
+         */
+        Asked: "pause" | "resume" | "return" | "land" | "contingency" | "refused";
+        /**
          * AssignmentView
          * @description Which vehicle would get a job now, null if none can, and what speaks for and against each.
          *
@@ -5022,10 +5028,7 @@ export interface components {
          *     `item_id` is the plan item that the vehicle flies to or does. `flown_item_ids` are the items passed, in order.
          *     `mission_id` is PX4's CRC32 of the uploaded items (MISSION_ACK.opaque_id), None where the firmware gives none;
          *     `mission_hash` is SHA-256 over mission, fence and rally points as they were compiled (mission.py).
-         *     `asked` is what a user last asked for in flight: "pause", "return", "land", "resume" until the vehicle is in Mission
-         *     mode again, or "" for the mission itself;
-         *     "contingency" when a drop failed and the plan says to return; "refused" when the vehicle holds because it found a
-         *     changed mission infeasible.
+         *     `asked`: see Asked; null for the mission itself.
          *     `rally` is the rally point to which it was asked to return; null for any other return.
          *     `wind` is the one that its checks and its prediction reckon with.
          *     A plan may be changed in flight: `plan_id` to `mission_hash` are of the newest that the vehicle carries, `change`
@@ -5105,11 +5108,8 @@ export interface components {
             start_requested: boolean;
             /** @default null */
             wind: components["schemas"]["Wind"] | null;
-            /**
-             * Asked
-             * @default
-             */
-            asked: string;
+            /** @default null */
+            asked: components["schemas"]["Asked"] | null;
             /** @default null */
             rally: components["schemas"]["RallyDestination"] | null;
             /** @default null */

@@ -143,7 +143,7 @@ export function sampleRun(fields: Partial<Run> = {}): Run {
     requested_by: "local",
     start_requested: false,
     wind: null,
-    asked: "",
+    asked: null,
     change: null,
     changing: null,
     changes: 0,

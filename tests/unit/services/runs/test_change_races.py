@@ -146,7 +146,7 @@ async def test_a_failed_drop_that_the_plan_answers_breaks_a_change_off() -> None
         assert at.vehicle.sent[-1] == "return"
 
 
-@pytest.mark.parametrize(("meanwhile", "asked"), [("land", "land"), (None, "")])
+@pytest.mark.parametrize(("meanwhile", "asked"), [("land", "land"), (None, None)])
 async def test_what_a_person_asks_while_the_plans_answer_fails_stays_asked(meanwhile: str | None, asked: str) -> None:
     async with desk() as at:
         await fly(at)

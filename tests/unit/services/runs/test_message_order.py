@@ -90,7 +90,7 @@ async def test_what_was_asked_explains_one_obedience_only(asked: str, mode: Flig
         await (at.runs.pause if asked == "pause" else at.runs.return_to_launch)(at.run_id, "ann")
         await at.until(lambda: "as asked" in at.run.reason, "it obeys")
         at.vehicle.put(mode=FlightMode.MISSION)
-        await at.until(lambda: at.run.asked == "", "what was asked is over")
+        await at.until(lambda: at.run.asked is None, "what was asked is over")
         at.vehicle.put(mode=mode)
         await at.until(lambda: "somebody else" in at.run.reason, "nobody asked for this")
 
@@ -101,7 +101,7 @@ async def test_a_mission_that_is_flown_on_by_its_pilot_after_a_return_that_was_a
         await at.runs.return_to_launch(at.run_id, "ann")
         await at.until_state(RunState.RETURNING)
         at.vehicle.put(mode=FlightMode.MISSION)
-        await at.until(lambda: at.run.asked == "", "what was asked is over")
+        await at.until(lambda: at.run.asked is None, "what was asked is over")
         seq = at.mission.seqs_of("home")[0]
         at.vehicle.put(mission_seq=seq)
         at.vehicle.touch_down(complete=True, last_seq=seq)

@@ -67,7 +67,7 @@ async def test_a_vehicle_that_would_go_elsewhere_flies_on_and_the_reason_is_told
         sent = list(at.vehicle.sent)
         with pytest.raises(RallyRefusedError) as error:
             await at.runs.go_to_rally(at.run_id, "ann")
-        assert (refused(error.value), at.vehicle.sent, at.run.asked, at.run.rally) == (because, sent, "", None)
+        assert (refused(error.value), at.vehicle.sent, at.run.asked, at.run.rally) == (because, sent, None, None)
 
 
 async def test_a_vtol_is_asked_whether_it_wants_landing_approaches() -> None:
@@ -180,4 +180,4 @@ async def test_a_vehicle_that_flew_on_while_the_order_waited_is_looked_at_again_
         with pytest.raises(RallyRefusedError) as error:
             await asyncio.wait_for(order, 10.0)
         assert refused(error.value) == because
-        assert ("return" in at.vehicle.sent, recorder.run.asked, recorder.run.rally) == (False, "", None)
+        assert ("return" in at.vehicle.sent, recorder.run.asked, recorder.run.rally) == (False, None, None)
