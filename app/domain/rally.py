@@ -16,6 +16,7 @@ from pydantic import BaseModel, ConfigDict
 
 from app.domain.errors import ConflictError, RallyRefusedError
 from app.domain.geo import distance_m
+from app.domain.reason import Param, Reason, ReasonCode, because
 from app.domain.vehicle import VehicleState, VehicleType
 
 FRESH_POSITION_S: Final = 2.0
@@ -53,7 +54,7 @@ class RallyDestination(BaseModel):
     or_index: tuple[int, ...] = ()
     rtl_type: int
     lands: bool | None
-    reason: str
+    reason: Reason
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,14 +102,14 @@ class ReturnSight:
             reason=self._reason(index, away_m, near),
         )
 
-    def _reason(self, index: int, away_m: float, near: Sequence[int]) -> str:
-        which = "".join(f" or {other + 1}" for other in near)
-        nearly = ", as it is when the return begins" if near else ""
-        stays = "; it stays in the air there (RTL_LAND_DELAY)" if (self.land_delay_s or 0.0) < 0.0 else ""
-        choice = _CHOICES[self.rtl_type]
-        return (
-            f"rally point {index + 1}{which}, {away_m:.0f} m away: {choice} (RTL_TYPE {self.rtl_type}){nearly}{stays}"
-        )
+    def _reason(self, index: int, away_m: float, near: Sequence[int]) -> Reason:
+        told: dict[str, Param] = {"rally_point": index + 1, "distance_m": away_m, "rtl_type": self.rtl_type}
+        reason = because(ReasonCode.RALLY_POINT, **told, choice=_CHOICES[self.rtl_type])
+        if near:
+            others = " or ".join(str(other + 1) for other in near)
+            reason = because(ReasonCode.RALLY_POINT_OR, **told, others=others, choice=_CHOICES[self.rtl_type])
+        stays = (self.land_delay_s or 0.0) < 0.0
+        return because(ReasonCode.RALLY_STAYS_IN_AIR, reason) if stays else reason
 
     def _refuse_other(self, name: str, other_m: float, index: int, away_m: float, reach_m: float) -> RallyRefusedError:
         where = f"{name} is {other_m:.0f} m away and rally point {index + 1} {away_m:.0f} m"
