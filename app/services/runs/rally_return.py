@@ -39,7 +39,7 @@ class RallyReturn:
             returns already. LinkError: it does not tell its RTL_TYPE.
         """
         self._refuse_unfit(self._link.state())
-        is_vtol = self._watch.leg.plan.vehicle_type is VehicleType.VTOL
+        is_vtol = self._watch.flight.leg.plan.vehicle_type is VehicleType.VTOL
         names = ("RTL_TYPE", "RTL_LAND_DELAY", *(("RTL_APPR_FORCE",) if is_vtol else ()))
         found = await self._link.read_parameters(names)
         if "RTL_TYPE" not in found:
@@ -62,7 +62,7 @@ class RallyReturn:
         await self._link.return_to_launch()
 
     def _destination(self, found: Mapping[str, float | int]) -> RallyDestination:
-        state, leg, change = self._link.state(), self._watch.leg, self._watch.change
+        state, leg, change = self._link.state(), self._watch.flight.leg, self._watch.flight.change
         self._refuse_unfit(state)
         self._refuse_others_points(state, leg.mission)
         delay_s = found.get("RTL_LAND_DELAY")
@@ -81,7 +81,7 @@ class RallyReturn:
     def _refuse_unfit(self, state: VehicleState) -> None:
         if not state.connected:
             raise ConflictError("the link to the vehicle is lost", hint="wait until it is connected")
-        if state.landed is not LandedState.IN_AIR and self._watch.leg.plan.vehicle_type is not VehicleType.ROVER:
+        if state.landed is not LandedState.IN_AIR and self._watch.flight.leg.plan.vehicle_type is not VehicleType.ROVER:
             raise ConflictError("the vehicle is not in the air, or takes off or lands", hint="wait, or return")
         if state.mode is FlightMode.RETURN:
             raise ConflictError(
