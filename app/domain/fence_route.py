@@ -12,7 +12,8 @@ from shapely import LineString, Point, Polygon, get_parts, prepare
 from shapely.geometry.base import BaseGeometry
 from shapely.ops import nearest_points
 
-from app.domain.default_facts import firmware, parameter
+from app.domain.autopilot import Quantity, quantity
+from app.domain.autopilot.px4.versions import firmware
 from app.domain.fence_area import FenceArea
 from app.domain.vehicle import FirmwareVersion, VehicleFacts, VehicleType
 
@@ -34,7 +35,9 @@ def flies_round(facts: VehicleFacts) -> bool:
 def margin_m(facts: VehicleFacts) -> float:
     """How far the way keeps off the fence: twice NAV_ACC_RAD, or the loiter radius of what flies as a wing."""
     wing = facts.vehicle_type in (VehicleType.FIXED_WING, VehicleType.VTOL)
-    return abs(parameter(facts, "NAV_LOITER_RAD")) if wing else 2.0 * parameter(facts, "NAV_ACC_RAD")
+    return (
+        abs(quantity(facts, Quantity.LOITER_RADIUS_M)) if wing else 2.0 * quantity(facts, Quantity.ACCEPTANCE_RADIUS_M)
+    )
 
 
 def way_round(area: FenceArea, here: Place, there: Place, margin_m: float) -> tuple[Place, ...] | None:

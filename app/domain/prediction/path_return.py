@@ -10,7 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from app.domain.default_facts import parameter
+from app.domain.autopilot import Quantity, quantity
+from app.domain.autopilot.px4.parameters import parameter
 from app.domain.plan.document import Plan
 from app.domain.plan.items import Land, Loiter, Takeoff, Waypoint
 from app.domain.plan.walk import Carried, Place, Step, place_of
@@ -95,7 +96,7 @@ def _leg(
             return wheels.drive(flight, before, place.point, None if following is None else following.point, speed_m_s)
         case Carried.BUOYANCY:
             return buoyant.fly(flight, before, place.point, place.up_m, speed_m_s)
-    radius_m = place.radius_m or parameter(flight.facts, "NAV_ACC_RAD")
+    radius_m = place.radius_m or quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M)
     target = rotary.Target(place.point, place.up_m, radius_m)
     if following is not None:
         target = rotary.Target(place.point, place.up_m, radius_m, following.point, following.up_m)
@@ -104,7 +105,7 @@ def _leg(
 
 def _land(flight: Flight, before: Motion, carried: Carried, place: Passage, speed_m_s: float) -> Effort:
     """At the height that it has; who cannot land is over the place."""
-    target = rotary.Target(place.point, place.up_m, parameter(flight.facts, "NAV_ACC_RAD"))
+    target = rotary.Target(place.point, place.up_m, quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M))
     match carried:
         case Carried.WHEELS:
             return wheels.drive(flight, before, place.point, None, speed_m_s)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from app.domain.default_facts import parameter
+from app.domain.autopilot.px4.parameters import parameter
 from app.domain.prediction.effort import Flight
 from app.domain.prediction.motion import Motion, Point
 from app.domain.prediction.path_return import Passage, lands_ahead

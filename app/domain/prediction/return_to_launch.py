@@ -7,7 +7,8 @@ from collections.abc import Sequence
 
 from shapely import LineString
 
-from app.domain.default_facts import parameter
+from app.domain.autopilot import Quantity, quantity
+from app.domain.autopilot.px4.parameters import parameter
 from app.domain.fence_route import flies_round, margin_m, way_round
 from app.domain.prediction.effort import Flight
 from app.domain.prediction.motion import Motion, Point
@@ -57,11 +58,11 @@ def way_of(flight: Flight, here: Point, to: Point) -> tuple[Point, ...]:
 
 def return_up_m(flight: Flight, here: Motion, to: Point) -> float:
     """The height above home: RTL_RETURN_ALT, less within RTL_MIN_DIST of the place, never below the present one."""
-    away_m, radius_m = here.away_m(to), parameter(flight.facts, "NAV_ACC_RAD")
+    away_m, radius_m = here.away_m(to), quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M)
     if away_m <= radius_m:
         return max(here.up_m, 2.0 * away_m)
-    height_m = parameter(flight.facts, "RTL_RETURN_ALT")
-    if away_m <= parameter(flight.facts, "RTL_MIN_DIST"):
-        cone_deg = min(89.0, max(1.0, parameter(flight.facts, "RTL_CONE_ANG")))
+    height_m = quantity(flight.facts, Quantity.RETURN_HEIGHT_M)
+    if away_m <= quantity(flight.facts, Quantity.RETURN_NEAR_M):
+        cone_deg = min(89.0, max(1.0, quantity(flight.facts, Quantity.RETURN_CONE_DEG)))
         height_m = min(height_m, away_m / math.tan(math.radians(cone_deg)))
     return max(here.up_m, height_m, 2.0 * radius_m)

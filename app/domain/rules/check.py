@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from app.domain.default_facts import firmware
+from app.domain.autopilot.px4.versions import firmware
 from app.domain.fence_area import FenceArea, fence_area, needs_all_inclusions
 from app.domain.finding import Finding, Severity
 from app.domain.geo import LocalProjection

@@ -8,8 +8,6 @@ from typing import Final
 
 from shapely import LineString
 
-from app.domain.acceptance import switch_distance_m
-from app.domain.default_facts import HOME
 from app.domain.fence_area import FenceArea, is_simple_polygon, polygon_shape
 from app.domain.fence_route import flies_round, length_m, margin_m, way_round
 from app.domain.finding import Severity, json_pointer
@@ -20,6 +18,7 @@ from app.domain.prediction.motion import Point
 from app.domain.prediction.return_to_launch import follows_mission
 from app.domain.rules.places import from_home_m, planned_places
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
+from app.domain.vehicle import HOME
 
 _WITH_PLACE = (Takeoff, Waypoint, Loiter, Land)
 FLAT_WITHIN_M: Final = 100_000.0
@@ -117,7 +116,7 @@ def _room_for_turns(context: RuleContext) -> Iterator[Violation]:
         step = path.step
         if step.after is not Carried.FIXED_WING or not isinstance(step.item, Waypoint) or not area.allows(path.shape):
             continue
-        wanted_m = switch_distance_m(context.facts, context.speeds_m_s[step.index])
+        wanted_m = context.behaviour.switch_distance_m(context.speeds_m_s[step.index])
         if area.room_m(path.shape) < wanted_m:
             message = f"the leg passes {area.room_m(path.shape):.0f} m from the fence; a turn may need {wanted_m:.0f} m"
             yield at_item(step, message, "keep fixed-wing legs farther from the fence")

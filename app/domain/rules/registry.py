@@ -6,7 +6,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Final
 
-from app.domain.default_facts import firmware, parameter
+from app.domain.autopilot import Behaviour, behaviour
+from app.domain.autopilot.px4.parameters import parameter
+from app.domain.autopilot.px4.versions import firmware
 from app.domain.fence_area import FenceArea
 from app.domain.finding import Finding, Severity, json_pointer
 from app.domain.geo import LocalProjection
@@ -50,6 +52,11 @@ class RuleContext:
     def is_for_any(self) -> bool:
         """No vehicle of the plan's type is named."""
         return self.vehicle is None or self.vehicle.vehicle_type is not self.plan.vehicle_type
+
+    @property
+    def behaviour(self) -> Behaviour:
+        """What the vehicle does, by what it tells and what is assumed of it."""
+        return behaviour(self.facts)
 
     @property
     def knows_home(self) -> bool:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from app.domain.default_facts import HOME
 from app.domain.finding import Severity
 from app.domain.geo import distance_m
 from app.domain.live_control import MAX_LIVE_RATE, TOO_FAST_HINT, is_too_fast, too_fast_words
 from app.domain.plan.fields import Altitude
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
+from app.domain.vehicle import HOME
 
 MAX_HOME_OFFSET_M = 100.0
 _LINK_LOSS = {0: "continue", 1: "hold", 2: "return", 3: "land"}

@@ -11,7 +11,8 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-from app.domain.acceptance import L1_SWITCH_S, NPFG_SINCE
+from app.domain.autopilot.px4.behaviour import L1_SWITCH_S
+from app.domain.autopilot.px4.versions import NPFG_SINCE
 from app.domain.setpoint.capability import FlightKind
 from app.domain.tasks.course import CircleCourse, Course, Ground, LegsCourse, PointCourse, Reference, Turn
 from app.domain.tasks.guidance import CRUISE_M_S, WING_LOITER_M, WING_SWITCH_S, Fix, Wish, has_arrived
