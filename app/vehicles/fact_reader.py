@@ -13,9 +13,9 @@ import time
 from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Final
 
+from app.domain.autopilot.px4.gripper import function_parameters, is_assigned
 from app.domain.default_facts import default_facts
 from app.domain.errors import LinkTimeoutError, WaydropError
-from app.domain.gripper_output import function_parameters, is_assigned
 from app.domain.mav_type import vehicle_type
 from app.domain.vehicle import VehicleFacts, VehicleType
 from app.vehicles.decoders import AutopilotVersion, Heartbeat, HomePosition

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from app.domain.gripper_output import GRIPPER_FUNCTION, OUTPUTS
+from app.domain.autopilot.px4.gripper import GRIPPER_FUNCTION, OUTPUTS
 from app.vehicles.decoders import ServoOutputRaw
 
 

@@ -5,11 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-from app.domain.autopilot.base import Autopilot, Behaviour, Quantity
+from app.domain.autopilot.base import Autopilot, Behaviour, Quantity, Return
 from app.domain.autopilot.px4 import Px4
-from app.domain.vehicle import AutopilotKind, VehicleFacts
+from app.domain.vehicle import AutopilotKind, FirmwareVersion, VehicleFacts, VehicleType
 
-__all__ = ["Autopilot", "Behaviour", "Quantity", "autopilot", "behaviour", "quantity"]
+__all__ = [
+    "Autopilot",
+    "Behaviour",
+    "Quantity",
+    "Return",
+    "autopilot",
+    "behaviour",
+    "behaviour_of",
+    "quantity",
+]
 
 _AUTOPILOTS: Final[Mapping[AutopilotKind, Autopilot]] = {AutopilotKind.PX4: Px4()}
 
@@ -22,6 +31,11 @@ def autopilot(kind: AutopilotKind = AutopilotKind.PX4) -> Autopilot:
 def behaviour(facts: VehicleFacts) -> Behaviour:
     """What this vehicle does."""
     return autopilot(facts.autopilot).behaviour(facts)
+
+
+def behaviour_of(vehicle_type: VehicleType, firmware: FirmwareVersion | None) -> Behaviour:
+    """What is known of a vehicle by its type and firmware alone."""
+    return behaviour(VehicleFacts(vehicle_type, firmware))
 
 
 def quantity(facts: VehicleFacts, which: Quantity) -> float:

@@ -7,8 +7,9 @@ answer that an operator may want to change carries the name of its setting and h
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from enum import StrEnum, auto
-from typing import Protocol
+from typing import Literal, Protocol
 
 from app.domain.plan.walk import Carried
 from app.domain.vehicle import VehicleFacts, VehicleType
@@ -57,6 +58,98 @@ class Quantity(StrEnum):
     RETURN_NEAR_M = auto()
     """Within it a return climbs less, by the cone."""
     RETURN_CONE_DEG = auto()
+    COMMAND_WAIT_S = auto()
+    """How long a mission waits at a drop that it does itself."""
+    FIRST_WAYPOINT_M = auto()
+    """From home at most; 0: anywhere. This and the next two bound where a vehicle flies at all."""
+    FARTHEST_M = auto()
+    HIGHEST_M = auto()
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """What an operator looks up and changes. `mend` says how; empty where any other value may do."""
+
+    name: str
+    value: float
+    mend: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.name} {self.value:g}"
+
+
+@dataclass(frozen=True, slots=True)
+class LinkLoss:
+    """What the vehicle does without a link; None is nothing that a plan can count on."""
+
+    action: Literal["continue", "hold", "return", "land"] | None
+    setting: Setting
+
+
+@dataclass(frozen=True, slots=True)
+class LowBattery:
+    """`acts_below`: the charge in per cent at which the vehicle returns or lands by itself; None: it does not."""
+
+    only_warns: bool
+    acts_below: Setting | None
+    setting: Setting
+
+
+@dataclass(frozen=True, slots=True)
+class FenceBreach:
+    """`ignored`: what the vehicle does instead of staying inside its fence, in words; empty if it stays."""
+
+    ignored: str
+    setting: Setting
+
+
+@dataclass(frozen=True, slots=True)
+class Return:
+    """Where a return goes: the nearest of the rally points and these places, or along the mission's items.
+
+    `along_items`: on to the mission's landing if there is one, else back; with `turns_back` the way of fewer items.
+    `may_follow_items`: the same or something that is not known; it may pass items that the mission left out.
+    """
+
+    to_home: bool
+    to_landing: bool
+    along_items: bool
+    turns_back: bool
+    may_follow_items: bool
+    setting: Setting
+
+
+@dataclass(frozen=True, slots=True)
+class MissionNeeds:
+    """Which items a mission must have to be flown. `without_takeoff` says how to lift the need for a takeoff alone."""
+
+    takeoff: bool
+    landing: bool
+    both_or_neither: bool
+    landing_in_flight: bool
+    setting: Setting
+    without_takeoff: str
+
+
+@dataclass(frozen=True, slots=True)
+class TooOld:
+    """Firmware that cannot do something, and the oldest that can."""
+
+    version: str
+    needed: str
+
+
+@dataclass(frozen=True, slots=True)
+class GripperOutput:
+    """Whether an output moves the gripper; None: not known, for the `silent` settings did not answer.
+
+    One of the outputs' settings, called like `settings`, has to be `function`.
+    """
+
+    assigned: bool | None
+    silent: tuple[str, ...]
+    settings: str
+    function: int
 
 
 class Behaviour(Protocol):
@@ -78,9 +171,68 @@ class Behaviour(Protocol):
     def reach_m(self, carried: Carried, ground_speed_m_s: float, acceptance_radius_m: float | None = None) -> float:
         """Distance before the point at which an item counts as reached; an item's own radius where that counts."""
 
+    def name_of(self, which: Quantity) -> str:
+        """What an operator calls it."""
+
     @property
-    def steepest_glide_deg(self) -> float:
-        """Steeper landings of a fixed wing are refused."""
+    def guidance_s(self) -> float:
+        """Fixed wing, flown by commands: so long before a place its guidance turns onto the circle around it."""
+
+    @property
+    def steepest_glide(self) -> Setting:
+        """In degrees: steeper landings of a fixed wing are refused."""
+
+    @property
+    def lowest_takeoff_m(self) -> float:
+        """Above home: lower takeoffs are refused."""
+
+    @property
+    def mission_needs(self) -> MissionNeeds:
+        """Without these items the vehicle takes a mission and does not fly it."""
+
+    @property
+    def refuses_far_first_waypoint(self) -> bool:
+        """Beyond Quantity.FIRST_WAYPOINT_M; else it warns."""
+
+    @property
+    def too_old_for_drops(self) -> TooOld | None:
+        """It refuses a mission with a gripper or winch item."""
+
+    @property
+    def no_gripper(self) -> Setting | None:
+        """By which the vehicle has no gripper; None: it has one."""
+
+    @property
+    def gripper_output(self) -> GripperOutput:
+        """What moves the gripper."""
+
+    @property
+    def returns(self) -> Return:
+        """Where it returns to."""
+
+    @property
+    def returns_round_fence(self) -> bool:
+        """A direct return flies round the fence, instead of straight."""
+
+    @property
+    def return_margin_m(self) -> float:
+        """How far that way keeps off the fence."""
+
+    @property
+    def needs_all_inclusions(self) -> bool:
+        """A place must lie in all inclusions that contain home, and not in any one."""
+
+    @property
+    def fence_breach(self) -> FenceBreach:
+        """At its fence."""
+
+    @property
+    def link_loss(self) -> LinkLoss:
+        """Without its link."""
+
+    @property
+    def low_battery(self) -> LowBattery:
+        """With its battery nearly empty."""
 
 
 class Autopilot(Protocol):

@@ -10,8 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from app.domain.autopilot import Quantity, quantity
-from app.domain.autopilot.px4.parameters import parameter
+from app.domain.autopilot import Quantity, Return, behaviour, quantity
 from app.domain.plan.document import Plan
 from app.domain.plan.items import Land, Loiter, Takeoff, Waypoint
 from app.domain.plan.walk import Carried, Place, Step, place_of
@@ -52,15 +51,15 @@ def is_unsure_path(facts: VehicleFacts) -> bool:
     return follows_mission(facts) and facts.vehicle_type not in (VehicleType.MULTICOPTER, VehicleType.VTOL)
 
 
-def lands_ahead(rtl_type: int, positions: Sequence[Passage], index: int) -> bool:
-    """Whether it flies on to the mission's landing; 4 goes back if that is fewer items."""
+def lands_ahead(returns: Return, positions: Sequence[Passage], index: int) -> bool:
+    """Whether it flies on to the mission's landing, or back."""
     landing = next((place.index for place in positions if place.lands), None)
-    return landing is not None and (rtl_type == 2 or landing - index < index)
+    return landing is not None and (not returns.turns_back or landing - index < index)
 
 
 def fly(flight: Flight, before: Motion, step: Step, positions: Sequence[Passage], speed_m_s: float) -> Effort:
     """From the item at which the return begins to the ground; a wing that cannot hover circles where it ends."""
-    ahead = lands_ahead(int(parameter(flight.facts, "RTL_TYPE")), positions, step.index)
+    ahead = lands_ahead(behaviour(flight.facts).returns, positions, step.index)
     passed, end = _way(positions, step.index, ahead=ahead)
     distance_m, seconds, motion = 0.0, 0.0, before
     carried = step.before

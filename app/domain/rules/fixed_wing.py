@@ -28,10 +28,11 @@ def _outside_circle(context: RuleContext) -> Iterator[Violation]:
 
 
 def _slope(context: RuleContext) -> Iterator[Violation]:
-    limit_deg = context.behaviour.steepest_glide_deg
+    steepest = context.behaviour.steepest_glide
     for step, pattern in _patterns(context):
-        if pattern.height_m > 0 and pattern.glide_m > 0 and pattern.glide_angle_deg > limit_deg:
-            message = f"the glide of {pattern.glide_angle_deg:.1f} degrees is steeper than {limit_deg:.1f} (FW_LND_ANG)"
+        if pattern.height_m > 0 and pattern.glide_m > 0 and pattern.glide_angle_deg > steepest.value:
+            angle_deg = pattern.glide_angle_deg
+            message = f"the glide of {angle_deg:.1f} degrees is steeper than {steepest.value:.1f} ({steepest.name})"
             yield at_item(step, message, "start the approach lower or farther away", "approach")
 
 

@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
+from app.domain.autopilot import Behaviour
 from app.domain.errors import AuditFailedError, OffboardNotReadyError
 from app.domain.fence_area import FenceArea
 from app.domain.geo import LocalProjection
@@ -98,7 +99,7 @@ async def until_calm(link: VehicleLink, within_s: float) -> None:
         end()
 
 
-async def read_fence(link: VehicleLink) -> FenceArea | None:
+async def read_fence(link: VehicleLink, behaviour: Behaviour) -> FenceArea | None:
     """The fence on board around home; None without one. Raises OffboardNotReadyError without a home, LinkError."""
     items = await link.download(MissionType.FENCE)
     home = link.state().home
@@ -107,7 +108,7 @@ async def read_fence(link: VehicleLink) -> FenceArea | None:
     if home is None:
         raise OffboardNotReadyError("the vehicle has a fence but no home to measure it from", hint="wait for its fix")
     projection = LocalProjection(home.latitude_deg, home.longitude_deg)
-    return onboard_fence(items, projection, link.identity.firmware)
+    return onboard_fence(items, projection, needs_all_inclusions=behaviour.needs_all_inclusions)
 
 
 async def _audited(link: VehicleLink, means: Means, *, sticks_held: bool) -> tuple[AuditEntry, ...]:

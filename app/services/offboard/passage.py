@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Literal, TypeVar
 
+from app.domain.autopilot import behaviour_of
 from app.domain.errors import ConflictError, LeaseLostError, OffboardNotReadyError, WaydropError
 from app.domain.offboard_state import LeaseChange, OffboardState
 from app.domain.run import Run
@@ -160,8 +161,9 @@ class Passage:
         control.move(_S.CHECKING, "reading parameters and the fence")
         entries = await refuse_unsafe_parameters(control.link, control.means, sticks_held=sticks_held)
         loiter_m = next((entry.value for entry in entries if entry.parameter == LOITER_RADIUS), None)
-        wing = Wing.of(loiter_m, control.link.identity.firmware)
-        control.enclose(replace(surroundings, fence=await read_fence(control.link), wing=wing))
+        known = behaviour_of(surroundings.vehicle_type, control.link.identity.firmware)
+        fence = await read_fence(control.link, known)
+        control.enclose(replace(surroundings, fence=fence, wing=Wing.of(loiter_m, known)))
         control.forget_setpoint()  # it was not measured against this fence
         return entries
 

@@ -108,6 +108,10 @@ NAMES: Final[Mapping[Quantity, str]] = {
     Quantity.RETURN_HEIGHT_M: "RTL_RETURN_ALT",
     Quantity.RETURN_NEAR_M: "RTL_MIN_DIST",
     Quantity.RETURN_CONE_DEG: "RTL_CONE_ANG",
+    Quantity.COMMAND_WAIT_S: "MIS_COMMAND_TOUT",
+    Quantity.FIRST_WAYPOINT_M: "MIS_DIST_1WP",
+    Quantity.FARTHEST_M: "GF_MAX_HOR_DIST",
+    Quantity.HIGHEST_M: "GF_MAX_VER_DIST",
 }
 
 LARGEST: Final = 1e5

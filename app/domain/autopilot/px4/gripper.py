@@ -1,10 +1,11 @@
-"""Which output of the autopilot moves the gripper, as far as its parameters tell."""
+"""Which output moves the gripper, as far as the parameters tell."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from typing import Final
 
+from app.domain.autopilot.base import GripperOutput
 from app.domain.vehicle import VehicleFacts
 
 GRIPPER_FUNCTION: Final = 430
@@ -18,9 +19,11 @@ def function_parameters() -> tuple[str, ...]:
     return tuple(f"{prefix}_FUNC{n}" for prefix, (_, count) in OUTPUTS.items() for n in range(1, count + 1))
 
 
-def has_gripper_output(facts: VehicleFacts) -> bool | None:
-    """As is_assigned."""
-    return is_assigned(facts.parameters, facts.unanswered)
+def output(facts: VehicleFacts) -> GripperOutput:
+    """Parameters that did not answer are not the same as 0."""
+    silent = tuple(name for name in function_parameters() if name in facts.unanswered)
+    assigned = is_assigned(facts.parameters, facts.unanswered)
+    return GripperOutput(assigned, silent, " or ".join(f"{prefix}_FUNCn" for prefix in OUTPUTS), GRIPPER_FUNCTION)
 
 
 def is_assigned(parameters: Mapping[str, float | int], unanswered: Collection[str]) -> bool | None:
@@ -29,8 +32,3 @@ def is_assigned(parameters: Mapping[str, float | int], unanswered: Collection[st
     if any(parameters.get(name) == GRIPPER_FUNCTION for name in names):
         return True
     return None if any(name in unanswered for name in names) else False
-
-
-def unanswered_functions(facts: VehicleFacts) -> tuple[str, ...]:
-    """The parameters that may assign it and did not answer: they are not the same as 0."""
-    return tuple(name for name in function_parameters() if name in facts.unanswered)
