@@ -16,8 +16,6 @@ AUTOPILOT_STILL_NAMED: frozenset[str] = frozenset(
         "app/cli/simulated_fleet.py",
         "app/domain/jobs/readiness.py",
         "app/domain/rally.py",
-        "app/domain/setpoint/audit.py",
-        "app/domain/setpoint/capability.py",
         "app/domain/simulated_faults.py",
         "app/services/fleet.py",
         "app/services/runs/prepare.py",

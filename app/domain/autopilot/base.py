@@ -6,13 +6,15 @@ answer that an operator may want to change carries the name of its setting and h
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum, auto
 from typing import Literal, Protocol
 
 from app.domain.plan.walk import Carried
-from app.domain.vehicle import VehicleFacts, VehicleType
+from app.domain.setpoint.audit import AuditEntry
+from app.domain.setpoint.capability import Cell, FirmwareProfile, FlightKind
+from app.domain.vehicle import FirmwareVersion, VehicleFacts, VehicleType
 
 
 class Quantity(StrEnum):
@@ -235,8 +237,31 @@ class Behaviour(Protocol):
         """With its battery nearly empty."""
 
 
+@dataclass(frozen=True, slots=True)
+class Audit:
+    """Which parameters are looked at before offboard control, and what they mean. `names` are asked for."""
+
+    names: tuple[str, ...]
+    entry: Callable[[str, float | int | None, bool], AuditEntry]
+    """Of a name, its value (None: it did not answer), and whether somebody holds the sticks."""
+
+    def entries(self, parameters: Mapping[str, float | int], *, sticks_held: bool) -> tuple[AuditEntry, ...]:
+        """All of them. With somebody at the sticks a mode that needs them is right too."""
+        return tuple(self.entry(name, parameters.get(name), sticks_held) for name in self.names)
+
+
 class Autopilot(Protocol):
     """What is the same for all vehicles that it flies."""
+
+    @property
+    def setpoints(self) -> Mapping[FlightKind, Mapping[str, Cell]]:
+        """Which setpoint forms it takes, for each kind of vehicle."""
+
+    def setpoint_profile(self, firmware: FirmwareVersion | None) -> FirmwareProfile:
+        """Which word of that table counts."""
+
+    def audit(self, *, commanded: bool) -> Audit:
+        """What it does by itself when setpoints stop; `commanded`: flown by commands, there is no stream to lose."""
 
     def behaviour(self, facts: VehicleFacts) -> Behaviour:
         """Of one vehicle."""

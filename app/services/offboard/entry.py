@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
-from app.domain.autopilot import Behaviour
+from app.domain.autopilot import Behaviour, autopilot
 from app.domain.errors import AuditFailedError, OffboardNotReadyError
 from app.domain.fence_area import FenceArea
 from app.domain.geo import LocalProjection
@@ -14,7 +14,7 @@ from app.domain.live_control import MAX_LIVE_RATE, is_too_fast
 from app.domain.mission import MissionType
 from app.domain.ports import VehicleLink
 from app.domain.run import Run, RunState
-from app.domain.setpoint.audit import AUDITED, AUDITED_COMMANDED, AuditEntry, audit, audit_commanded
+from app.domain.setpoint.audit import AuditEntry
 from app.domain.setpoint.capability import FlightKind
 from app.domain.setpoint.means import Means
 from app.domain.setpoint.onboard_fence import onboard_fence
@@ -112,9 +112,8 @@ async def read_fence(link: VehicleLink, behaviour: Behaviour) -> FenceArea | Non
 
 
 async def _audited(link: VehicleLink, means: Means, *, sticks_held: bool) -> tuple[AuditEntry, ...]:
-    if means is Means.COMMANDS:
-        return audit_commanded(await link.read_parameters(AUDITED_COMMANDED))
-    return audit(await link.read_parameters(AUDITED), sticks_held=sticks_held)
+    audit = autopilot().audit(commanded=means is Means.COMMANDS)
+    return audit.entries(await link.read_parameters(audit.names), sticks_held=sticks_held)
 
 
 def _why_not(vehicle_id: str, state: VehicleState, kind: FlightKind, run: Run | None) -> tuple[str, str]:
