@@ -10,6 +10,7 @@ from contextlib import aclosing
 from dataclasses import replace
 from typing import Final
 
+from app.domain.autopilot import autopilot
 from app.domain.commands import CommandAck, CommandRequest
 from app.domain.errors import LinkError, VehicleQuarantinedError
 from app.domain.mav_type import vehicle_type
@@ -297,5 +298,5 @@ class MavsdkVehicleLink:
         if self._facts.duplicate is not None:
             raise VehicleQuarantinedError(
                 f"system id {self._system.system_id} is used twice: {self._facts.duplicate.detail}",
-                hint="give each vehicle its own MAV_SYS_ID, then restart Waydrop",
+                hint=f"give each vehicle its own {autopilot().system_id_name}, then restart Waydrop",
             )

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Final
 
+from app.domain.autopilot.px4.modes import flight_mode
 from app.domain.ports import LinkFact, MissionCurrent, StateChanged
 from app.domain.vehicle import FlightMode, GlobalPosition, GnssFix, LandedState, MissionState, VehicleState
 from app.domain.vehicle_clock import VehicleClock
-from app.vehicles.custom_mode import flight_mode
 from app.vehicles.decoders import (
     BatteryStatus,
     CurrentMode,

@@ -11,19 +11,6 @@ BUILD_FILES = ("Makefile", "Dockerfile", "compose.yaml", ".ci/run", "pyproject.t
 PAGE_FILES = ("web/.npmrc", "web/package-lock.json")
 LOCK_FILES = ("requirements.txt", "requirements-build.txt", "requirements-dev.txt")
 
-AUTOPILOT_STILL_NAMED: frozenset[str] = frozenset(
-    {
-        "app/cli/simulated_fleet.py",
-        "app/domain/jobs/readiness.py",
-        "app/domain/rally.py",
-        "app/domain/simulated_faults.py",
-        "app/services/fleet.py",
-        "app/services/runs/prepare.py",
-        "app/services/runs/rally_return.py",
-    }
-)
-"""Files that still name what only an autopilot's folder may; the list only shrinks."""
-
 APP = python_sources("app")
 ALL = python_sources("app", "tests", "bench", "scripts")
 
@@ -63,9 +50,7 @@ def test_domain_and_interchange_are_pure() -> None:
 
 
 def test_what_only_one_autopilot_knows_stands_in_its_folder() -> None:
-    found = autopilots.named_outside(APP)
-    held([violation for violation in found if violation.split(":")[0] not in AUTOPILOT_STILL_NAMED])
-    assert {violation.split(":")[0] for violation in found} >= AUTOPILOT_STILL_NAMED, "shorten the list"
+    held(autopilots.named_outside(APP))
 
 
 def test_files_have_at_most_500_lines() -> None:

@@ -14,7 +14,7 @@ from typing import Literal, Protocol
 from app.domain.plan.walk import Carried
 from app.domain.setpoint.audit import AuditEntry
 from app.domain.setpoint.capability import Cell, FirmwareProfile, FlightKind
-from app.domain.vehicle import FirmwareVersion, VehicleFacts, VehicleType
+from app.domain.vehicle import FirmwareVersion, FlightMode, VehicleFacts, VehicleType
 
 
 class Quantity(StrEnum):
@@ -110,7 +110,8 @@ class Return:
     """Where a return goes: the nearest of the rally points and these places, or along the mission's items.
 
     `along_items`: on to the mission's landing if there is one, else back; with `turns_back` the way of fewer items.
-    `may_follow_items`: the same or something that is not known; it may pass items that the mission left out.
+    `may_follow_items`: the same or something that is not known; it may pass items that the mission left out. `choice`
+    says what it chooses, empty: never a rally point. `rally_alone`: how it would choose among rally points only.
     """
 
     to_home: bool
@@ -118,7 +119,18 @@ class Return:
     along_items: bool
     turns_back: bool
     may_follow_items: bool
+    choice: str
+    rally_alone: str
     setting: Setting
+
+
+@dataclass(frozen=True, slots=True)
+class RallyReturn:
+    """At a rally point. `lands` None: it does not tell. `passes_over`: by which a VTOL on its wing flies on from it."""
+
+    lands: bool | None
+    lands_by: str
+    passes_over: Setting | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,6 +225,10 @@ class Behaviour(Protocol):
         """Where it returns to."""
 
     @property
+    def rally_return(self) -> RallyReturn:
+        """What it does at a rally point."""
+
+    @property
     def returns_round_fence(self) -> bool:
         """A direct return flies round the fence, instead of straight."""
 
@@ -252,6 +268,24 @@ class Audit:
 
 class Autopilot(Protocol):
     """What is the same for all vehicles that it flies."""
+
+    @property
+    def system_id_name(self) -> str:
+        """By which a vehicle has its MAVLink system id."""
+
+    @property
+    def gripper_hint(self) -> str:
+        """What to look at when a gripper does not move."""
+
+    @property
+    def unattended(self) -> Mapping[str, float | int]:
+        """How to set a vehicle without sticks: without setpoints it holds, with a low battery it returns."""
+
+    def arming_obstacle(self, mode: FlightMode) -> str:
+        """What keeps a disarmed vehicle in this mode from arming, in words; empty if the mode does not."""
+
+    def return_parameters(self, vehicle_type: VehicleType) -> tuple[str, ...]:
+        """What Behaviour.returns and .rally_return look at; without the first nothing can be said."""
 
     @property
     def setpoints(self) -> Mapping[FlightKind, Mapping[str, Cell]]:

@@ -6,16 +6,26 @@ from collections.abc import Mapping
 from typing import Final
 
 from app.domain.autopilot.base import Audit
-from app.domain.autopilot.px4 import audit, parameters, setpoints
+from app.domain.autopilot.px4 import audit, modes, parameters, setpoints
 from app.domain.autopilot.px4.behaviour import Px4Behaviour
 from app.domain.setpoint.capability import FirmwareProfile
-from app.domain.vehicle import FirmwareVersion, VehicleFacts, VehicleType
+from app.domain.vehicle import FirmwareVersion, FlightMode, VehicleFacts, VehicleType
 
 
 class Px4:
     """See Autopilot."""
 
+    system_id_name: Final = "MAV_SYS_ID"
+    gripper_hint: Final = "PD_GRIPPER_TYPE must be 0 or more, and the gripper's output assigned (PWM_MAIN_FUNCn = 430)"
+    unattended: Final[Mapping[str, float | int]] = {"COM_OBL_RC_ACT": 5, "COM_LOW_BAT_ACT": 3}
     setpoints: Final = setpoints.TABLE
+
+    def arming_obstacle(self, mode: FlightMode) -> str:
+        return modes.arming_obstacle(mode)
+
+    def return_parameters(self, vehicle_type: VehicleType) -> tuple[str, ...]:
+        approach = ("RTL_APPR_FORCE",) if vehicle_type is VehicleType.VTOL else ()
+        return ("RTL_TYPE", "RTL_LAND_DELAY", *approach)
 
     def setpoint_profile(self, firmware: FirmwareVersion | None) -> FirmwareProfile:
         return setpoints.firmware_profile(firmware)

@@ -12,6 +12,7 @@ from app.domain.autopilot.base import (
     LowBattery,
     MissionNeeds,
     Quantity,
+    RallyReturn,
     Return,
     Setting,
     TooOld,
@@ -112,6 +113,10 @@ class Px4Behaviour:
     @property
     def returns(self) -> Return:
         return settings.returns(self.facts)
+
+    @property
+    def rally_return(self) -> RallyReturn:
+        return settings.rally_return(self.facts)
 
     @property
     def returns_round_fence(self) -> bool:

@@ -142,6 +142,11 @@ def parameter(facts: VehicleFacts, name: str) -> float:
     return float(value or 0)
 
 
+def told(facts: VehicleFacts, name: str) -> float | int | None:
+    """As read from the vehicle; None if it does not tell it or has none."""
+    return facts.parameters.get(name)
+
+
 def usable(facts: VehicleFacts) -> VehicleFacts:
     """Each parameter within its bounds; one that is no number has its type's default.
 

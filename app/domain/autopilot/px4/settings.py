@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final, Literal
 
-from app.domain.autopilot.base import FenceBreach, LinkLoss, LowBattery, MissionNeeds, Return, Setting
-from app.domain.autopilot.px4.parameters import parameter
+from app.domain.autopilot.base import FenceBreach, LinkLoss, LowBattery, MissionNeeds, RallyReturn, Return, Setting
+from app.domain.autopilot.px4.parameters import parameter, told
 from app.domain.vehicle import VehicleFacts
 
 _LINK_LOSS: Final[Mapping[int, Literal["continue", "hold", "return", "land"]]] = {
@@ -19,7 +19,12 @@ _LINK_LOSS: Final[Mapping[int, Literal["continue", "hold", "return", "land"]]] =
 _ONLY_WATCHES: Final = {0: "flies on", 1: "only warns and flies on"}
 """GF_ACTION."""
 _ALONG_ITEMS: Final = (2, 4)
-_TO_PLACES: Final = (0, 1, 3, 5)
+_CHOICES: Final = {
+    0: "the nearest of home and the rally points",
+    1: "the nearest of the rally points and the mission's landing",
+    3: "the nearest of home, the rally points and the mission's landing",
+    5: "the nearest rally point",
+}
 """RTL_TYPE: returns that fly to one place. The others go along the mission's items, the skipped ones too."""
 
 
@@ -34,8 +39,20 @@ def returns(facts: VehicleFacts) -> Return:
         to_landing=kind in (1, 3),
         along_items=kind in _ALONG_ITEMS,
         turns_back=kind == 4,
-        may_follow_items=kind not in _TO_PLACES,
+        may_follow_items=kind not in _CHOICES,
+        choice=_CHOICES.get(kind, ""),
+        rally_alone="with RTL_TYPE 5",
         setting=Setting("RTL_TYPE", kind, "set RTL_TYPE to 0 or 5"),
+    )
+
+
+def rally_return(facts: VehicleFacts) -> RallyReturn:
+    """RTL_LAND_DELAY below 0 stays in the air; RTL_APPR_FORCE wants landing approaches: not all firmware has it."""
+    delay_s, force = told(facts, "RTL_LAND_DELAY"), int(told(facts, "RTL_APPR_FORCE") or 0)
+    return RallyReturn(
+        lands=None if delay_s is None else delay_s >= 0.0,
+        lands_by="RTL_LAND_DELAY",
+        passes_over=Setting("RTL_APPR_FORCE", force, "set RTL_APPR_FORCE to 0") if force else None,
     )
 
 
