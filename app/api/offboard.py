@@ -55,7 +55,7 @@ async def get_offboard(call: Call[NoQuery, Empty]) -> web.Response:
     known, tasks = [], TaskMeansView(flown_by=None, reason="its type is not known yet", hint="wait a moment")
     if who.vehicle_type is not None:
         kind = flight_kind(who.vehicle_type, vehicle.link.state().vtol_state)
-        profile = autopilot().setpoint_profile(who.firmware)
+        profile = autopilot(who.autopilot).setpoint_profile(who.firmware)
         known = [CapabilityView.of(row) for row in capabilities(kind, profile)]
         tasks = TaskMeansView.of(kind, profile)
     view, limits = offboard.vehicle(vehicle.id).control.view(), offboard.settings.limits

@@ -15,12 +15,21 @@ __all__ = [
     "Quantity",
     "Return",
     "autopilot",
+    "autopilot_kind",
     "behaviour",
     "behaviour_of",
     "quantity",
 ]
 
 _AUTOPILOTS: Final[Mapping[AutopilotKind, Autopilot]] = {AutopilotKind.PX4: Px4()}
+
+
+_BY_MAV_AUTOPILOT: Final = {known.mav_autopilot: kind for kind, known in _AUTOPILOTS.items()}
+
+
+def autopilot_kind(mav_autopilot: int) -> AutopilotKind | None:
+    """By MAV_AUTOPILOT of the HEARTBEAT; None for one that Waydrop leaves alone."""
+    return _BY_MAV_AUTOPILOT.get(mav_autopilot)
 
 
 def autopilot(kind: AutopilotKind = AutopilotKind.PX4) -> Autopilot:

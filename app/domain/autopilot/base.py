@@ -6,10 +6,10 @@ answer that an operator may want to change carries the name of its setting and h
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from enum import StrEnum, auto
-from typing import Literal, Protocol
+from typing import Literal, NamedTuple, Protocol
 
 from app.domain.plan.walk import Carried
 from app.domain.setpoint.audit import AuditEntry
@@ -253,6 +253,13 @@ class Behaviour(Protocol):
         """With its battery nearly empty."""
 
 
+class GripperChannel(NamedTuple):
+    """SERVO_OUTPUT_RAW's port and output, counted from 1."""
+
+    port: int
+    output: int
+
+
 @dataclass(frozen=True, slots=True)
 class Audit:
     """Which parameters are looked at before offboard control, and what they mean. `names` are asked for."""
@@ -268,6 +275,10 @@ class Audit:
 
 class Autopilot(Protocol):
     """What is the same for all vehicles that it flies."""
+
+    @property
+    def mav_autopilot(self) -> int:
+        """MAV_AUTOPILOT of its HEARTBEAT."""
 
     @property
     def system_id_name(self) -> str:
@@ -302,3 +313,15 @@ class Autopilot(Protocol):
 
     def defaults(self, vehicle_type: VehicleType) -> Mapping[str, float | int]:
         """What a vehicle that nobody set is set to: all parameters that plans are checked against."""
+
+    def parameters(self, vehicle_type: VehicleType) -> tuple[str, ...]:
+        """What is read of a vehicle."""
+
+    def gripper_channel(self, parameters: Mapping[str, float | int]) -> GripperChannel | None:
+        """Where the gripper's pulses are seen; None if no output moves it, or its pulses have another meaning."""
+
+    def has_gripper_output(self, parameters: Mapping[str, float | int], unanswered: Collection[str]) -> bool | None:
+        """Whether an output is assigned to the gripper; None: not known, since parameters did not answer."""
+
+    def gripper_limits(self, parameters: Mapping[str, float | int]) -> tuple[str, ...]:
+        """What to read besides, to know what the pulses of the assigned output mean."""

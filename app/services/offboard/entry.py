@@ -112,7 +112,7 @@ async def read_fence(link: VehicleLink, behaviour: Behaviour) -> FenceArea | Non
 
 
 async def _audited(link: VehicleLink, means: Means, *, sticks_held: bool) -> tuple[AuditEntry, ...]:
-    audit = autopilot().audit(commanded=means is Means.COMMANDS)
+    audit = autopilot(link.identity.autopilot).audit(commanded=means is Means.COMMANDS)
     return audit.entries(await link.read_parameters(audit.names), sticks_held=sticks_held)
 
 

@@ -182,7 +182,7 @@ class Preparation:
             word = final.word if final else "no answer"
             raise VehicleRefusedError(
                 f"the gripper did not close before take-off: {word}",
-                hint=autopilot().gripper_hint,
+                hint=autopilot(self._link.identity.autopilot).gripper_hint,
             )
 
     async def _hold(self) -> None:

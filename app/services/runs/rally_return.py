@@ -40,7 +40,7 @@ class RallyReturn:
             returns already. LinkError: it does not tell how it returns.
         """
         self._refuse_unfit(self._link.state())
-        names = autopilot().return_parameters(self._watch.leg.plan.vehicle_type)
+        names = autopilot(self._link.identity.autopilot).return_parameters(self._watch.leg.plan.vehicle_type)
         found = await self._link.read_parameters(names)
         if names[0] not in found:
             raise LinkTimeoutError(f"the vehicle does not tell its {names[0]}", hint="order it again, or return")
@@ -65,7 +65,7 @@ class RallyReturn:
         state, leg, change = self._link.state(), self._watch.leg, self._watch.change
         self._refuse_unfit(state)
         self._refuse_others_points(state, leg.mission)
-        does = behaviour(VehicleFacts(leg.plan.vehicle_type, parameters=found))
+        does = behaviour(VehicleFacts(leg.plan.vehicle_type, parameters=found, autopilot=self._link.identity.autopilot))
         missions = [leg.mission] if change is None or not change.is_open else [leg.mission, change.mission]
         landings = [item for mission in missions for item in mission.items if item.command in _LANDINGS][:2]
         return ReturnSight(

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Final
 
-from app.domain.autopilot.base import Audit
-from app.domain.autopilot.px4 import audit, modes, parameters, setpoints
+from app.domain.autopilot.base import Audit, GripperChannel
+from app.domain.autopilot.px4 import audit, gripper, modes, parameters, setpoints
 from app.domain.autopilot.px4.behaviour import Px4Behaviour
 from app.domain.setpoint.capability import FirmwareProfile
 from app.domain.vehicle import FirmwareVersion, FlightMode, VehicleFacts, VehicleType
@@ -15,6 +15,7 @@ from app.domain.vehicle import FirmwareVersion, FlightMode, VehicleFacts, Vehicl
 class Px4:
     """See Autopilot."""
 
+    mav_autopilot: Final = 12
     system_id_name: Final = "MAV_SYS_ID"
     gripper_hint: Final = "PD_GRIPPER_TYPE must be 0 or more, and the gripper's output assigned (PWM_MAIN_FUNCn = 430)"
     unattended: Final[Mapping[str, float | int]] = {"COM_OBL_RC_ACT": 5, "COM_LOW_BAT_ACT": 3}
@@ -40,3 +41,15 @@ class Px4:
 
     def defaults(self, vehicle_type: VehicleType) -> Mapping[str, float | int]:
         return parameters.DEFAULTS[vehicle_type]
+
+    def parameters(self, vehicle_type: VehicleType) -> tuple[str, ...]:
+        return (*parameters.DEFAULTS[vehicle_type], *parameters.ALSO_READ, *gripper.function_parameters())
+
+    def gripper_channel(self, parameters: Mapping[str, float | int]) -> GripperChannel | None:
+        return gripper.gripper_channel(parameters)
+
+    def gripper_limits(self, parameters: Mapping[str, float | int]) -> tuple[str, ...]:
+        return gripper.limit_parameters(parameters)
+
+    def has_gripper_output(self, parameters: Mapping[str, float | int], unanswered: Collection[str]) -> bool | None:
+        return gripper.is_assigned(parameters, unanswered)

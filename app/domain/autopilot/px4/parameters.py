@@ -73,6 +73,9 @@ DEFAULTS: Final[Mapping[VehicleType, Mapping[str, float | int]]] = {
 }
 """The strict ones where versions differ."""
 
+ALSO_READ: Final = ("COM_OF_LOSS_T", "COM_OBL_RC_ACT", "COM_RC_IN_MODE", "COM_DL_LOSS_T", "COM_DISARM_PRFLT")
+"""Besides those that rules have a default for."""
+
 NAMES: Final[Mapping[Quantity, str]] = {
     Quantity.ACCEPTANCE_RADIUS_M: "NAV_ACC_RAD",
     Quantity.LOITER_RADIUS_M: "NAV_LOITER_RAD",
