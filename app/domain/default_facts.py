@@ -8,4 +8,4 @@ from app.domain.vehicle import VehicleFacts, VehicleType
 
 def default_facts(vehicle_type: VehicleType) -> VehicleFacts:
     """Facts for checking a plan without a vehicle. `uid`, `firmware` and `home` stay unknown."""
-    return VehicleFacts(vehicle_type=vehicle_type, parameters=dict(autopilot().defaults(vehicle_type)))
+    return VehicleFacts(vehicle_type=vehicle_type, parameters=dict(autopilot().defaults[vehicle_type]))

@@ -138,7 +138,7 @@ class FactReader:
         boots = self._boots
         await self._until_complete()
         began_s = time.monotonic()
-        values = await self._parameters.read((HASH_CHECK, *self._autopilot.parameters(kind)))
+        values = await self._parameters.read((HASH_CHECK, *self._autopilot.defaults[kind], *self._autopilot.also_read))
         checksum = values.pop(HASH_CHECK, None)
         if not values:
             raise LinkTimeoutError("the vehicle answers no parameter request")

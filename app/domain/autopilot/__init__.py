@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from app.domain.autopilot.base import Autopilot, Behaviour, Quantity, Return
-from app.domain.autopilot.px4 import Px4
+from app.domain.autopilot.px4 import PX4
 from app.domain.vehicle import AutopilotKind, FirmwareVersion, VehicleFacts, VehicleType
 
 __all__ = [
@@ -21,7 +21,7 @@ __all__ = [
     "quantity",
 ]
 
-_AUTOPILOTS: Final[Mapping[AutopilotKind, Autopilot]] = {AutopilotKind.PX4: Px4()}
+_AUTOPILOTS: Final[Mapping[AutopilotKind, Autopilot]] = {AutopilotKind.PX4: PX4}
 
 
 _BY_MAV_AUTOPILOT: Final = {known.mav_autopilot: kind for kind, known in _AUTOPILOTS.items()}

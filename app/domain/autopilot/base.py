@@ -253,6 +253,9 @@ class Behaviour(Protocol):
         """With its battery nearly empty."""
 
 
+Capacity = Literal["max_mission_items", "max_fence_items", "max_rally_points"]
+
+
 class GripperChannel(NamedTuple):
     """SERVO_OUTPUT_RAW's port and output, counted from 1."""
 
@@ -273,55 +276,50 @@ class Audit:
         return tuple(self.entry(name, parameters.get(name), sticks_held) for name in self.names)
 
 
-class Autopilot(Protocol):
-    """What is the same for all vehicles that it flies."""
+@dataclass(frozen=True, slots=True)
+class Autopilot:
+    """What an autopilot brings; the same for all vehicles that it flies."""
 
-    @property
-    def mav_autopilot(self) -> int:
-        """MAV_AUTOPILOT of its HEARTBEAT."""
-
-    @property
-    def system_id_name(self) -> str:
-        """By which a vehicle has its MAVLink system id."""
-
-    @property
-    def gripper_hint(self) -> str:
-        """What to look at when a gripper does not move."""
-
-    @property
-    def unattended(self) -> Mapping[str, float | int]:
-        """How to set a vehicle without sticks: without setpoints it holds, with a low battery it returns."""
-
-    def arming_obstacle(self, mode: FlightMode) -> str:
-        """What keeps a disarmed vehicle in this mode from arming, in words; empty if the mode does not."""
-
-    def return_parameters(self, vehicle_type: VehicleType) -> tuple[str, ...]:
-        """What Behaviour.returns and .rally_return look at; without the first nothing can be said."""
-
-    @property
-    def setpoints(self) -> Mapping[FlightKind, Mapping[str, Cell]]:
-        """Which setpoint forms it takes, for each kind of vehicle."""
-
-    def setpoint_profile(self, firmware: FirmwareVersion | None) -> FirmwareProfile:
-        """Which word of that table counts."""
-
-    def audit(self, *, commanded: bool) -> Audit:
-        """What it does by itself when setpoints stop; `commanded`: flown by commands, there is no stream to lose."""
-
-    def behaviour(self, facts: VehicleFacts) -> Behaviour:
-        """Of one vehicle."""
-
-    def defaults(self, vehicle_type: VehicleType) -> Mapping[str, float | int]:
-        """What a vehicle that nobody set is set to: all parameters that plans are checked against."""
-
-    def parameters(self, vehicle_type: VehicleType) -> tuple[str, ...]:
-        """What is read of a vehicle."""
-
-    def gripper_channel(self, parameters: Mapping[str, float | int]) -> GripperChannel | None:
-        """Where the gripper's pulses are seen; None if no output moves it, or its pulses have another meaning."""
-
-    def has_gripper_output(self, parameters: Mapping[str, float | int], unanswered: Collection[str]) -> bool | None:
-        """Whether an output is assigned to the gripper; None: not known, since parameters did not answer."""
-
-    def gripper_limits(self, parameters: Mapping[str, float | int]) -> tuple[str, ...]:
-        """What to read besides, to know what the pulses of the assigned output mean."""
+    name: str
+    mav_autopilot: int
+    """MAV_AUTOPILOT of its HEARTBEAT."""
+    behaviour: Callable[[VehicleFacts], Behaviour]
+    """Of one vehicle."""
+    defaults: Mapping[VehicleType, Mapping[str, float | int]]
+    """What a vehicle that nobody set is set to: all parameters that plans are checked against."""
+    also_read: tuple[str, ...]
+    """Parameters that are read of a vehicle besides those."""
+    return_parameters: Callable[[VehicleType], tuple[str, ...]]
+    """What Behaviour.returns and .rally_return look at; without the first nothing can be said."""
+    unattended: Mapping[str, float | int]
+    """How to set a vehicle without sticks: without setpoints it holds, with a low battery it returns."""
+    system_id_name: str
+    """By which a vehicle has its MAVLink system id."""
+    arming_obstacle: Callable[[FlightMode], str]
+    """What keeps a disarmed vehicle in this mode from arming, in words; empty if the mode does not."""
+    setpoints: Mapping[FlightKind, Mapping[str, Cell]]
+    """Which setpoint forms it takes, for each kind of vehicle."""
+    setpoint_profile: Callable[[FirmwareVersion | None], FirmwareProfile]
+    """Which word of that table counts."""
+    audit: Audit
+    """What it does by itself when setpoints stop."""
+    audit_commanded: Audit
+    """The same of a vehicle that is flown by commands: there is no stream to lose."""
+    gripper_channel: Callable[[Mapping[str, float | int]], GripperChannel | None]
+    """Where the gripper's pulses are seen; None if no output moves it, or its pulses have another meaning."""
+    gripper_limits: Callable[[Mapping[str, float | int]], tuple[str, ...]]
+    """What to read besides, to know what the pulses of the assigned output mean."""
+    has_gripper_output: Callable[[Mapping[str, float | int], Collection[str]], bool | None]
+    """Whether an output is assigned to it, by parameters and names without an answer; None: not known."""
+    takes_turns: bool
+    """A loiter by a number of turns."""
+    takes_instance: bool
+    """Looks at which gripper a mission item means."""
+    executes_winch: bool
+    """Moves a winch in a mission; else only an external payload does."""
+    commands_winch: bool
+    """The same by a command."""
+    usually_stored: Mapping[Capacity, int]
+    """What no message of a vehicle tells."""
+    gripper_hint: str
+    """What to look at when a gripper does not move."""

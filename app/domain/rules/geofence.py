@@ -36,7 +36,7 @@ def _simple_polygons(context: RuleContext) -> Iterator[Violation]:
 def _home_inside(context: RuleContext) -> Iterator[Violation]:
     home = Place(context.home.latitude_deg, context.home.longitude_deg, 0.0)
     if context.fence is not None and not _allows(context, context.fence, home):
-        message = "home lies outside of the fence: PX4 calls such a fence invalid"
+        message = f"home lies outside of the fence: {context.autopilot.name} calls such a fence invalid"
         yield Violation("/geofence", message, "move the fence, or start elsewhere")
 
 

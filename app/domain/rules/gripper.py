@@ -42,16 +42,17 @@ def _no_second_release(context: RuleContext) -> Iterator[Violation]:
 
 
 def _winch_is_executed(context: RuleContext) -> Iterator[Violation]:
-    for drop in context.drops:
+    for drop in () if context.autopilot.executes_winch else context.drops:
         if isinstance(drop.item, Winch):
-            message = "PX4 accepts a winch item and executes nothing: only an external payload can"
+            name = context.autopilot.name
+            message = f"{name} accepts a winch item and executes nothing: only an external payload can"
             yield at_item(drop.step, message, "make sure that the vehicle carries a payload that executes DO_WINCH")
 
 
 def _winch_is_embedded(context: RuleContext) -> Iterator[Violation]:
-    for drop in context.drops:
+    for drop in () if context.autopilot.commands_winch else context.drops:
         if isinstance(drop.item, Winch) and drop.supervised:
-            message = "a winch commanded from outside the mission is answered UNSUPPORTED by PX4"
+            message = f"a winch commanded from outside the mission is answered UNSUPPORTED by {context.autopilot.name}"
             yield at_item(drop.step, message, 'use "mode": "embedded"', "mode")
 
 
@@ -63,9 +64,9 @@ def _grab_is_embedded(context: RuleContext) -> Iterator[Violation]:
 
 
 def _one_gripper(context: RuleContext) -> Iterator[Violation]:
-    for drop in context.drops:
+    for drop in () if context.autopilot.takes_instance else context.drops:
         if isinstance(drop.item, Gripper) and drop.item.instance != 1:
-            message = f"PX4 has one gripper and ignores the instance {drop.item.instance}"
+            message = f"{context.autopilot.name} has one gripper and ignores the instance {drop.item.instance}"
             yield at_item(drop.step, message, "leave instance out", "instance")
 
 

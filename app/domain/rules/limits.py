@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Final
+from collections.abc import Iterator
 
 from app.domain.autopilot import Quantity
+from app.domain.autopilot.base import Capacity
 from app.domain.compiler import compile_plan
 from app.domain.errors import PlanRejectedError
 from app.domain.finding import Severity
@@ -15,9 +15,6 @@ from app.domain.plan.walk import Carried, Step
 from app.domain.rules.places import from_home_m, planned_places
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 from app.domain.speeds import speed_range_m_s
-
-USUALLY_STORED: Final[Mapping[str, int]] = {"max_mission_items": 500, "max_fence_items": 64, "max_rally_points": 32}
-"""By PX4's defaults; no message of a vehicle tells."""
 
 
 def _mission_items(context: RuleContext) -> Iterator[Violation]:
@@ -49,10 +46,10 @@ def _rally_points(context: RuleContext) -> Iterator[Violation]:
         yield Violation("/rally_points", message, "leave some out")
 
 
-def _most(context: RuleContext, name: str, known: int | None) -> int:
+def _most(context: RuleContext, name: Capacity, known: int | None) -> int:
     if known is None:
         context.facts.assuming(name)
-        return USUALLY_STORED[name]
+        return context.autopilot.usually_stored[name]
     return known
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Final
 
-from app.domain.autopilot import Behaviour, behaviour
+from app.domain.autopilot import Autopilot, Behaviour, autopilot, behaviour
 from app.domain.fence_area import FenceArea
 from app.domain.finding import Finding, Severity, json_pointer
 from app.domain.geo import LocalProjection
@@ -50,6 +50,11 @@ class RuleContext:
     def is_for_any(self) -> bool:
         """No vehicle of the plan's type is named."""
         return self.vehicle is None or self.vehicle.vehicle_type is not self.plan.vehicle_type
+
+    @property
+    def autopilot(self) -> Autopilot:
+        """What flies the vehicle."""
+        return autopilot(self.facts.autopilot)
 
     @property
     def behaviour(self) -> Behaviour:

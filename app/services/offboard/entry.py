@@ -112,7 +112,8 @@ async def read_fence(link: VehicleLink, behaviour: Behaviour) -> FenceArea | Non
 
 
 async def _audited(link: VehicleLink, means: Means, *, sticks_held: bool) -> tuple[AuditEntry, ...]:
-    audit = autopilot(link.identity.autopilot).audit(commanded=means is Means.COMMANDS)
+    known = autopilot(link.identity.autopilot)
+    audit = known.audit_commanded if means is Means.COMMANDS else known.audit
     return audit.entries(await link.read_parameters(audit.names), sticks_held=sticks_held)
 
 

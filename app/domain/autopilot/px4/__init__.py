@@ -2,54 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
 from typing import Final
 
-from app.domain.autopilot.base import Audit, GripperChannel
-from app.domain.autopilot.px4 import audit, gripper, modes, parameters, setpoints
+from app.domain.autopilot.base import Audit, Autopilot
+from app.domain.autopilot.px4 import audit, gripper, modes, parameters, setpoints, settings
 from app.domain.autopilot.px4.behaviour import Px4Behaviour
-from app.domain.setpoint.capability import FirmwareProfile
-from app.domain.vehicle import FirmwareVersion, FlightMode, VehicleFacts, VehicleType
 
-
-class Px4:
-    """See Autopilot."""
-
-    mav_autopilot: Final = 12
-    system_id_name: Final = "MAV_SYS_ID"
-    gripper_hint: Final = "PD_GRIPPER_TYPE must be 0 or more, and the gripper's output assigned (PWM_MAIN_FUNCn = 430)"
-    unattended: Final[Mapping[str, float | int]] = {"COM_OBL_RC_ACT": 5, "COM_LOW_BAT_ACT": 3}
-    setpoints: Final = setpoints.TABLE
-
-    def arming_obstacle(self, mode: FlightMode) -> str:
-        return modes.arming_obstacle(mode)
-
-    def return_parameters(self, vehicle_type: VehicleType) -> tuple[str, ...]:
-        approach = ("RTL_APPR_FORCE",) if vehicle_type is VehicleType.VTOL else ()
-        return ("RTL_TYPE", "RTL_LAND_DELAY", *approach)
-
-    def setpoint_profile(self, firmware: FirmwareVersion | None) -> FirmwareProfile:
-        return setpoints.firmware_profile(firmware)
-
-    def audit(self, *, commanded: bool) -> Audit:
-        if commanded:
-            return Audit(audit.AUDITED_COMMANDED, audit.commanded_entry)
-        return Audit(audit.AUDITED, audit.entry)
-
-    def behaviour(self, facts: VehicleFacts) -> Px4Behaviour:
-        return Px4Behaviour(facts)
-
-    def defaults(self, vehicle_type: VehicleType) -> Mapping[str, float | int]:
-        return parameters.DEFAULTS[vehicle_type]
-
-    def parameters(self, vehicle_type: VehicleType) -> tuple[str, ...]:
-        return (*parameters.DEFAULTS[vehicle_type], *parameters.ALSO_READ, *gripper.function_parameters())
-
-    def gripper_channel(self, parameters: Mapping[str, float | int]) -> GripperChannel | None:
-        return gripper.gripper_channel(parameters)
-
-    def gripper_limits(self, parameters: Mapping[str, float | int]) -> tuple[str, ...]:
-        return gripper.limit_parameters(parameters)
-
-    def has_gripper_output(self, parameters: Mapping[str, float | int], unanswered: Collection[str]) -> bool | None:
-        return gripper.is_assigned(parameters, unanswered)
+PX4: Final = Autopilot(
+    name="PX4",
+    mav_autopilot=12,
+    behaviour=Px4Behaviour,
+    defaults=parameters.DEFAULTS,
+    also_read=(*parameters.ALSO_READ, *gripper.function_parameters()),
+    return_parameters=settings.return_parameters,
+    unattended={"COM_OBL_RC_ACT": 5, "COM_LOW_BAT_ACT": 3},
+    system_id_name="MAV_SYS_ID",
+    arming_obstacle=modes.arming_obstacle,
+    setpoints=setpoints.TABLE,
+    setpoint_profile=setpoints.firmware_profile,
+    audit=Audit(audit.AUDITED, audit.entry),
+    audit_commanded=Audit(audit.AUDITED_COMMANDED, audit.commanded_entry),
+    gripper_channel=gripper.gripper_channel,
+    gripper_limits=gripper.limit_parameters,
+    has_gripper_output=gripper.is_assigned,
+    takes_turns=False,
+    takes_instance=False,
+    executes_winch=False,
+    commands_winch=False,
+    usually_stored={"max_mission_items": 500, "max_fence_items": 64, "max_rally_points": 32},
+    gripper_hint="PD_GRIPPER_TYPE must be 0 or more, and the gripper's output assigned (PWM_MAIN_FUNCn = 430)",
+)
+"""See Autopilot."""

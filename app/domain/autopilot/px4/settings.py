@@ -7,7 +7,7 @@ from typing import Final, Literal
 
 from app.domain.autopilot.base import FenceBreach, LinkLoss, LowBattery, MissionNeeds, RallyReturn, Return, Setting
 from app.domain.autopilot.px4.parameters import parameter, told
-from app.domain.vehicle import VehicleFacts
+from app.domain.vehicle import VehicleFacts, VehicleType
 
 _LINK_LOSS: Final[Mapping[int, Literal["continue", "hold", "return", "land"]]] = {
     0: "continue",
@@ -44,6 +44,11 @@ def returns(facts: VehicleFacts) -> Return:
         rally_alone="with RTL_TYPE 5",
         setting=Setting("RTL_TYPE", kind, "set RTL_TYPE to 0 or 5"),
     )
+
+
+def return_parameters(vehicle_type: VehicleType) -> tuple[str, ...]:
+    """What `returns` and `rally_return` look at."""
+    return ("RTL_TYPE", "RTL_LAND_DELAY", *(("RTL_APPR_FORCE",) if vehicle_type is VehicleType.VTOL else ()))
 
 
 def rally_return(facts: VehicleFacts) -> RallyReturn:

@@ -11,7 +11,7 @@ from app.domain.setpoint.capability import FlightKind
 from app.domain.setpoint.dead_man import DeadMan, Silence
 
 ages = st.floats(0, 10)
-AUDIT = autopilot().audit(commanded=False)
+AUDIT = autopilot().audit
 SAFE = {"COM_OBL_RC_ACT": 5, "COM_OF_LOSS_T": 1.0, "COM_RC_IN_MODE": 4}
 
 
