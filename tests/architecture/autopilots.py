@@ -24,7 +24,7 @@ COMMANDS = frozenset(entry.name.removeprefix("MAV_CMD_") for entry in common.enu
 MODE_NUMBER = re.compile(r"custom_mode|main_mode|sub_mode")
 VERSION = re.compile(r"(?:^|_)(?:firmware|SINCE|BEFORE)$")
 ORDER = (ast.Lt, ast.LtE, ast.Gt, ast.GtE)
-CITING = ("Rule",)
+CITING = {"Rule": slice(2, 4)}
 """Whose arguments are documentation: a rule's reason and source."""
 
 
@@ -64,7 +64,8 @@ def _citations(source: Source) -> set[int]:
         if isinstance(node, ast.Expr):
             found.add(id(node.value))
         elif isinstance(node, ast.Call) and _last_name(node.func) in CITING:
-            found |= {id(part) for argument in node.args for part in ast.walk(argument)}
+            cited = node.args[CITING[_last_name(node.func)]]
+            found |= {id(part) for argument in cited for part in ast.walk(argument)}
     return found
 
 

@@ -52,6 +52,7 @@ FORBIDDEN: list[tuple[Checker, str, str]] = [
     (autopilots.named_outside, "app/domain/a.py", "x = f'set {name}, or RTL_TYPE to {1}'"),
     (autopilots.named_outside, "app/services/a.py", "raise Error('no gripper', hint='set PWM_MAIN_FUNCn to 430')"),
     (autopilots.named_outside, "app/services/a.py", "x = Violation('', 'NAV_DLL_ACT is 0')"),
+    (autopilots.named_outside, "app/domain/a.py", "x = Rule('a.RTL_TYPE', ERROR, 'It flies back.', 'PX4', check)"),
     (autopilots.named_outside, "app/domain/autopilot/base.py", "x = 'MAV_SYS_ID'"),
     (autopilots.named_outside, "app/domain/a.py", "SINCE = FirmwareVersion(1, 14, 0)"),
     (autopilots.named_outside, "app/domain/a.py", "if facts.firmware < other: ..."),
