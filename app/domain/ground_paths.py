@@ -35,7 +35,7 @@ class GroundPath:
 def ground_paths(
     plan: Plan, steps: tuple[Step, ...], home: GlobalPosition, facts: VehicleFacts, projection: LocalProjection
 ) -> Iterator[GroundPath]:
-    """All paths of a plan, those of its jumps too, and of its return to wherever RTL_TYPE may send it."""
+    """All paths of a plan, those of its jumps too, and of its return to wherever it may go."""
     ends = {step.item.id: step.end for step in steps}
     for step in steps:
         item = step.item

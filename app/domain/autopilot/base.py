@@ -63,7 +63,7 @@ class Quantity(StrEnum):
     COMMAND_WAIT_S = auto()
     """How long a mission waits at a drop that it does itself."""
     FIRST_WAYPOINT_M = auto()
-    """From home at most; 0: anywhere. This and the next two bound where a vehicle flies at all."""
+    """From home at most; 0: no bound, as of the next two."""
     FARTHEST_M = auto()
     HIGHEST_M = auto()
 

@@ -19,7 +19,7 @@ SLOWEST_M_S = 1.0
 
 
 def fly(flight: Flight, before: Motion, point: Point, up_m: float, speed_m_s: float) -> Effort:
-    """A leg: over inside NAV_ACC_RAD. What it lacks of its speed it gains slowly."""
+    """A leg: over inside the acceptance radius. What it lacks of its speed it gains slowly."""
     along = before.course_to(point)
     ground_m_s = flight.wind.ground_speed_m_s(max(speed_m_s, 0.1), along)
     reach_m = quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M)

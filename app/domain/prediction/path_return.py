@@ -1,7 +1,7 @@
-"""A return along the mission (RTL_TYPE 2 and 4): on to its landing, or back through its positions and home.
+"""A return along the mission: on to its landing, or back through its positions and home.
 
 PX4's RtlMissionFast and RtlMissionFastReverse: positions are passed without their hold, drops and jumps are left out,
-and nothing climbs to RTL_RETURN_ALT first.
+and nothing climbs to the height of a return first.
 """
 
 from __future__ import annotations

@@ -51,7 +51,7 @@ def way_of(flight: Flight, here: Point, to: Point) -> tuple[Point, ...]:
 
 
 def return_up_m(flight: Flight, here: Motion, to: Point) -> float:
-    """The height above home: RTL_RETURN_ALT, less within RTL_MIN_DIST of the place, never below the present one."""
+    """The height above home: as it is set, less near to the place, never below the present one."""
     away_m, radius_m = here.away_m(to), quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M)
     if away_m <= radius_m:
         return max(here.up_m, 2.0 * away_m)

@@ -30,7 +30,7 @@ def climb_s(facts: VehicleFacts, height_m: float) -> float:
 
 
 def takes_off_s(facts: VehicleFacts, height_m: float) -> float:
-    """Spool up, the thrust ramp, MPC_TKO_SPEED up to MPC_LAND_ALT1, then as any climb."""
+    """Spool up, the thrust ramp, slowly at first, then as any climb."""
     ramp_s, slow_m_s = (
         quantity(facts, Quantity.TAKEOFF_RAMP_S),
         max(quantity(facts, Quantity.TAKEOFF_M_S), _SLOWEST_M_S),
@@ -49,7 +49,7 @@ def takes_off_s(facts: VehicleFacts, height_m: float) -> float:
 
 
 def lands_vertically_s(facts: VehicleFacts, height_m: float, above_ground_m: float) -> float:
-    """Full speed to MPC_LAND_ALT1, slower and slower to MPC_LAND_ALT2, MPC_LAND_SPEED, the crawl, the detection."""
+    """Full speed, then slower and slower, the landing speed, the crawl, the detection."""
     fast = max(quantity(facts, Quantity.SINK_M_S), _SLOWEST_M_S)
     slow = max(quantity(facts, Quantity.LANDING_M_S), _SLOWEST_M_S)
     lower = quantity(facts, Quantity.LANDING_SLOW_BELOW_M)

@@ -18,7 +18,7 @@ CORNER_M, CORNER_MAX_M = 1.284, 3.0
 
 
 def drive(flight: Flight, before: Motion, point: Point, following: Point | None, speed_m_s: float) -> Effort:
-    """A leg: over inside the corner's radius, or NAV_ACC_RAD at the last point."""
+    """A leg: over inside the corner's radius, or the acceptance radius at the last point."""
     reach_m = corner_radius_m(flight, before, point, following)
     final_m_s = min(speed_m_s, CORNER_M_S) if following is not None else 0.0
     way_m = before.away_m(point)
