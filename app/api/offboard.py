@@ -30,7 +30,9 @@ from app.api.offboard_models import (
 from app.api.pilot_routes import pilot_route
 from app.api.routing import BY_HAND_PATH, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import FLEET, OFFBOARD
-from app.domain.setpoint.capability import capabilities, firmware_profile, flight_kind
+from app.domain.autopilot import autopilot
+from app.domain.setpoint.capability import flight_kind
+from app.domain.setpoint.table import capabilities
 from app.services.access import Role
 from app.services.offboard import ByHand
 from app.services.offboard_view import OffboardView
@@ -52,7 +54,8 @@ async def get_offboard(call: Call[NoQuery, Empty]) -> web.Response:
     who = vehicle.link.identity
     known, tasks = [], TaskMeansView(flown_by=None, reason="its type is not known yet", hint="wait a moment")
     if who.vehicle_type is not None:
-        kind, profile = flight_kind(who.vehicle_type, vehicle.link.state().vtol_state), firmware_profile(who.firmware)
+        kind = flight_kind(who.vehicle_type, vehicle.link.state().vtol_state)
+        profile = autopilot(who.autopilot).setpoint_profile(who.firmware)
         known = [CapabilityView.of(row) for row in capabilities(kind, profile)]
         tasks = TaskMeansView.of(kind, profile)
     view, limits = offboard.vehicle(vehicle.id).control.view(), offboard.settings.limits

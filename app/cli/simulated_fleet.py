@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from app.config import SettingsError
+from app.domain.autopilot import autopilot
 from app.domain.live_control import MAX_LIVE_RATE
 from app.domain.performance import Performance
 
@@ -54,7 +55,7 @@ class SimulatedFleet:
             *("--fleet", ",".join(FLEET), "--port", str(self.port), "--local-port", str(self.port + LOCAL_PORT_OFFSET)),
             *("--speed", f"{self.speed:g}", "--seed", str(self.seed)),
             # nobody holds sticks here: a lost offboard stream is Hold, and a critical battery brings it home
-            *("--params", "COM_OBL_RC_ACT=5,COM_LOW_BAT_ACT=3"),
+            *("--params", ",".join(f"{name}={value}" for name, value in autopilot().unattended.items())),
             *("--control-port", "0"),  # any free one: the simulator tells it, see SimulatorProcess.control
             *shared,
         )

@@ -1,31 +1,16 @@
-"""Who may arm a vehicle, and why PX4 does not arm in a mode: it says so by an EVENT at most, so the mode tells it."""
+"""Who may arm a vehicle, and why it does not arm in a mode: it hardly says so itself, so the mode tells it."""
 
 from __future__ import annotations
 
-from typing import Final
-
+from app.domain.autopilot import autopilot
 from app.domain.errors import VehicleTakenError
 from app.domain.vehicle import FlightMode
-
-_NEEDS_STICKS: Final = "only with manual control input, which nobody gives it"
-_WHY: Final = {
-    FlightMode.OFFBOARD: "only with a setpoint stream",
-    FlightMode.POSITION: _NEEDS_STICKS,
-    FlightMode.ALTITUDE: _NEEDS_STICKS,
-    FlightMode.MANUAL: _NEEDS_STICKS,
-    FlightMode.STABILIZED: _NEEDS_STICKS,
-    FlightMode.RETURN: "never",
-    FlightMode.LAND: "never",
-    FlightMode.ORBIT: "never",
-    FlightMode.OTHER: "perhaps never",
-}
 
 
 def arming_obstacle(mode: FlightMode | None) -> str:
     """What keeps a disarmed vehicle in this mode from arming, in words; empty if the mode does not."""
-    if mode is None or mode not in _WHY:
-        return ""
-    return f"the vehicle is disarmed in {name_of(mode)} mode, and PX4 arms it there {_WHY[mode]}"
+    why = "" if mode is None else autopilot().arming_obstacle(mode)
+    return f"the vehicle is disarmed in {name_of(mode)} mode, and {why}" if why else ""
 
 
 def hold_hint(vehicle_id: str) -> str:

@@ -10,13 +10,10 @@ from shapely.geometry.base import BaseGeometry
 
 from app.domain.geo import LocalProjection
 from app.domain.plan.geofence import FenceCircle, FencePolygon, Geofence
-from app.domain.vehicle import FirmwareVersion
 
 _SEGMENTS = 32
 """Of a quarter circle. An inclusion is drawn inside its circle, an exclusion around it: both err to the safe side."""
 MIN_AREA_M2 = 1.0
-ALL_INCLUSIONS_SINCE = FirmwareVersion(1, 15, 0)
-"""Up to v1.14 PX4 allows a point in any inclusion; newer firmware wants it in all of those that contain home."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,11 +33,6 @@ class FenceArea:
         """How near the path comes to the edge of what is allowed; infinite without a fence."""
         room_m = math.inf if self.inside is None else float(self.inside.boundary.distance(path))
         return room_m if self.outside is None else min(room_m, float(self.outside.distance(path)))
-
-
-def needs_all_inclusions(firmware: FirmwareVersion | None) -> bool:
-    """Whether a point must lie in all inclusions that contain home, and not in any one. Unknown firmware: yes."""
-    return firmware is None or firmware >= ALL_INCLUSIONS_SINCE
 
 
 def fence_area(fence: Geofence, projection: LocalProjection, *, all_of_home: bool = False) -> FenceArea:

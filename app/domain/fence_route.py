@@ -12,29 +12,13 @@ from shapely import LineString, Point, Polygon, get_parts, prepare
 from shapely.geometry.base import BaseGeometry
 from shapely.ops import nearest_points
 
-from app.domain.default_facts import firmware, parameter
 from app.domain.fence_area import FenceArea
-from app.domain.vehicle import FirmwareVersion, VehicleFacts, VehicleType
 
 Place = tuple[float, float]
 
-ROUND_THE_FENCE_SINCE: Final = FirmwareVersion(1, 19, 0)
-"""PX4 v1.19 (PR 27145). A build option, on by default; without it a return flies straight."""
 _COARSE_M: Final = 1.0
 """A circle needs no more corners than this; the margin is several times as wide."""
 _TOUCH_M: Final = 0.05
-
-
-def flies_round(facts: VehicleFacts) -> bool:
-    """Whether this firmware plans its direct return round the fence. Unknown firmware: no."""
-    version = firmware(facts)
-    return version is not None and version >= ROUND_THE_FENCE_SINCE
-
-
-def margin_m(facts: VehicleFacts) -> float:
-    """How far the way keeps off the fence: twice NAV_ACC_RAD, or the loiter radius of what flies as a wing."""
-    wing = facts.vehicle_type in (VehicleType.FIXED_WING, VehicleType.VTOL)
-    return abs(parameter(facts, "NAV_LOITER_RAD")) if wing else 2.0 * parameter(facts, "NAV_ACC_RAD")
 
 
 def way_round(area: FenceArea, here: Place, there: Place, margin_m: float) -> tuple[Place, ...] | None:

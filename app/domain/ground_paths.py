@@ -9,7 +9,7 @@ from typing import Final
 from shapely import LineString, Point, union_all
 from shapely.geometry.base import BaseGeometry
 
-from app.domain.default_facts import parameter
+from app.domain.autopilot import Quantity, behaviour, quantity
 from app.domain.geo import LocalProjection
 from app.domain.landing_pattern import landing_pattern
 from app.domain.plan.document import Plan
@@ -18,7 +18,6 @@ from app.domain.plan.walk import Carried, Place, Step
 from app.domain.prediction.flight import flight_of
 from app.domain.prediction.path_return import positions_of
 from app.domain.prediction.return_ends import return_ends
-from app.domain.prediction.usable_facts import usable_facts
 from app.domain.vehicle import GlobalPosition, VehicleFacts, VehicleType
 
 _SEGMENTS: Final = 32
@@ -36,7 +35,7 @@ class GroundPath:
 def ground_paths(
     plan: Plan, steps: tuple[Step, ...], home: GlobalPosition, facts: VehicleFacts, projection: LocalProjection
 ) -> Iterator[GroundPath]:
-    """All paths of a plan, those of its jumps too, and of its return to wherever RTL_TYPE may send it."""
+    """All paths of a plan, those of its jumps too, and of its return to wherever it may go."""
     ends = {step.item.id: step.end for step in steps}
     for step in steps:
         item = step.item
@@ -50,14 +49,14 @@ def ground_paths(
         else:
             yield GroundPath(step, _line(step.start, step.end, projection))
         if isinstance(item, Loiter) and step.after in (Carried.FIXED_WING, Carried.BUOYANCY):
-            radius_m = abs(item.radius_m or parameter(facts, "NAV_LOITER_RAD"))
+            radius_m = abs(item.radius_m or quantity(facts, Quantity.LOITER_RADIUS_M))
             yield GroundPath(step, point_of(step.end, projection).buffer(radius_m, quad_segs=_SEGMENTS))
         elif isinstance(item, Takeoff):
             yield GroundPath(step, point_of(step.start, projection))
 
 
 def _return_paths(plan: Plan, step: Step, facts: VehicleFacts, projection: LocalProjection) -> Iterator[GroundPath]:
-    flight, here = flight_of(plan, usable_facts(facts)), point_of(step.start, projection)
+    flight, here = flight_of(plan, behaviour(facts).usable()), point_of(step.start, projection)
     for end in return_ends(flight, (here.x, here.y), positions_of(flight, plan), step.index):
         there = Point(end)
         yield GroundPath(step, here if here.distance(there) == 0 else LineString([here, there]))

@@ -1,6 +1,6 @@
 """The landing of a fixed wing: descend on a circle, leave it on the tangent, glide to the ground.
 
-PX4 refuses a glide steeper than FW_LND_ANG + 0.1 deg, and a landing point inside the circle (FeasibilityChecker).
+The autopilot refuses a glide that is too steep, and a landing point inside the circle.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from app.domain.default_facts import parameter
+from app.domain.autopilot import Quantity, quantity
 from app.domain.geo import bearing_deg, destination_deg, distance_m
 from app.domain.plan.items import Land
 from app.domain.plan.walk import Place, relative_altitude_m
@@ -17,9 +17,7 @@ from app.domain.vehicle import GlobalPosition, VehicleFacts
 DEFAULT_APPROACH_HEIGHT_M = 20.0
 DEFAULT_APPROACH_RADIUS_M = 60.0
 SLOPE_SHARE = 0.75
-"""A computed approach glides at this share of FW_LND_ANG: the limit itself leaves no room for rounding."""
-SLOPE_MARGIN_DEG = 0.1
-"""PX4's own tolerance on FW_LND_ANG."""
+"""A computed approach glides at this share of the steepest: the limit itself leaves no room for rounding."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,14 +54,9 @@ def landing_pattern(item: Land, start: Place, home: GlobalPosition, facts: Vehic
     return LandingPattern(circle, radius_m, touchdown, math.sqrt(max(0.0, away_m**2 - radius_m**2)))
 
 
-def steepest_deg(facts: VehicleFacts) -> float:
-    """The steepest glide that PX4 accepts."""
-    return parameter(facts, "FW_LND_ANG") + SLOPE_MARGIN_DEG
-
-
 def _default_circle(touchdown: Place, start: Place, facts: VehicleFacts) -> Place:
     """On the line from the touchdown towards where the vehicle comes from (north if it comes from above)."""
-    angle = math.radians(max(1.0, parameter(facts, "FW_LND_ANG") * SLOPE_SHARE))
+    angle = math.radians(max(1.0, quantity(facts, Quantity.GLIDE_DEG) * SLOPE_SHARE))
     away_m = math.hypot(DEFAULT_APPROACH_HEIGHT_M / math.tan(angle), DEFAULT_APPROACH_RADIUS_M)
     touch = (touchdown.latitude_deg, touchdown.longitude_deg)
     towards = bearing_deg(*touch, start.latitude_deg, start.longitude_deg)

@@ -13,7 +13,7 @@ from app.domain.mission_port import MissionLink
 from app.domain.offboard_port import OffboardLink
 from app.domain.run import Run
 from app.domain.run_filter import RunFilter
-from app.domain.vehicle import FirmwareVersion, FlightMode, VehicleFacts, VehicleState, VehicleType
+from app.domain.vehicle import AutopilotKind, FirmwareVersion, FlightMode, VehicleFacts, VehicleState, VehicleType
 
 Unsubscribe = Callable[[], None]
 
@@ -27,6 +27,7 @@ class VehicleIdentity:
     vehicle_type: VehicleType | None = None
     firmware: FirmwareVersion | None = None
     uid: str | None = None
+    autopilot: AutopilotKind = AutopilotKind.PX4
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,9 +1,8 @@
-"""Whether a return now goes to a rally point, and to which: PX4 chooses by RTL_TYPE as Return mode begins.
+"""Whether a return now goes to a rally point, and to which: the vehicle chooses as Return mode begins.
 
-From rtl.cpp (setRtlTypeAndDestination, findRtlDestination): 0 the nearest of home and the rally points, 1 of the rally
-points and the mission's landing, 3 of all of them, 5 of the rally points alone. 2 and 4 follow the mission. What is not
-home must be nearer by 2 m, and but for type 5 a rally point within 10 m of home is none. With RTL_APPR_FORCE a VTOL on
-its wing passes over places without landing approaches: whether there are some is not known here.
+As PX4 does in rtl.cpp (setRtlTypeAndDestination, findRtlDestination): what is not home must be nearer by 2 m, and a
+rally point within 10 m of home is none, but where rally points alone are chosen from. A VTOL on its wing may pass over
+places without landing approaches: whether there are some is not known here.
 """
 
 from __future__ import annotations
@@ -14,6 +13,7 @@ from typing import Final
 
 from pydantic import BaseModel, ConfigDict
 
+from app.domain.autopilot.base import RallyReturn, Return
 from app.domain.errors import ConflictError, RallyRefusedError
 from app.domain.geo import distance_m
 from app.domain.reason import Param, Reason, ReasonCode, because
@@ -26,14 +26,6 @@ NEARLY_M: Final = 20.0
 """Where the vehicle is as it chooses is not known better."""
 CHOOSES_WITHIN_S: Final = FRESH_POSITION_S + 3.0
 """The position may be so old by then: as it is looked at, and three tries of the command, a second each."""
-_RALLY_ALONE: Final = 5
-_CHOICES: Final = {
-    0: "the nearest of home and the rally points",
-    1: "the nearest of the rally points and the mission's landing",
-    3: "the nearest of home, the rally points and the mission's landing",
-    _RALLY_ALONE: "the nearest rally point",
-}
-_HINT: Final = "return, or change the plan to land there; with RTL_TYPE 5 it goes to the nearest rally point"
 Place = tuple[float, float]
 """Latitude and longitude in degrees."""
 
@@ -59,32 +51,30 @@ class RallyDestination(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class ReturnSight:
-    """What the choice rests on: the rally points and landings on board, and the vehicle's parameters as they are now.
-
-    `approach_force` is RTL_APPR_FORCE: 0 too where the firmware has none.
-    """
+    """What the choice rests on: the rally points and landings on board, and how the vehicle is set now."""
 
     vehicle_type: VehicleType
     state: VehicleState
     rally: Sequence[Place]
     landings: Sequence[Place]
-    rtl_type: int
-    land_delay_s: float | None
-    approach_force: int = 0
+    returns: Return
+    there: RallyReturn
 
     def destination(self) -> RallyDestination:
         """Where a return ordered now goes. Raises RallyRefusedError, ConflictError: position or home is not known."""
         if not self.rally:
             raise _refused("no_rally_points", "there are no rally points on the vehicle", "return, or change the plan")
-        if self.rtl_type not in _CHOICES:
-            raise _refused("rtl_type", f"with RTL_TYPE {self.rtl_type} it returns along its mission, to no rally point")
-        if self.vehicle_type is VehicleType.VTOL and self.approach_force != 0:
-            why = f"with RTL_APPR_FORCE {self.approach_force} a VTOL on its wing passes over rally points"
-            raise _refused("approach_forced", f"{why} without landing approaches", "return, or set RTL_APPR_FORCE to 0")
+        if not self.returns.choice:
+            why = f"with {self.returns.setting} it returns along its mission, to no rally point"
+            raise _refused("rtl_type", why, self._hint)
+        over = self.there.passes_over
+        if self.vehicle_type is VehicleType.VTOL and over is not None:
+            why = f"with {over} a VTOL on its wing passes over rally points"
+            raise _refused("approach_forced", f"{why} without landing approaches", f"return, or {over.mend}")
         here, reach_m = self._here(), self._reach_m()
         points = [(index, distance_m(*here, *place)) for index, place in enumerate(self.rally) if self._counts(place)]
         if not points:
-            raise _refused("no_rally_points", "all rally points are at home: a return goes home")
+            raise _refused("no_rally_points", "all rally points are at home: a return goes home", self._hint)
         index, away_m = min(points, key=lambda point: point[1])
         for name, place in self._others():
             other_m = distance_m(*here, *place)
@@ -97,26 +87,33 @@ class ReturnSight:
             longitude_deg=self.rally[index][1],
             distance_m=away_m,
             or_index=near,
-            rtl_type=self.rtl_type,
-            lands=None if self.land_delay_s is None else self.land_delay_s >= 0.0,
+            rtl_type=int(self.returns.setting.value),
+            lands=self.there.lands,
             reason=self._reason(index, away_m, near),
         )
 
     def _reason(self, index: int, away_m: float, near: Sequence[int]) -> Reason:
-        told: dict[str, Param] = {"rally_point": index + 1, "distance_m": away_m, "rtl_type": self.rtl_type}
-        reason = because(ReasonCode.RALLY_POINT, **told, choice=_CHOICES[self.rtl_type])
+        told: dict[str, Param] = {"rally_point": index + 1, "distance_m": away_m}
+        how: dict[str, Param] = {"choice": self.returns.choice, "setting": str(self.returns.setting)}
+        reason = because(ReasonCode.RALLY_POINT, **told, **how)
         if near:
             others = " or ".join(str(other + 1) for other in near)
-            reason = because(ReasonCode.RALLY_POINT_OR, **told, others=others, choice=_CHOICES[self.rtl_type])
-        stays = (self.land_delay_s or 0.0) < 0.0
-        return because(ReasonCode.RALLY_STAYS_IN_AIR, reason) if stays else reason
+            reason = because(ReasonCode.RALLY_POINT_OR, **told, **how, others=others)
+        if self.there.lands is False:
+            reason = because(ReasonCode.RALLY_STAYS_IN_AIR, reason, setting=str(self.there.lands_by))
+        return reason
 
     def _refuse_other(self, name: str, other_m: float, index: int, away_m: float, reach_m: float) -> RallyRefusedError:
         where = f"{name} is {other_m:.0f} m away and rally point {index + 1} {away_m:.0f} m"
         if other_m + reach_m < away_m:
-            why = f"it would return there: with RTL_TYPE {self.rtl_type} to {_CHOICES[self.rtl_type]}"
-            return _refused("other_is_nearer", f"{where}: {why}")
-        return _refused("too_close", f"{where}: which of them it would choose is not sure")
+            why = f"it would return there: with {self.returns.setting} to {self.returns.choice}"
+            return _refused("other_is_nearer", f"{where}: {why}", self._hint)
+        return _refused("too_close", f"{where}: which of them it would choose is not sure", self._hint)
+
+    @property
+    def _hint(self) -> str:
+        alone = self.returns.rally_alone
+        return f"return, or change the plan to land there; {alone} it goes to the nearest rally point"
 
     def _here(self) -> Place:
         state = self.state
@@ -130,7 +127,8 @@ class ReturnSight:
         return max(NEARLY_M, 2.0 * CHOOSES_WITHIN_S * (self.state.ground_speed_m_s or 0.0))
 
     def _counts(self, place: Place) -> bool:
-        return self.rtl_type == _RALLY_ALONE or distance_m(*place, *self._home()) > AT_HOME_M
+        is_alone = not (self.returns.to_home or self.returns.to_landing)
+        return is_alone or distance_m(*place, *self._home()) > AT_HOME_M
 
     def _home(self) -> Place:
         home = self.state.home
@@ -141,12 +139,12 @@ class ReturnSight:
     def _others(self) -> Iterator[tuple[str, Place]]:
         """Where a return may go instead."""
         hovering_vtol = self.vehicle_type is VehicleType.VTOL and self.state.vtol_state != "fixed_wing"
-        if self.rtl_type in (0, 3) or (self.rtl_type == 1 and hovering_vtol):
+        if self.returns.to_home or (self.returns.to_landing and hovering_vtol):
             yield "home", self._home()
-        if self.rtl_type in (1, 3):
+        if self.returns.to_landing:
             for landing in self.landings:
                 yield "the mission's landing", landing
 
 
-def _refused(because: str, detail: str, hint: str = _HINT) -> RallyRefusedError:
+def _refused(because: str, detail: str, hint: str) -> RallyRefusedError:
     return RallyRefusedError(detail, hint=hint, because=because)

@@ -187,14 +187,14 @@ class ReasonCode(StrEnum):
     # returns to a rally point
     RALLY_POINT = (
         "rally.nearest",
-        "rally point {rally_point}, {distance_m:.0f} m away: {choice} (RTL_TYPE {rtl_type})",
+        "rally point {rally_point}, {distance_m:.0f} m away: {choice} ({setting})",
     )
     RALLY_POINT_OR = (
         "rally.nearest_or",
-        "rally point {rally_point} or {others}, {distance_m:.0f} m away: {choice} (RTL_TYPE {rtl_type}), "
+        "rally point {rally_point} or {others}, {distance_m:.0f} m away: {choice} ({setting}), "
         "as it is when the return begins",
     )
-    RALLY_STAYS_IN_AIR = "rally.stays_in_air", "{cause}; it stays in the air there (RTL_LAND_DELAY)"
+    RALLY_STAYS_IN_AIR = "rally.stays_in_air", "{cause}; it stays in the air there ({setting})"
 
     # moving targets
     FEED_SILENT = "target.feed_silent", "nothing was reported by {feed} yet"

@@ -10,6 +10,9 @@ from typing import Annotated, Any, Final, Literal, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, RootModel
 
+from app.domain.autopilot import behaviour_of
+from app.domain.vehicle import VehicleType
+
 ModeName = Literal[
     "MANUAL",
     "ALTCTL",
@@ -150,13 +153,14 @@ class FaultKind(BaseModel):
     value_schema: dict[str, Any]
 
 
+_LINK_LOSS: Final = behaviour_of(VehicleType.MULTICOPTER, None).link_loss.setting.name
 _EFFECTS: Final[dict[str, str]] = {
     "loss": "datagrams are lost, both ways",
     "duplicate": "datagrams come twice",
     "reorder": "datagrams are overtaken by the next ones",
     "delay_s": "datagrams come late",
     "jitter_s": "datagrams come up to this much later, each by itself",
-    "link_cut": "nothing passes; the vehicle's own link-loss failsafe acts as NAV_DLL_ACT says",
+    "link_cut": f"nothing passes; the vehicle's own link-loss failsafe acts as {_LINK_LOSS} says",
     "stuck_gripper": "the gripper acknowledges and does not move: nothing on the link shows it",
     "no_gripper": "the gripper is not there any more: each command to it is answered FAILED",
     "stuck_winch": "the winch does not pay out",

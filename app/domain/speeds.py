@@ -6,7 +6,8 @@ import math
 from collections.abc import Iterable
 from typing import Final
 
-from app.domain.default_facts import default_facts, parameter
+from app.domain.autopilot import Quantity, quantity
+from app.domain.default_facts import default_facts
 from app.domain.plan.document import Plan
 from app.domain.plan.items import ChangeSpeed, Takeoff, Transition, Waypoint
 from app.domain.plan.walk import Carried, Step, carried_in_flight
@@ -21,20 +22,20 @@ def cruise_speed_m_s(facts: VehicleFacts, carried: Carried) -> float:
     """The speed that the vehicle flies when nobody asks for another. 0 on the ground."""
     match carried:
         case Carried.FIXED_WING:
-            return _speed_m_s(facts, "FW_AIRSPD_TRIM")
+            return _speed_m_s(facts, Quantity.WING_CRUISE_M_S)
         case Carried.WHEELS:
-            return _speed_m_s(facts, "RO_SPEED_LIM")
+            return _speed_m_s(facts, Quantity.WHEELS_FASTEST_M_S)
         case Carried.ROTARY_WING | Carried.BUOYANCY:
-            return _speed_m_s(facts, "MPC_XY_CRUISE")
+            return _speed_m_s(facts, Quantity.HOVER_CRUISE_M_S)
         case Carried.GROUND:
             return 0.0
 
 
-def _speed_m_s(facts: VehicleFacts, name: str) -> float:
-    """A speed of 0 or less is none that is flown (-1 is "no limit" to PX4): the type's default then."""
-    speed_m_s = parameter(facts, name)
+def _speed_m_s(facts: VehicleFacts, which: Quantity) -> float:
+    """A speed of 0 or less is none that is flown (-1 may mean "no limit"): the type's default then."""
+    speed_m_s = quantity(facts, which)
     if not 0.0 < speed_m_s < math.inf:
-        speed_m_s = parameter(default_facts(facts.vehicle_type), name)
+        speed_m_s = quantity(default_facts(facts.vehicle_type), which)
     return min(max(speed_m_s, SLOWEST_M_S), FASTEST_M_S)
 
 
@@ -42,11 +43,11 @@ def speed_range_m_s(facts: VehicleFacts, carried: Carried) -> tuple[float, float
     """The slowest and fastest speed that the vehicle can be asked for."""
     match carried:
         case Carried.FIXED_WING:
-            return _speed_m_s(facts, "FW_AIRSPD_MIN"), _speed_m_s(facts, "FW_AIRSPD_MAX")
+            return _speed_m_s(facts, Quantity.WING_SLOWEST_M_S), _speed_m_s(facts, Quantity.WING_FASTEST_M_S)
         case Carried.WHEELS:
-            return 0.0, _speed_m_s(facts, "RO_SPEED_LIM")
+            return 0.0, _speed_m_s(facts, Quantity.WHEELS_FASTEST_M_S)
         case Carried.ROTARY_WING | Carried.BUOYANCY | Carried.GROUND:
-            return 0.0, _speed_m_s(facts, "MPC_XY_VEL_MAX")
+            return 0.0, _speed_m_s(facts, Quantity.HOVER_FASTEST_M_S)
 
 
 def speeds_along(plan: Plan, facts: VehicleFacts, steps: Iterable[Step]) -> tuple[float, ...]:

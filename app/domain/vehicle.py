@@ -5,10 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import Final
 
 from app.domain.in_flight import InFlight
 from app.domain.performance import Performance
 from app.domain.vehicle_clock import UNHEARD, VehicleClock
+
+FIRMWARE: Final = "firmware"
+HOME: Final = "home"
+"""Names of facts that are no parameters."""
+
+
+class AutopilotKind(StrEnum):
+    """What flies a vehicle: see app/domain/autopilot. From MAV_AUTOPILOT of the HEARTBEAT."""
+
+    PX4 = "px4"
 
 
 class VehicleType(StrEnum):
@@ -102,8 +113,8 @@ def _nobody_listens(_name: str) -> None:
 class VehicleFacts:
     """What a plan is checked against. Unknown things are None; rules must then take the strict side.
 
-    `parameters` holds PX4 parameters by name as read from the vehicle (`NAV_ACC_RAD`, `MIS_TKO_LAND_REQ` ...). Those
-    that it does not have are in neither; `unanswered` were asked for, and nobody knows whether it has them.
+    `parameters` holds the autopilot's parameters by name as read from the vehicle: what they mean says `autopilot`.
+    Those that it does not have are in neither; `unanswered` were asked for, and nobody knows whether it has them.
     `least_clock_rate`: see VehicleClock.least_rate. `in_flight`: it flies now, and the mission begins there; None: it
     begins on the ground, at home. `performance` is what the operator declares of it, `battery_percent` its charge as
     the facts were read. `assuming` is called with the name of each fact that is asked for, is not known and is assumed.
@@ -126,6 +137,7 @@ class VehicleFacts:
     battery_percent: float | None = None
     assuming: Callable[[str], None] = field(default=_nobody_listens, compare=False, repr=False)
     parameters_age_s: float | None = field(default=None, compare=False)
+    autopilot: AutopilotKind = AutopilotKind.PX4
 
 
 @dataclass(frozen=True, slots=True)

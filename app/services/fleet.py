@@ -9,6 +9,7 @@ from typing import Final
 
 import structlog
 
+from app.domain.autopilot import autopilot
 from app.domain.declared import Declared, declared_for
 from app.domain.errors import NotFoundError, StorageError, VehicleQuarantinedError
 from app.domain.events import AnyPayload, NewEvent
@@ -135,7 +136,7 @@ class Fleet:
         if vehicle.quarantined is not None:
             raise VehicleQuarantinedError(
                 f"vehicle {vehicle_id} is quarantined: {vehicle.quarantined}",
-                hint="give each vehicle its own MAV_SYS_ID, then restart Waydrop",
+                hint=f"give each vehicle its own {autopilot().system_id_name}, then restart Waydrop",
             )
         return vehicle.link
 

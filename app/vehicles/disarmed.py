@@ -9,9 +9,9 @@ import asyncio
 from typing import Final
 
 from app.domain.arming import armed_by_others, disarmed_by_others
+from app.domain.autopilot.px4.modes import flight_mode
 from app.domain.errors import CommandExpiredError
 from app.domain.vehicle import FlightMode
-from app.vehicles.custom_mode import flight_mode
 from app.vehicles.decoders import Heartbeat
 from app.vehicles.inbox import Inbox
 

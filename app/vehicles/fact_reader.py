@@ -13,21 +13,18 @@ import time
 from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Final
 
-from app.domain.default_facts import default_facts
+from app.domain.autopilot import Autopilot, autopilot
+from app.domain.autopilot.base import GripperChannel
 from app.domain.errors import LinkTimeoutError, WaydropError
-from app.domain.gripper_output import function_parameters, is_assigned
 from app.domain.mav_type import vehicle_type
 from app.domain.vehicle import VehicleFacts, VehicleType
 from app.vehicles.decoders import AutopilotVersion, Heartbeat, HomePosition
-from app.vehicles.gripper_output import GripperChannel, gripper_channel, limit_parameters
 from app.vehicles.identity import Identity
 from app.vehicles.inbox import Inbox
 from app.vehicles.known_parameters import HASH_CHECK, KnownParameters
 from app.vehicles.measurements import Measurements
 from app.vehicles.parameters import ParameterReader, Value
 
-_ALSO: Final = ("COM_OF_LOSS_T", "COM_OBL_RC_ACT", "COM_RC_IN_MODE", "COM_DL_LOSS_T", "COM_DISARM_PRFLT")
-"""Read besides those that rules have a default for."""
 _HEARD_WITHIN_S: Final = 3.0
 _STALE_AFTER_S: Final = 30.0
 _WAIT_S: Final = 1.0
@@ -66,16 +63,22 @@ class FactReader:
 
     def gripper(self) -> GripperChannel | None:
         """The gripper's channel; None without one, or while the limits of its output are not read."""
-        return gripper_channel(self._known.values) if self.limits_read else None
+        return self._autopilot.gripper_channel(self._known.values) if self.limits_read else None
 
     def has_gripper_output(self) -> bool | None:
         """Whether an output is assigned to the gripper; None: not known."""
-        return is_assigned(self._known.values, self._parameters.unanswered) if self._known.values else None
+        if not self._known.values:
+            return None
+        return self._autopilot.has_gripper_output(self._known.values, self._parameters.unanswered)
+
+    @property
+    def _autopilot(self) -> Autopilot:
+        return autopilot(self._measurements.autopilot)
 
     @property
     def limits_read(self) -> bool:
         """Whether the vehicle was asked what the pulses of the gripper's output mean, since it has this output."""
-        return self._limits.issuperset(limit_parameters(self._known.values))
+        return self._limits.issuperset(self._autopilot.gripper_limits(self._known.values))
 
     def forget(self) -> None:
         """The vehicle restarted: read the parameters again the next time."""
@@ -128,18 +131,18 @@ class FactReader:
             unanswered=frozenset(self._parameters.unanswered),
             parameters_age_s=age_s if math.isfinite(age_s) else None,
             least_clock_rate=self._measurements.clock.least_rate,
+            autopilot=self._measurements.autopilot,
         )
 
     async def _read_all(self, kind: VehicleType) -> None:
         boots = self._boots
         await self._until_complete()
         began_s = time.monotonic()
-        names = (*default_facts(kind).parameters, *_ALSO, *function_parameters())
-        values = await self._parameters.read((HASH_CHECK, *names))
+        values = await self._parameters.read((HASH_CHECK, *self._autopilot.defaults[kind], *self._autopilot.also_read))
         checksum = values.pop(HASH_CHECK, None)
         if not values:
             raise LinkTimeoutError("the vehicle answers no parameter request")
-        limits = limit_parameters(values)
+        limits = self._autopilot.gripper_limits(values)
         values |= await self._parameters.read(limits)
         if boots == self._boots:  # else it restarted meanwhile, and may have others
             self._known.put_read(values, began_s)
@@ -176,7 +179,7 @@ class FactReader:
                 return
             known.put_read(found, began_s)
             if not self.limits_read:
-                limits = limit_parameters(known.values)
+                limits = self._autopilot.gripper_limits(known.values)
                 known.put_read(await self._parameters.read(limits), began_s)
                 self._limits = frozenset(limits)
             if found.keys() >= asked:

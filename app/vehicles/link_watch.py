@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 
+from app.domain.autopilot.base import GripperChannel
 from app.domain.mav_type import vehicle_type
 from app.domain.ports import (
     DuplicateSystem,
@@ -35,7 +36,7 @@ from app.vehicles.decoders import (
 )
 from app.vehicles.event_reasons import reason_of
 from app.vehicles.fact_stream import FactStream
-from app.vehicles.gripper_output import GripperChannel, output_us
+from app.vehicles.gripper_output import output_us
 from app.vehicles.identity import Identity
 from app.vehicles.inbox import Inbox
 from app.vehicles.item_visits import ItemVisits

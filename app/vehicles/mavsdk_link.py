@@ -8,8 +8,8 @@ import time
 from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
 from contextlib import aclosing
 from dataclasses import replace
-from typing import Final
 
+from app.domain.autopilot import autopilot, autopilot_kind
 from app.domain.commands import CommandAck, CommandRequest
 from app.domain.errors import LinkError, VehicleQuarantinedError
 from app.domain.mav_type import vehicle_type
@@ -51,7 +51,6 @@ from app.vehicles.settings import LinkSettings
 from app.vehicles.status_texts import StatusTexts
 from app.vehicles.stream_rates import StreamRates
 
-_PX4: Final = 12
 _log = logging.getLogger(__name__)
 
 
@@ -111,6 +110,7 @@ class MavsdkVehicleLink:
             vehicle_type=None if beat is None else vehicle_type(beat.type),
             firmware=self._identity.firmware,
             uid=self._identity.uid,
+            autopilot=self._measurements.autopilot,
         )
 
     def state(self) -> VehicleState:
@@ -246,7 +246,7 @@ class MavsdkVehicleLink:
     def _first_heartbeat(self, message: Heartbeat, _received_s: float) -> None:
         if self._announced:
             return
-        if message.autopilot != _PX4:
+        if autopilot_kind(message.autopilot) is None:
             if not self._foreign:
                 self._foreign = True
                 _log.warning(
@@ -297,5 +297,5 @@ class MavsdkVehicleLink:
         if self._facts.duplicate is not None:
             raise VehicleQuarantinedError(
                 f"system id {self._system.system_id} is used twice: {self._facts.duplicate.detail}",
-                hint="give each vehicle its own MAV_SYS_ID, then restart Waydrop",
+                hint=f"give each vehicle its own {autopilot().system_id_name}, then restart Waydrop",
             )

@@ -5,10 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Final
 
+from app.domain.autopilot import autopilot_kind
+from app.domain.autopilot.px4.modes import flight_mode
 from app.domain.ports import LinkFact, MissionCurrent, StateChanged
-from app.domain.vehicle import FlightMode, GlobalPosition, GnssFix, LandedState, MissionState, VehicleState
+from app.domain.vehicle import (
+    AutopilotKind,
+    FlightMode,
+    GlobalPosition,
+    GnssFix,
+    LandedState,
+    MissionState,
+    VehicleState,
+)
 from app.domain.vehicle_clock import VehicleClock
-from app.vehicles.custom_mode import flight_mode
 from app.vehicles.decoders import (
     BatteryStatus,
     CurrentMode,
@@ -94,6 +103,12 @@ class Measurements:
                     chosen and self.mode is not FlightMode.OTHER
                 )  # which a mode executor shows as its own
         return None if before is self.mode else StateChanged()
+
+    @property
+    def autopilot(self) -> AutopilotKind:
+        """By the HEARTBEAT."""
+        beat = self.heartbeat
+        return (None if beat is None else autopilot_kind(beat.autopilot)) or AutopilotKind.PX4
 
     @property
     def goes_back_to_offboard(self) -> bool:

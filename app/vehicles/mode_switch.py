@@ -11,11 +11,11 @@ from dataclasses import replace
 from typing import Final
 
 from app.domain.arming import taken_meanwhile
+from app.domain.autopilot.px4.modes import COMMANDED, flight_mode
 from app.domain.errors import CommandExpiredError, LinkError, LinkTimeoutError, VehicleRefusedError
 from app.domain.mission import MavCmd
 from app.domain.vehicle import FlightMode
 from app.vehicles.command_sender import CommandSender, command
-from app.vehicles.custom_mode import COMMANDED, flight_mode
 from app.vehicles.decoders import CurrentMode, Heartbeat
 from app.vehicles.disarmed import heard_disarmed
 from app.vehicles.inbox import Inbox

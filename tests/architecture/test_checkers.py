@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 
 import pytest
 
-from tests.architecture import imports, shape
+from tests.architecture import autopilots, imports, shape
 from tests.architecture.sources import Source, source
 
 Checker = Callable[[Iterable[Source]], list[str]]
@@ -49,6 +49,19 @@ FORBIDDEN: list[tuple[Checker, str, str]] = [
     (shape.unbounded_queues, "app/a.py", "q = asyncio.Queue[int](maxsize=0)"),
     (shape.unbounded_queues, "app/a.py", "q = SimpleQueue()"),
     (shape.fixed_paths, "app/a.py", "x = '/tmp/waydrop'"),
+    (autopilots.named_outside, "app/domain/a.py", "x = parameter(facts, 'NAV_ACC_RAD')"),
+    (autopilots.named_outside, "app/domain/a.py", "x = f'set {name}, or RTL_TYPE to {1}'"),
+    (autopilots.named_outside, "app/services/a.py", "raise Error('no gripper', hint='set PWM_MAIN_FUNCn to 430')"),
+    (autopilots.named_outside, "app/services/a.py", "x = Violation('', 'NAV_DLL_ACT is 0')"),
+    (autopilots.named_outside, "app/domain/a.py", "x = Rule('a.RTL_TYPE', ERROR, 'It flies back.', 'PX4', check)"),
+    (autopilots.named_outside, "app/domain/autopilot/base.py", "x = 'MAV_SYS_ID'"),
+    (autopilots.named_outside, "app/domain/a.py", "SINCE = FirmwareVersion(1, 14, 0)"),
+    (autopilots.named_outside, "app/domain/a.py", "if facts.firmware < other: ..."),
+    (autopilots.named_outside, "app/domain/a.py", "if found >= PAYLOAD_SINCE: ..."),
+    (autopilots.named_outside, "app/domain/a.py", "x = message.custom_mode >> 16"),
+    (autopilots.named_outside, "app/services/a.py", "send(main_mode=4)"),
+    (autopilots.named_outside, "app/domain/a.py", "from app.domain.autopilot.px4.parameters import parameter"),
+    (autopilots.named_outside, "app/services/a.py", "from app.domain.autopilot.px4 import Px4"),
 ]
 
 ALLOWED: list[tuple[Checker, str, str]] = [
@@ -65,6 +78,17 @@ ALLOWED: list[tuple[Checker, str, str]] = [
     (shape.blind_excepts, "app/a.py", "try: ...\nexcept OSError: ..."),
     (shape.blind_excepts, "app/a.py", "try: ...\nexcept BaseException:\n    x = 1\n    raise"),
     (shape.unbounded_queues, "app/a.py", "q = asyncio.Queue(maxsize=10)\np = Queue(5)"),
+    (autopilots.named_outside, "app/domain/a.py", "x = 1\n'''PX4 NAV_ACC_RAD.'''  # FW_LND_ANG"),
+    (
+        autopilots.named_outside,
+        "app/domain/a.py",
+        "x = Rule('a', ERROR, 'RTL_TYPE 2 flies back.', 'PX4', check)",
+    ),
+    (autopilots.named_outside, "app/domain/a.py", "x = 'NAV_DELAY, NAV_VTOL_TAKEOFF, MAV_TYPE, MISSION_CURRENT'"),
+    (autopilots.named_outside, "app/domain/a.py", "from app.domain.autopilot import Quantity, quantity"),
+    (autopilots.named_outside, "app/domain/autopilot/__init__.py", "from app.domain.autopilot.px4 import Px4"),
+    (autopilots.named_outside, "app/domain/autopilot/px4/a.py", "x = facts['NAV_ACC_RAD']"),
+    (autopilots.named_outside, "app/vehicles/a.py", "x = beat.custom_mode, 'MAV_SYS_ID'"),
 ]
 
 

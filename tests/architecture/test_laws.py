@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.architecture import imports, shape
+from tests.architecture import autopilots, imports, shape
 from tests.architecture.sources import ROOT, files, python_sources
 
 BUILD_FILES = ("Makefile", "Dockerfile", "compose.yaml", ".ci/run", "pyproject.toml")
@@ -51,6 +51,10 @@ def test_reasons_become_sentences_only_where_people_read_them() -> None:
 
 def test_domain_and_interchange_are_pure() -> None:
     held(imports.impure_parts(APP))
+
+
+def test_what_only_one_autopilot_knows_stands_in_its_folder() -> None:
+    held(autopilots.named_outside(APP))
 
 
 def test_files_have_at_most_500_lines() -> None:

@@ -6,10 +6,9 @@ brake in current firmware). On the ground and on wheels: NAV_DELAY. A moving dro
 
 from __future__ import annotations
 
-from app.domain.acceptance import STOP_RADIUS_M, reach_m
+from app.domain.autopilot import Quantity, behaviour, quantity
 from app.domain.compiler.draft import Draft, DraftList, command_draft
 from app.domain.compiler.flight_items import delay_draft, waypoint_draft
-from app.domain.default_facts import parameter
 from app.domain.errors import PlanRejectedError
 from app.domain.mission import NAN, CompiledDrop, MavCmd
 from app.domain.plan.detour import LEAVE_S
@@ -18,6 +17,8 @@ from app.domain.plan.items import DropItem, Gripper, Land, Loiter, Waypoint
 from app.domain.plan.walk import Carried
 from app.domain.vehicle import VehicleFacts
 
+STOP_RADIUS_M = 1.0
+"""Acceptance radius of a stop. Flown: 1 m with a hold stops 0.9 m away at 0.1 m/s; the default 10 m does not stop."""
 EMBEDDED_HOLD_S = 5.0
 """Hold before an embedded release: with 1 m radius it leaves time to come to rest (flown with 5 s)."""
 SETTLE_MARGIN_S = 1.0
@@ -54,7 +55,8 @@ def add_drop(drafts: DraftList, drop: DropUse, facts: VehicleFacts, ground_speed
         if drop.stopped:
             drafts.add(drop.item.id, delay_draft(settle_s(drop.item, facts)))
     stops_in_air = drop.stopped and drop.carried is Carried.ROTARY_WING
-    radius_m = stop_radius_m(place) if stops_in_air else reach_m(facts, drop.carried, ground_speed_m_s, _radius(place))
+    reach_m = behaviour(facts).reach_m
+    radius_m = stop_radius_m(place) if stops_in_air else reach_m(drop.carried, ground_speed_m_s, _radius(place))
     release = release_draft(drop.item)
     return CompiledDrop(
         plan_item_id=drop.item.id,
@@ -107,7 +109,7 @@ def release_draft(item: DropItem) -> Draft:
 
 def settle_s(item: DropItem, facts: VehicleFacts) -> float:
     """How long an embedded, stopped drop takes: the gripper's own time, or all the time that the winch may need."""
-    return parameter(facts, "PD_GRIPPER_TO") + SETTLE_MARGIN_S if isinstance(item, Gripper) else item.hold_s
+    return quantity(facts, Quantity.GRIPPER_S) + SETTLE_MARGIN_S if isinstance(item, Gripper) else item.hold_s
 
 
 def stop_radius_m(item: Waypoint | Loiter | Land) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from app.domain.autopilot import autopilot
 from app.domain.jobs.candidate import Refusal, VehicleRefusal
 from app.domain.jobs.job import Wish
 from app.domain.reason import Reason
@@ -36,7 +37,7 @@ def why_not_wished(vehicle_id: str, battery_percent: float | None, wish: Wish) -
 def _reasons(sight: VehicleSight) -> Iterator[Refusal]:
     state = sight.state
     if sight.quarantined is not None:
-        hint = "give each vehicle its own MAV_SYS_ID, then restart Waydrop"
+        hint = f"give each vehicle its own {autopilot().system_id_name}, then restart Waydrop"
         yield _refusal(VehicleRefusal.QUARANTINED, f"it is quarantined: {sight.quarantined}", hint)
     if not state.connected:
         yield _refusal(VehicleRefusal.DISCONNECTED, "its link is lost")

@@ -9,7 +9,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
-from app.domain.default_facts import HOME
 from app.domain.in_flight import InFlight
 from app.domain.plan.document import Plan
 from app.domain.plan.fields import Altitude
@@ -26,7 +25,7 @@ from app.domain.plan.items import (
     Waypoint,
     Winch,
 )
-from app.domain.vehicle import GlobalPosition, VehicleFacts, VehicleType
+from app.domain.vehicle import HOME, GlobalPosition, VehicleFacts, VehicleType
 
 
 class Carried(StrEnum):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from app.domain.default_facts import parameter
+from app.domain.autopilot import Quantity, quantity
 from app.domain.prediction.effort import Effort, Flight
 from app.domain.prediction.motion import Motion, Point, turn
 from app.domain.vehicle import VehicleFacts
@@ -19,10 +19,10 @@ SLOWEST_M_S = 1.0
 
 
 def fly(flight: Flight, before: Motion, point: Point, up_m: float, speed_m_s: float) -> Effort:
-    """A leg: over inside NAV_ACC_RAD. What it lacks of its speed it gains slowly."""
+    """A leg: over inside the acceptance radius. What it lacks of its speed it gains slowly."""
     along = before.course_to(point)
     ground_m_s = flight.wind.ground_speed_m_s(max(speed_m_s, 0.1), along)
-    reach_m = parameter(flight.facts, "NAV_ACC_RAD")
+    reach_m = quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M)
     angle = RIGHT_ANGLE if before.course_rad is None else turn(before.course_rad, along)  # climbing it turns any way
     way_m = max(0.0, before.away_m(point) - reach_m) + speed_m_s / TURN_RATE_RAD_S * (angle - math.sin(angle))
     start_m_s = min(before.speed_m_s, speed_m_s)
@@ -40,7 +40,7 @@ def take_off(flight: Flight, before: Motion, up_m: float) -> Effort:
 
 def climb_s(facts: VehicleFacts, height_m: float) -> float:
     """Up or down until the altitude counts as reached: the nearer it is, the slower it gets."""
-    fastest = max(parameter(facts, "MPC_Z_V_AUTO_UP"), 0.1)
+    fastest = max(quantity(facts, Quantity.CLIMB_M_S), 0.1)
     height = abs(height_m)
     if height <= ALTITUDE_TOLERANCE_M:
         return 0.0

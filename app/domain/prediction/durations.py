@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
+from app.domain.autopilot import Quantity, quantity
 from app.domain.compiler.drop_items import EMBEDDED_HOLD_S, bound_s, settle_s, stop_radius_m
 from app.domain.consent import CONSENT_MARGIN_S
-from app.domain.default_facts import parameter
 from app.domain.landing_pattern import landing_pattern
 from app.domain.plan.drops import DropUse
 from app.domain.plan.items import Delay, Land, Loiter, ReturnToLaunch, Takeoff, Transition, Waypoint
@@ -87,7 +87,7 @@ def _takeoff(flight: Flight, before: Motion, step: Step, speed_m_s: float) -> Ef
             return vtol.take_off(flight, before, point, up_m, speed_m_s)
         case VehicleType.AIRSHIP:
             return buoyant.take_off(flight, before, up_m)
-    target = rotary.Target(point, up_m, parameter(flight.facts, "NAV_ACC_RAD"))
+    target = rotary.Target(point, up_m, quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M))
     return rotary.take_off(flight, before, target, speed_m_s)
 
 
@@ -115,7 +115,7 @@ def _following(step: Step, drop: DropUse | None, ahead: Ahead) -> Ahead:
 def _radius_m(flight: Flight, item: Waypoint, drop: DropUse | None) -> float:
     if drop is not None:
         return stop_radius_m(item)
-    return item.acceptance_radius_m or parameter(flight.facts, "NAV_ACC_RAD")
+    return item.acceptance_radius_m or quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M)
 
 
 def _leg(flight: Flight, before: Motion, step: Step, speed_m_s: float, radius_m: float, ahead: Ahead) -> Effort:
@@ -139,15 +139,15 @@ def _leg(flight: Flight, before: Motion, step: Step, speed_m_s: float, radius_m:
         return rotary.fly(flight, before, target, speed_m_s)
     if ahead.has_landed:
         leg = rotary.fly(flight, before, target, speed_m_s)
-        lifted_s = takes_off_s(flight.facts, up_m - before.up_m) - parameter(flight.facts, "COM_SPOOLUP_TIME")
-        return replace(leg, duration_s=max(leg.duration_s + parameter(flight.facts, "MPC_TKO_RAMP_T"), lifted_s))
+        lifted_s = takes_off_s(flight.facts, up_m - before.up_m) - quantity(flight.facts, Quantity.SPOOL_UP_S)
+        return replace(leg, duration_s=max(leg.duration_s + quantity(flight.facts, Quantity.TAKEOFF_RAMP_S), lifted_s))
     up_first = rotary.Target(before.point, _first_up_m(flight, before, up_m), radius_m)
     climbed = rotary.take_off(flight, before, up_first, speed_m_s)
     return _after(climbed, rotary.fly(flight, climbed.end, target, speed_m_s))
 
 
 def _first_up_m(flight: Flight, before: Motion, up_m: float) -> float:
-    return max(up_m, before.up_m + parameter(flight.facts, "MIS_TAKEOFF_ALT"))
+    return max(up_m, before.up_m + quantity(flight.facts, Quantity.TAKEOFF_HEIGHT_M))
 
 
 def _after(first: Effort, then: Effort) -> Effort:
@@ -163,14 +163,14 @@ def _after(first: Effort, then: Effort) -> Effort:
 def _loiter(flight: Flight, before: Motion, step: Step, speed_m_s: float, ahead: Ahead) -> Effort:
     item = step.item
     assert isinstance(item, Loiter)
-    seconds, radius_m = item.duration_s or 0.0, item.radius_m or parameter(flight.facts, "NAV_LOITER_RAD")
+    seconds, radius_m = item.duration_s or 0.0, item.radius_m or quantity(flight.facts, Quantity.LOITER_RADIUS_M)
     if step.after is Carried.FIXED_WING:
         if item.kind == "turns":
             seconds = (item.turns or 0.0) * math.tau * abs(radius_m) / max(0.1, speed_m_s)
         point, up_m = point_of(flight, step.end), step.end.relative_altitude_m
         return wing.circle(flight, before, point, up_m, radius_m, seconds, speed_m_s)
     stops = replace(STOPS, has_landed=ahead.has_landed)
-    leg = _leg(flight, before, step, speed_m_s, parameter(flight.facts, "NAV_ACC_RAD"), stops)
+    leg = _leg(flight, before, step, speed_m_s, quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M), stops)
     end = leg.end if step.after is Carried.BUOYANCY else leg.end.standing(point_of(flight, step.end))
     return Effort(leg.distance_m, leg.duration_s + (seconds if item.kind == "time" else 0.0), end)
 
@@ -183,7 +183,7 @@ def _land(flight: Flight, before: Motion, step: Step, speed_m_s: float) -> Effor
     point, up_m = point_of(flight, step.end), step.end.relative_altitude_m
     if step.before is Carried.WHEELS:
         return wheels.drive(flight, before, point, None, speed_m_s)
-    target = rotary.Target(point, up_m, parameter(flight.facts, "NAV_ACC_RAD"))
+    target = rotary.Target(point, up_m, quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M))
     if step.before is Carried.FIXED_WING:
         return vtol.land(flight, before, target, max(speed_m_s, 1.0), _hover_m_s(flight))
     return rotary.land(flight, before, target, max(speed_m_s, 0.1))
@@ -215,7 +215,7 @@ def _to_corner(
         case Carried.FIXED_WING:
             return wing.fly(flight, at, corner, up_m, max(speed_m_s, 1.0))
         case _:
-            target = rotary.Target(corner, up_m, parameter(flight.facts, "NAV_ACC_RAD"), following, up_m)
+            target = rotary.Target(corner, up_m, quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M), following, up_m)
             return rotary.fly(flight, at, target, max(speed_m_s, 0.1))
 
 
@@ -227,13 +227,15 @@ def _return_straight(flight: Flight, before: Motion, step: Step, speed_m_s: floa
     climbed_m = max(0.0, up_m - before.up_m)
     if step.before is not Carried.FIXED_WING:
         return replace(rotary.return_home(flight, before, to, up_m, max(speed_m_s, 0.1)), climbed_m=climbed_m)
-    climbing_s = wing.climb_s(flight.facts, max(0.0, up_m - before.up_m - parameter(flight.facts, "NAV_FW_ALT_RAD")))
+    climbing_s = wing.climb_s(
+        flight.facts, max(0.0, up_m - before.up_m - quantity(flight.facts, Quantity.WING_ALTITUDE_RADIUS_M))
+    )
     climbed = Effort(climbing_s * speed_m_s, climbing_s, Motion(before.point, up_m), climbed_m=climbed_m)
     home = _after(climbed, wing.fly(flight, climbed.end, to, up_m, max(speed_m_s, 1.0)))
     if flight.facts.vehicle_type is not VehicleType.VTOL:
         return home  # it circles there
     hovering = _after(home, vtol.to_hover(flight, home.end))
-    target = rotary.Target(to, 0.0, parameter(flight.facts, "NAV_ACC_RAD"))
+    target = rotary.Target(to, 0.0, quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M))
     return _after(hovering, rotary.land(flight, hovering.end, target, _hover_m_s(flight)))
 
 
@@ -254,7 +256,7 @@ def _drop(flight: Flight, before: Motion, step: Step, drop: DropUse | None) -> E
         return Effort(0.0, settle_s(drop.item, flight.facts), before.standing())
     question_s = _longest_question_s(drop)
     rest_s = REST_S if drop.carried is Carried.WHEELS else 0.0
-    seconds = rest_s + parameter(flight.facts, "PD_GRIPPER_TO") + ANSWER_S + question_s
+    seconds = rest_s + quantity(flight.facts, Quantity.GRIPPER_S) + ANSWER_S + question_s
     return Effort(0.0, seconds, before.standing(), unsure_s=question_s)  # the answer may come at once
 
 

@@ -6,7 +6,7 @@ what it takes in calm air, as is what it takes after its drop: the declared rate
 
 from __future__ import annotations
 
-from app.domain.default_facts import parameter
+from app.domain.autopilot import Quantity, quantity
 from app.domain.performance import Phase
 from app.domain.plan.items import Takeoff
 from app.domain.plan.walk import Carried, Step
@@ -37,7 +37,7 @@ def _climb_s(facts: VehicleFacts, before: Motion, step: Step, took: Effort) -> f
         return took.duration_s if facts.vehicle_type is VehicleType.FIXED_WING else takes_off_s(facts, rise_m)
     if _is_on_wing(facts, step):
         return wing.climb_s(facts, rise_m)
-    return rise_m / max(parameter(facts, "MPC_Z_V_AUTO_UP"), 0.1)
+    return rise_m / max(quantity(facts, Quantity.CLIMB_M_S), 0.1)
 
 
 def _is_on_wing(facts: VehicleFacts, step: Step) -> bool:

@@ -1,7 +1,7 @@
-"""A return along the mission (RTL_TYPE 2 and 4): on to its landing, or back through its positions and home.
+"""A return along the mission: on to its landing, or back through its positions and home.
 
 PX4's RtlMissionFast and RtlMissionFastReverse: positions are passed without their hold, drops and jumps are left out,
-and nothing climbs to RTL_RETURN_ALT first.
+and nothing climbs to the height of a return first.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from app.domain.default_facts import parameter
+from app.domain.autopilot import Quantity, Return, behaviour, quantity
 from app.domain.plan.document import Plan
 from app.domain.plan.items import Land, Loiter, Takeoff, Waypoint
 from app.domain.plan.walk import Carried, Place, Step, place_of
@@ -51,15 +51,15 @@ def is_unsure_path(facts: VehicleFacts) -> bool:
     return follows_mission(facts) and facts.vehicle_type not in (VehicleType.MULTICOPTER, VehicleType.VTOL)
 
 
-def lands_ahead(rtl_type: int, positions: Sequence[Passage], index: int) -> bool:
-    """Whether it flies on to the mission's landing; 4 goes back if that is fewer items."""
+def lands_ahead(returns: Return, positions: Sequence[Passage], index: int) -> bool:
+    """Whether it flies on to the mission's landing, or back."""
     landing = next((place.index for place in positions if place.lands), None)
-    return landing is not None and (rtl_type == 2 or landing - index < index)
+    return landing is not None and (not returns.turns_back or landing - index < index)
 
 
 def fly(flight: Flight, before: Motion, step: Step, positions: Sequence[Passage], speed_m_s: float) -> Effort:
     """From the item at which the return begins to the ground; a wing that cannot hover circles where it ends."""
-    ahead = lands_ahead(int(parameter(flight.facts, "RTL_TYPE")), positions, step.index)
+    ahead = lands_ahead(behaviour(flight.facts).returns, positions, step.index)
     passed, end = _way(positions, step.index, ahead=ahead)
     distance_m, seconds, motion = 0.0, 0.0, before
     carried = step.before
@@ -95,7 +95,7 @@ def _leg(
             return wheels.drive(flight, before, place.point, None if following is None else following.point, speed_m_s)
         case Carried.BUOYANCY:
             return buoyant.fly(flight, before, place.point, place.up_m, speed_m_s)
-    radius_m = place.radius_m or parameter(flight.facts, "NAV_ACC_RAD")
+    radius_m = place.radius_m or quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M)
     target = rotary.Target(place.point, place.up_m, radius_m)
     if following is not None:
         target = rotary.Target(place.point, place.up_m, radius_m, following.point, following.up_m)
@@ -104,7 +104,7 @@ def _leg(
 
 def _land(flight: Flight, before: Motion, carried: Carried, place: Passage, speed_m_s: float) -> Effort:
     """At the height that it has; who cannot land is over the place."""
-    target = rotary.Target(place.point, place.up_m, parameter(flight.facts, "NAV_ACC_RAD"))
+    target = rotary.Target(place.point, place.up_m, quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M))
     match carried:
         case Carried.WHEELS:
             return wheels.drive(flight, before, place.point, None, speed_m_s)

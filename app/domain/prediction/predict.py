@@ -7,6 +7,7 @@ from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from app.domain.autopilot import behaviour
 from app.domain.compiler import compile_plan
 from app.domain.compiler.drop_items import brakes_at_waypoint
 from app.domain.errors import PlanRejectedError
@@ -26,7 +27,6 @@ from app.domain.prediction.motion import Motion, Point
 from app.domain.prediction.path_return import Passage, is_unsure_path, positions_of
 from app.domain.prediction.release import predicted_drop
 from app.domain.prediction.timeline import PredictedDrop, Timeline, TimelineEntry
-from app.domain.prediction.usable_facts import usable_facts
 from app.domain.prediction.way_home import way_home_percent
 from app.domain.prediction.wind import CALM, Wind
 from app.domain.speeds import speeds_along
@@ -38,7 +38,7 @@ AFTER_UNSURE_S, AFTER_UNSURE_MORE_S = 1.0, 4.0
 
 def predict(plan: Plan, facts: VehicleFacts, wind: Wind = CALM) -> Timeline:
     """The timeline of a plan for a vehicle with these facts. Works for plans with errors too, as far as they go."""
-    facts = usable_facts(facts)
+    facts = behaviour(facts).usable()
     timeline = _timeline(plan, facts, wind)
     detour = over_alternates(plan, reference_home(plan, facts), facts.in_flight)
     if detour is None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from app.domain.acceptance import STOP_RADIUS_M
-from app.domain.default_facts import parameter
+from app.domain.autopilot import Quantity, quantity
+from app.domain.compiler.drop_items import STOP_RADIUS_M
 from app.domain.plan.drops import DropUse
 from app.domain.plan.items import Loiter
 from app.domain.plan.walk import Carried, Step
@@ -62,4 +62,4 @@ def predicted_drop(
 
 def _radius_m(facts: VehicleFacts, anchor: Step) -> float:
     own = anchor.item.radius_m if isinstance(anchor.item, Loiter) else None
-    return abs(own or parameter(facts, "NAV_LOITER_RAD"))
+    return abs(own or quantity(facts, Quantity.LOITER_RADIUS_M))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from app.domain.default_facts import parameter
+from app.domain.autopilot import behaviour
 from app.domain.prediction.effort import Flight
 from app.domain.prediction.motion import Motion, Point
 from app.domain.prediction.path_return import Passage, lands_ahead
@@ -16,5 +16,5 @@ def return_ends(flight: Flight, here: Point, positions: Sequence[Passage], index
     landing = next((place.point for place in positions if place.lands), None)
     if not follows_mission(flight.facts):
         return destinations(flight, Motion(here), landing)
-    ahead = lands_ahead(int(parameter(flight.facts, "RTL_TYPE")), positions, index)
+    ahead = lands_ahead(behaviour(flight.facts).returns, positions, index)
     return (landing,) if ahead and landing is not None else ()

@@ -1,4 +1,4 @@
-"""RTL straight to a place: where PX4 returns to by RTL_TYPE, and how high. Types 2 and 4: see path_return.py."""
+"""A return straight to a place: to which one, and how high. Along the mission's items: see path_return.py."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 from shapely import LineString
 
-from app.domain.default_facts import parameter
-from app.domain.fence_route import flies_round, margin_m, way_round
+from app.domain.autopilot import Quantity, behaviour, quantity
+from app.domain.fence_route import way_round
 from app.domain.prediction.effort import Flight
 from app.domain.prediction.motion import Motion, Point
 from app.domain.vehicle import VehicleFacts
@@ -20,7 +20,7 @@ NEARLY_M = 20.0
 
 def follows_mission(facts: VehicleFacts) -> bool:
     """Whether a return flies along the mission's items, on or back, instead of straight."""
-    return int(parameter(facts, "RTL_TYPE")) in (2, 4)
+    return behaviour(facts).returns.along_items
 
 
 def destination(flight: Flight, here: Motion, landing: Point | None) -> Point:
@@ -29,39 +29,34 @@ def destination(flight: Flight, here: Motion, landing: Point | None) -> Point:
 
 
 def destinations(flight: Flight, here: Motion, landing: Point | None) -> Sequence[Point]:
-    """The nearest place of those that RTL_TYPE knows, and all that are so little farther that it may be one of them.
+    """The nearest of its places, and all that are so little farther that it may be one of them; home without any.
 
-    0 home and the rally points, 1 rally points and the mission's landing, 3 all, 5 rally points; home where there is
-    nothing of that. Not for 2 and 4.
+    Not for a return along the mission's items.
     """
-    rally, landings = flight.rally_points, () if landing is None else (landing,)
-    places: tuple[Point, ...] = (HOME, *rally)
-    match int(parameter(flight.facts, "RTL_TYPE")):
-        case 1:
-            places = (*landings, *rally)
-        case 3:
-            places = (HOME, *landings, *rally)
-        case 5:
-            places = rally
+    returns = behaviour(flight.facts).returns
+    places: list[Point] = [HOME] if returns.to_home else []
+    places += [landing] if returns.to_landing and landing is not None else []
+    places += flight.rally_points
     nearest_m = min((here.away_m(place) for place in places), default=0.0)
     return [place for place in places if here.away_m(place) <= nearest_m + NEARLY_M] or [HOME]
 
 
 def way_of(flight: Flight, here: Point, to: Point) -> tuple[Point, ...]:
     """The corners of a direct return, the place itself last: round the fence with firmware that flies so."""
-    if flight.fence is None or flight.fence.allows(LineString([here, to])) or not flies_round(flight.facts):
+    if flight.fence is None or flight.fence.allows(LineString([here, to])):
         return (to,)
-    way = way_round(flight.fence, here, to, margin_m(flight.facts))
+    does = behaviour(flight.facts)
+    way = way_round(flight.fence, here, to, does.return_margin_m) if does.returns_round_fence else None
     return (to,) if way is None else way[1:]
 
 
 def return_up_m(flight: Flight, here: Motion, to: Point) -> float:
-    """The height above home: RTL_RETURN_ALT, less within RTL_MIN_DIST of the place, never below the present one."""
-    away_m, radius_m = here.away_m(to), parameter(flight.facts, "NAV_ACC_RAD")
+    """The height above home: as it is set, less near to the place, never below the present one."""
+    away_m, radius_m = here.away_m(to), quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M)
     if away_m <= radius_m:
         return max(here.up_m, 2.0 * away_m)
-    height_m = parameter(flight.facts, "RTL_RETURN_ALT")
-    if away_m <= parameter(flight.facts, "RTL_MIN_DIST"):
-        cone_deg = min(89.0, max(1.0, parameter(flight.facts, "RTL_CONE_ANG")))
+    height_m = quantity(flight.facts, Quantity.RETURN_HEIGHT_M)
+    if away_m <= quantity(flight.facts, Quantity.RETURN_NEAR_M):
+        cone_deg = min(89.0, max(1.0, quantity(flight.facts, Quantity.RETURN_CONE_DEG)))
         height_m = min(height_m, away_m / math.tan(math.radians(cone_deg)))
     return max(here.up_m, height_m, 2.0 * radius_m)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from app.domain.default_facts import parameter
+from app.domain.autopilot import Quantity, quantity
 from app.domain.prediction.effort import Effort, Flight
 from app.domain.prediction.motion import Motion, Point, turn
 from app.domain.prediction.smooth_speed import Limits, speed_in_turn_m_s, travel_s
@@ -83,7 +83,7 @@ def return_home(flight: Flight, before: Motion, to: Point, return_up_m: float, s
     up_s = climb_s(flight.facts, rise_m) if rise_m > ALTITUDE_TOLERANCE_M else 0.0
     stop_s = STOP_S if before.speed_m_s > 1.0 and up_s == 0.0 else 0.0
     above = before.standing(up_m=return_up_m)
-    landing = land(flight, above, Target(to, 0.0, parameter(flight.facts, "NAV_ACC_RAD")), speed_m_s)
+    landing = land(flight, above, Target(to, 0.0, quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M)), speed_m_s)
     return Effort(landing.distance_m, up_s + stop_s + landing.duration_s, landing.end)
 
 
@@ -126,10 +126,14 @@ def _final_m_s(flight: Flight, before: Motion, target: Target, speed_m_s: float)
         before.course_to(target.point),
         math.atan2(target.following[0] - target.point[0], target.following[1] - target.point[1]),
     )
-    sideways = parameter(flight.facts, "MPC_XY_TRAJ_P") * parameter(flight.facts, "MPC_ACC_HOR")
+    sideways = quantity(flight.facts, Quantity.CORNER_SHARE) * quantity(flight.facts, Quantity.HOVER_ACCELERATION_M_S2)
     return min(speed_m_s, speed_in_turn_m_s(turns_rad, sideways, target.radius_m))
 
 
 def _limits(flight: Flight, speed_m_s: float) -> Limits:
     facts = flight.facts
-    return Limits(speed_m_s, max(0.1, parameter(facts, "MPC_ACC_HOR")), max(0.5, parameter(facts, "MPC_JERK_AUTO")))
+    return Limits(
+        speed_m_s,
+        max(0.1, quantity(facts, Quantity.HOVER_ACCELERATION_M_S2)),
+        max(0.5, quantity(facts, Quantity.HOVER_JERK_M_S3)),
+    )

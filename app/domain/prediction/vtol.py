@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from app.domain.default_facts import parameter
+from app.domain.autopilot import Quantity, quantity
 from app.domain.plan.items import Transition
 from app.domain.plan.walk import Carried, Step
 from app.domain.prediction import rotary, wing
@@ -52,7 +52,7 @@ def to_wing(flight: Flight, before: Motion, towards: Point | None) -> Effort:
         if before.heading_rad is not None:
             turn_s = _turn_s(turn(before.heading_rad, wanted))
         along = wanted
-    needed_m_s = flight.wind.ground_speed_m_s(max(1.0, parameter(flight.facts, "VT_ARSP_TRANS")), along)
+    needed_m_s = flight.wind.ground_speed_m_s(max(1.0, quantity(flight.facts, Quantity.TRANSITION_M_S)), along)
     start_m_s = min(before.speed_m_s, STOPPED_M_S) if turn_s > 0.0 else before.speed_m_s
     push_s, way_m, speed_m_s = _push(start_m_s, needed_m_s)
     there = ahead(before.point, along, way_m)
@@ -80,7 +80,7 @@ def _push(speed_m_s: float, needed_m_s: float) -> tuple[float, float, float]:
 
 def to_hover(flight: Flight, before: Motion) -> Effort:
     """The pusher stops and the air brakes, down to the speed that it hovers at."""
-    left_m_s = min(before.speed_m_s, max(1.0, parameter(flight.facts, "MPC_XY_CRUISE")))
+    left_m_s = min(before.speed_m_s, max(1.0, quantity(flight.facts, Quantity.HOVER_CRUISE_M_S)))
     along = before.course_rad or 0.0
     air_m_s = flight.wind.north_m_s * math.cos(along) + flight.wind.east_m_s * math.sin(along)
     brakes_s, way_m = _brake(before.speed_m_s, left_m_s, air_m_s)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from app.domain.default_facts import parameter
+from app.domain.autopilot import Quantity, quantity
 from app.domain.prediction.effort import Effort, Flight
 from app.domain.prediction.motion import Motion, Point, turn
 from app.domain.prediction.smooth_speed import Limits, travel_s
@@ -18,7 +18,7 @@ CORNER_M, CORNER_MAX_M = 1.284, 3.0
 
 
 def drive(flight: Flight, before: Motion, point: Point, following: Point | None, speed_m_s: float) -> Effort:
-    """A leg: over inside the corner's radius, or NAV_ACC_RAD at the last point."""
+    """A leg: over inside the corner's radius, or the acceptance radius at the last point."""
     reach_m = corner_radius_m(flight, before, point, following)
     final_m_s = min(speed_m_s, CORNER_M_S) if following is not None else 0.0
     way_m = before.away_m(point)
@@ -35,7 +35,7 @@ def drive(flight: Flight, before: Motion, point: Point, following: Point | None,
 
 def corner_radius_m(flight: Flight, before: Motion, point: Point, following: Point | None) -> float:
     """How far before its point it turns in, so that it meets the next leg on a tangent."""
-    default_m = parameter(flight.facts, "NAV_ACC_RAD")
+    default_m = quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M)
     if following is None or math.dist(point, following) < 0.01:
         return default_m
     inside = math.pi - turn(before.course_to(point), math.atan2(following[0] - point[0], following[1] - point[1]))

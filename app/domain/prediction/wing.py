@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-from app.domain.acceptance import switch_distance_m
-from app.domain.default_facts import parameter
+from app.domain.autopilot import Quantity, behaviour, quantity
 from app.domain.landing_pattern import LandingPattern
 from app.domain.prediction.effort import Effort, Flight
 from app.domain.prediction.motion import Motion, Point, ahead, course, turn
@@ -29,16 +28,16 @@ def fly(flight: Flight, before: Motion, point: Point, up_m: float, airspeed_m_s:
     """A leg: over one switch distance before the point. It turns onto the leg with a coordinated bank."""
     along = before.course_to(point)
     ground_m_s = flight.wind.ground_speed_m_s(airspeed_m_s, along)
-    switch_m = switch_distance_m(flight.facts, ground_m_s)
+    switch_m = behaviour(flight.facts).switch_distance_m(ground_m_s)
     way_m = max(0.0, before.away_m(point) - switch_m) + turn_m(before, along, airspeed_m_s)
-    rise_m = abs(up_m - before.up_m) - parameter(flight.facts, "NAV_FW_ALT_RAD")
+    rise_m = abs(up_m - before.up_m) - quantity(flight.facts, Quantity.WING_ALTITUDE_RADIUS_M)
     rise_s = climb_s(flight.facts, math.copysign(max(0.0, rise_m), up_m - before.up_m))
     return Effort(way_m, max(way_m / ground_m_s, rise_s), before.arrived(point, switch_m, up_m, ground_m_s))
 
 
 def take_off(flight: Flight, before: Motion, point: Point, up_m: float, airspeed_m_s: float) -> Effort:
     """Run up and climb towards the point; over at its altitude, wherever that is."""
-    climb_m_s = max(0.5, parameter(flight.facts, "FW_T_CLMB_MAX"))
+    climb_m_s = max(0.5, quantity(flight.facts, Quantity.WING_TAKEOFF_CLIMB_M_S))
     along = before.course_to(point)
     forward_m_s = flight.wind.ground_speed_m_s(math.sqrt(max(1.0, airspeed_m_s**2 - climb_m_s**2)), along)
     climbing_s = max(0.0, up_m - before.up_m - ALTITUDE_TOLERANCE_M) / climb_m_s
@@ -64,8 +63,13 @@ def land(flight: Flight, before: Motion, pattern: LandingPattern, airspeed_m_s: 
     centre = flight.to_local(pattern.circle.latitude_deg, pattern.circle.longitude_deg)
     touchdown = flight.to_local(pattern.touchdown.latitude_deg, pattern.touchdown.longitude_deg)
     entered = _to_circle(flight, before, centre, abs(pattern.radius_m), airspeed_m_s)
-    slow_m_s = max(1.0, parameter(flight.facts, "FW_AIRSPD_MIN"))
-    down_m = max(0.0, before.up_m - pattern.circle.relative_altitude_m - parameter(flight.facts, "NAV_FW_ALTL_RAD"))
+    slow_m_s = max(1.0, quantity(flight.facts, Quantity.WING_SLOWEST_M_S))
+    down_m = max(
+        0.0,
+        before.up_m
+        - pattern.circle.relative_altitude_m
+        - quantity(flight.facts, Quantity.WING_LANDING_ALTITUDE_RADIUS_M),
+    )
     down_s = climb_s(flight.facts, -down_m)
     circling_m_s = slow_m_s if down_s > 1.0 else airspeed_m_s
     turns_rad = _until_exit_rad(entered.end, centre, touchdown, pattern.radius_m)
@@ -73,7 +77,7 @@ def land(flight: Flight, before: Motion, pattern: LandingPattern, airspeed_m_s: 
     turns_rad += math.tau * max(0, math.ceil(lacking_rad / math.tau))
     around_s = turns_rad * abs(pattern.radius_m) / circling_m_s
     glide_course = course(centre, touchdown)
-    landing_m_s = parameter(flight.facts, "FW_LND_AIRSPD")
+    landing_m_s = quantity(flight.facts, Quantity.WING_LANDING_M_S)
     glide_m_s = flight.wind.ground_speed_m_s(landing_m_s if landing_m_s > 0.0 else slow_m_s, glide_course)
     seconds = entered.duration_s + around_s + pattern.glide_m / glide_m_s + LANDED_S
     way_m = entered.distance_m + around_s * circling_m_s + pattern.glide_m
@@ -82,7 +86,7 @@ def land(flight: Flight, before: Motion, pattern: LandingPattern, airspeed_m_s: 
 
 def climb_s(facts: VehicleFacts, height_m: float) -> float:
     """Seconds for a change of altitude on the wing."""
-    rate_m_s = parameter(facts, "FW_T_CLMB_R_SP" if height_m > 0 else "FW_T_SINK_R_SP")
+    rate_m_s = quantity(facts, Quantity.WING_CLIMB_M_S if height_m > 0 else Quantity.WING_SINK_M_S)
     return abs(height_m) / max(rate_m_s, 0.1)
 
 

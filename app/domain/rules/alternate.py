@@ -12,8 +12,6 @@ from app.domain.plan.drops import DropUse
 from app.domain.plan.items import Gripper
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 
-ONLY_HOME: Final = frozenset({0, 1, 3, 5})
-"""RTL_TYPE: returns that fly to one place. The others go along the mission's items, the skipped ones too."""
 NEAREST_M: Final = 10.0
 
 
@@ -44,12 +42,12 @@ def _last_at_its_place(context: RuleContext) -> Iterator[Violation]:
 
 
 def _return_skips_it(context: RuleContext) -> Iterator[Violation]:
-    rtl_type = int(context.parameter("RTL_TYPE"))
-    if rtl_type in ONLY_HOME:
+    returns = context.behaviour.returns
+    if not returns.may_follow_items:
         return
     for drop, _ in _with_alternate(context):
-        message = f"with RTL_TYPE {rtl_type} a return may follow the mission's items and fly to the alternate"
-        yield at_item(drop.step, message, "set RTL_TYPE to 0 or 5", "alternate")
+        message = f"with {returns.setting} a return may follow the mission's items and fly to the alternate"
+        yield at_item(drop.step, message, returns.setting.mend, "alternate")
 
 
 def _elsewhere(context: RuleContext) -> Iterator[Violation]:

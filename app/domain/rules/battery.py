@@ -59,9 +59,12 @@ def _charge_known(context: RuleContext) -> Iterator[Violation]:
 
 
 def _acts_by_itself(context: RuleContext) -> Iterator[Violation]:
-    if context.vehicle is not None and int(context.parameter("COM_LOW_BAT_ACT")) == 0:
-        message = "the vehicle only warns when its battery is nearly empty (COM_LOW_BAT_ACT 0)"
-        yield Violation("", message, "set COM_LOW_BAT_ACT to 3: return when critical, land in an emergency")
+    if context.vehicle is None:
+        return
+    low = context.behaviour.low_battery
+    if low.only_warns:
+        message = f"the vehicle only warns when its battery is nearly empty ({low.setting})"
+        yield Violation("", message, low.setting.mend)
 
 
 def _performance(context: RuleContext) -> Performance | None:
@@ -79,8 +82,9 @@ def _reserve(context: RuleContext, performance: Performance) -> tuple[float, str
     asked = [(performance.reserve_percent, "the vehicle's reserve_percent")]
     if context.plan.limits.min_battery_percent is not None:
         asked.append((context.plan.limits.min_battery_percent, "limits.min_battery_percent"))
-    if int(context.parameter("COM_LOW_BAT_ACT")) > 0:
-        asked.append((100.0 * context.parameter("BAT_CRIT_THR"), "BAT_CRIT_THR: there it returns or lands by itself"))
+    acts_below = context.behaviour.low_battery.acts_below
+    if acts_below is not None:
+        asked.append((acts_below.value, f"{acts_below.name}: there it returns or lands by itself"))
     return max(asked)
 
 

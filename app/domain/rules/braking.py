@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from app.domain.acceptance import STOP_RADIUS_M, reach_m
+from app.domain.autopilot import Quantity
+from app.domain.compiler.drop_items import STOP_RADIUS_M
 from app.domain.finding import Severity
 from app.domain.plan.drops import DropUse
 from app.domain.plan.items import Delay, Loiter, Waypoint
@@ -115,12 +116,12 @@ def _expected_offset_m(context: RuleContext, drop: DropUse) -> float:
     assert drop.anchor is not None
     item = drop.anchor.item
     if isinstance(item, Loiter) and drop.carried not in (Carried.ROTARY_WING, Carried.WHEELS):
-        return abs(item.radius_m or context.parameter("NAV_LOITER_RAD"))
+        return abs(item.radius_m or context.behaviour.quantity(Quantity.LOITER_RADIUS_M))
     if drop.stopped and drop.carried is Carried.ROTARY_WING:
         return STOP_RADIUS_M
     radius_m = item.acceptance_radius_m if isinstance(item, Waypoint) else None
     speed_m_s = context.speeds_m_s[drop.step.index] if drop.carried is Carried.FIXED_WING else 0.0
-    return reach_m(context.facts, drop.carried, speed_m_s, radius_m)
+    return context.behaviour.reach_m(drop.carried, speed_m_s, radius_m)
 
 
 RULES = (

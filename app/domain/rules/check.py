@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from app.domain.default_facts import firmware
-from app.domain.fence_area import FenceArea, fence_area, needs_all_inclusions
+from app.domain.autopilot import behaviour
+from app.domain.fence_area import FenceArea, fence_area
 from app.domain.finding import Finding, Severity
 from app.domain.geo import LocalProjection
 from app.domain.plan.detour import over_alternates
@@ -109,7 +109,7 @@ def _fence(plan: Plan, facts: VehicleFacts, projection: LocalProjection) -> Fenc
     if kinds.count("inclusion") < 2:
         return fence_area(fence, projection)
     reference_home(plan, facts)  # it decides which inclusions count
-    return fence_area(fence, projection, all_of_home=needs_all_inclusions(firmware(facts)))
+    return fence_area(fence, projection, all_of_home=behaviour(facts).needs_all_inclusions)
 
 
 def _order(finding: Finding) -> tuple[bool, list[tuple[bool, int, str]], str]:

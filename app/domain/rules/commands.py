@@ -11,9 +11,9 @@ from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 
 
 def _loiter_turns(context: RuleContext) -> Iterator[Violation]:
-    for step in context.steps:
+    for step in () if context.autopilot.takes_turns else context.steps:
         if isinstance(step.item, Loiter) and step.item.kind == "turns":
-            message = "PX4 does not take a number of turns"
+            message = f"{context.autopilot.name} does not take a number of turns"
             yield at_item(step, message, 'use "kind": "time" with duration_s', "kind")
 
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from app.domain.acceptance import switch_distance_m
 from app.domain.finding import Severity
 from app.domain.geo import distance_m
-from app.domain.landing_pattern import LandingPattern, landing_pattern, steepest_deg
+from app.domain.landing_pattern import LandingPattern, landing_pattern
 from app.domain.plan.items import Land, ReturnToLaunch, Waypoint
 from app.domain.plan.walk import Carried, Step
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
@@ -29,10 +28,11 @@ def _outside_circle(context: RuleContext) -> Iterator[Violation]:
 
 
 def _slope(context: RuleContext) -> Iterator[Violation]:
-    limit_deg = steepest_deg(context.facts)
+    steepest = context.behaviour.steepest_glide
     for step, pattern in _patterns(context):
-        if pattern.height_m > 0 and pattern.glide_m > 0 and pattern.glide_angle_deg > limit_deg:
-            message = f"the glide of {pattern.glide_angle_deg:.1f} degrees is steeper than {limit_deg:.1f} (FW_LND_ANG)"
+        if pattern.height_m > 0 and pattern.glide_m > 0 and pattern.glide_angle_deg > steepest.value:
+            angle_deg = pattern.glide_angle_deg
+            message = f"the glide of {angle_deg:.1f} degrees is steeper than {steepest.value:.1f} ({steepest.name})"
             yield at_item(step, message, "start the approach lower or farther away", "approach")
 
 
@@ -69,7 +69,7 @@ def _room_to_turn(context: RuleContext) -> Iterator[Violation]:
             continue
         start, end = step.start, step.end
         leg_m = distance_m(start.latitude_deg, start.longitude_deg, end.latitude_deg, end.longitude_deg)
-        switch_m = switch_distance_m(context.facts, speed_m_s)
+        switch_m = context.behaviour.switch_distance_m(speed_m_s)
         if leg_m < 2 * switch_m:
             message = f"a leg of {leg_m:.0f} m is shorter than twice the switch distance of {switch_m:.0f} m"
             yield at_item(step, message, "make it longer: the vehicle turns away before it is on this leg")

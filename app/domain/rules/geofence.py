@@ -8,10 +8,9 @@ from typing import Final
 
 from shapely import LineString
 
-from app.domain.acceptance import switch_distance_m
-from app.domain.default_facts import HOME
+from app.domain.autopilot import Quantity
 from app.domain.fence_area import FenceArea, is_simple_polygon, polygon_shape
-from app.domain.fence_route import flies_round, length_m, margin_m, way_round
+from app.domain.fence_route import length_m, way_round
 from app.domain.finding import Severity, json_pointer
 from app.domain.ground_paths import GroundPath, ground_paths, point_of
 from app.domain.plan.items import Jump, Land, Loiter, ReturnToLaunch, Takeoff, Waypoint
@@ -20,11 +19,10 @@ from app.domain.prediction.motion import Point
 from app.domain.prediction.return_to_launch import follows_mission
 from app.domain.rules.places import from_home_m, planned_places
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
+from app.domain.vehicle import HOME
 
 _WITH_PLACE = (Takeoff, Waypoint, Loiter, Land)
 FLAT_WITHIN_M: Final = 100_000.0
-_ONLY_WATCHES = {0: "flies on", 1: "only warns and flies on"}
-"""GF_ACTION."""
 
 
 def _simple_polygons(context: RuleContext) -> Iterator[Violation]:
@@ -38,7 +36,7 @@ def _simple_polygons(context: RuleContext) -> Iterator[Violation]:
 def _home_inside(context: RuleContext) -> Iterator[Violation]:
     home = Place(context.home.latitude_deg, context.home.longitude_deg, 0.0)
     if context.fence is not None and not _allows(context, context.fence, home):
-        message = "home lies outside of the fence: PX4 calls such a fence invalid"
+        message = f"home lies outside of the fence: {context.autopilot.name} calls such a fence invalid"
         yield Violation("/geofence", message, "move the fence, or start elsewhere")
 
 
@@ -56,8 +54,8 @@ def _legs_inside(context: RuleContext) -> Iterator[Violation]:
         inside = _allows(context, area, step.end) and not isinstance(step.item, Loiter)
         message = "the way to this item leaves the fence" if inside else "this item lies where the fence forbids it"
         if isinstance(step.item, ReturnToLaunch):
-            rtl_type = int(context.parameter("RTL_TYPE"))
-            message = f"the way of the return leaves the fence (RTL_TYPE {rtl_type} and the rally points say where to)"
+            setting = context.behaviour.returns.setting
+            message = f"the way of the return leaves the fence ({setting} and the rally points say where to)"
         if isinstance(step.item, Jump):
             message = "the way back to the jump's target leaves the fence"
         hint = "stay in the inclusions and out of the exclusions: add a waypoint that goes round, or change the fence"
@@ -88,10 +86,10 @@ def _way_round(context: RuleContext, area: FenceArea, path: GroundPath) -> tuple
     ends = list(path.shape.coords) if isinstance(path.shape, LineString) else []
     if not isinstance(path.step.item, ReturnToLaunch) or not ends or follows_mission(context.facts):
         return None
-    if not flies_round(context.facts):
+    if not context.behaviour.returns_round_fence:
         return None
     (here_east_m, here_north_m), (east_m, north_m) = ends[0], ends[-1]
-    return way_round(area, (here_east_m, here_north_m), (east_m, north_m), margin_m(context.facts))
+    return way_round(area, (here_east_m, here_north_m), (east_m, north_m), context.behaviour.return_margin_m)
 
 
 def _is_beyond_flat_earth(path: GroundPath) -> bool:
@@ -117,33 +115,33 @@ def _room_for_turns(context: RuleContext) -> Iterator[Violation]:
         step = path.step
         if step.after is not Carried.FIXED_WING or not isinstance(step.item, Waypoint) or not area.allows(path.shape):
             continue
-        wanted_m = switch_distance_m(context.facts, context.speeds_m_s[step.index])
+        wanted_m = context.behaviour.switch_distance_m(context.speeds_m_s[step.index])
         if area.room_m(path.shape) < wanted_m:
             message = f"the leg passes {area.room_m(path.shape):.0f} m from the fence; a turn may need {wanted_m:.0f} m"
             yield at_item(step, message, "keep fixed-wing legs farther from the fence")
 
 
 def _fence_enforced(context: RuleContext) -> Iterator[Violation]:
-    action = int(context.parameter("GF_ACTION"))
-    if context.vehicle is not None and context.fence is not None and action in _ONLY_WATCHES:
-        message = f"a vehicle that leaves this fence {_ONLY_WATCHES[action]} (GF_ACTION {action})"
-        yield Violation("/geofence", message, "set GF_ACTION to 2 (hold) or 3 (return)")
+    breach = context.behaviour.fence_breach
+    if context.vehicle is not None and context.fence is not None and breach.ignored:
+        message = f"a vehicle that leaves this fence {breach.ignored} ({breach.setting})"
+        yield Violation("/geofence", message, breach.setting.mend)
 
 
 def _vehicle_distance(context: RuleContext) -> Iterator[Violation]:
-    most_m = context.parameter("GF_MAX_HOR_DIST")
+    most_m, name = context.behaviour.quantity(Quantity.FARTHEST_M), context.behaviour.name_of(Quantity.FARTHEST_M)
     for planned in planned_places(context):
         if 0 < most_m < (away_m := from_home_m(context, planned.place)):
-            message = f"{away_m:.0f} m from home; the vehicle allows {most_m:g} m (GF_MAX_HOR_DIST)"
+            message = f"{away_m:.0f} m from home; the vehicle allows {most_m:g} m ({name})"
             yield at_item(planned.step, message, "stay nearer, or change the parameter")
 
 
 def _vehicle_height(context: RuleContext) -> Iterator[Violation]:
-    most_m = context.parameter("GF_MAX_VER_DIST")
+    most_m, name = context.behaviour.quantity(Quantity.HIGHEST_M), context.behaviour.name_of(Quantity.HIGHEST_M)
     for planned in planned_places(context):
         height_m = planned.height_m
         if height_m is not None and 0 < most_m < height_m:
-            message = f"{height_m:g} m above home; the vehicle allows {most_m:g} m (GF_MAX_VER_DIST)"
+            message = f"{height_m:g} m above home; the vehicle allows {most_m:g} m ({name})"
             yield at_item(planned.step, message, "stay lower, or change the parameter")
 
 

@@ -5,14 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from app.domain.finding import Severity
-from app.domain.gripper_output import GRIPPER_FUNCTION, has_gripper_output, unanswered_functions
 from app.domain.plan.items import Gripper, Land, Winch
 from app.domain.plan.walk import Carried
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
-from app.domain.vehicle import FirmwareVersion, VehicleType
+from app.domain.vehicle import VehicleType
 
-PAYLOAD_ITEMS_SINCE = FirmwareVersion(1, 14, 0)
-"""Older firmware has no payload deliverer and answers a mission with such an item MAV_MISSION_UNSUPPORTED."""
 _POSITION_HINT = "put a waypoint, loiter or land item before it; only delay and change_speed may stand between"
 
 
@@ -45,16 +42,17 @@ def _no_second_release(context: RuleContext) -> Iterator[Violation]:
 
 
 def _winch_is_executed(context: RuleContext) -> Iterator[Violation]:
-    for drop in context.drops:
+    for drop in () if context.autopilot.executes_winch else context.drops:
         if isinstance(drop.item, Winch):
-            message = "PX4 accepts a winch item and executes nothing: only an external payload can"
+            name = context.autopilot.name
+            message = f"{name} accepts a winch item and executes nothing: only an external payload can"
             yield at_item(drop.step, message, "make sure that the vehicle carries a payload that executes DO_WINCH")
 
 
 def _winch_is_embedded(context: RuleContext) -> Iterator[Violation]:
-    for drop in context.drops:
+    for drop in () if context.autopilot.commands_winch else context.drops:
         if isinstance(drop.item, Winch) and drop.supervised:
-            message = "a winch commanded from outside the mission is answered UNSUPPORTED by PX4"
+            message = f"a winch commanded from outside the mission is answered UNSUPPORTED by {context.autopilot.name}"
             yield at_item(drop.step, message, 'use "mode": "embedded"', "mode")
 
 
@@ -66,78 +64,80 @@ def _grab_is_embedded(context: RuleContext) -> Iterator[Violation]:
 
 
 def _one_gripper(context: RuleContext) -> Iterator[Violation]:
-    for drop in context.drops:
+    for drop in () if context.autopilot.takes_instance else context.drops:
         if isinstance(drop.item, Gripper) and drop.item.instance != 1:
-            message = f"PX4 has one gripper and ignores the instance {drop.item.instance}"
+            message = f"{context.autopilot.name} has one gripper and ignores the instance {drop.item.instance}"
             yield at_item(drop.step, message, "leave instance out", "instance")
 
 
 def _gripper_enabled(context: RuleContext) -> Iterator[Violation]:
-    if context.vehicle is None or context.parameter("PD_GRIPPER_TYPE") >= 0:
+    if context.vehicle is None or (off := context.behaviour.no_gripper) is None:
         return
     for drop in context.drops:
         if isinstance(drop.item, Gripper):
-            message = "the vehicle has no gripper (PD_GRIPPER_TYPE is -1): it would fly on as if it had released"
-            yield at_item(drop.step, message, "set PD_GRIPPER_TYPE to 0 and configure the gripper's output")
+            message = f"the vehicle has no gripper ({off.name} is -1): it would fly on as if it had released"
+            yield at_item(drop.step, message, f"{off.mend} and configure the gripper's output")
 
 
 def _is_enabled(context: RuleContext) -> bool:
-    return context.vehicle is not None and context.parameter("PD_GRIPPER_TYPE") >= 0
+    return context.vehicle is not None and context.behaviour.no_gripper is None
 
 
 def _gripper_has_output(context: RuleContext) -> Iterator[Violation]:
-    if not _is_enabled(context) or has_gripper_output(context.facts) is not False:
+    output = context.behaviour.gripper_output
+    if not _is_enabled(context) or output.assigned is not False:
         return
     for drop in context.drops:
         if isinstance(drop.item, Gripper):
             message = (
-                "no servo output is assigned to the gripper (no PWM_MAIN_FUNCn or PWM_AUX_FUNCn is 430): the vehicle "
+                f"no servo output is assigned to the gripper (no {output.settings} is {output.function}): the vehicle "
                 "would acknowledge everything, and Waydrop cannot see whether anything moves"
             )
-            hint = f"set the gripper's output to {GRIPPER_FUNCTION}; a gripper on CAN looks alike and needs nothing"
+            hint = f"set the gripper's output to {output.function}; a gripper on CAN looks alike and needs nothing"
             yield at_item(drop.step, message, hint)
 
 
 def _gripper_output_is_known(context: RuleContext) -> Iterator[Violation]:
-    if not _is_enabled(context) or has_gripper_output(context.facts) is not None:
+    output = context.behaviour.gripper_output
+    if not _is_enabled(context) or output.assigned is not None:
         return
-    silent = unanswered_functions(context.facts)
+    silent = output.silent
     for drop in context.drops:
         if isinstance(drop.item, Gripper):
             named = silent[0] if len(silent) == 1 else f"{silent[0]} and {len(silent) - 1} more"
             message = f"whether a servo output is assigned to the gripper is not known: {named} did not answer"
-            yield at_item(drop.step, message, "make sure that one PWM_MAIN_FUNCn or PWM_AUX_FUNCn is 430")
+            yield at_item(drop.step, message, f"make sure that one {output.settings} is {output.function}")
 
 
 def _firmware_takes_items(context: RuleContext) -> Iterator[Violation]:
-    firmware = context.firmware
-    if firmware is None or firmware >= PAYLOAD_ITEMS_SINCE:
+    old = context.behaviour.too_old_for_drops
+    if old is None:
         return
     for drop in context.drops:
         if not drop.supervised:
-            message = f"PX4 {firmware} takes no {drop.item.type} items in a mission: it would refuse the upload"
-            yield at_item(drop.step, message, f"update the vehicle to PX4 {PAYLOAD_ITEMS_SINCE} or newer")
+            message = f"{old.version} takes no {drop.item.type} items in a mission: it would refuse the upload"
+            yield at_item(drop.step, message, f"update the vehicle to {old.needed} or newer")
 
 
 def _landed_drop_needs_rtl_home(context: RuleContext) -> Iterator[Violation]:
-    rtl_type = int(context.parameter("RTL_TYPE"))
-    if rtl_type in (0, 5):
+    returns = context.behaviour.returns
+    if not (returns.to_landing or returns.may_follow_items):
         return
     for drop in context.drops:
         if drop.carried is Carried.GROUND and drop.anchor is not None:
-            message = f"with RTL_TYPE {rtl_type} a return may go to this landing place instead of home"
-            yield at_item(drop.step, message, "set RTL_TYPE to 0 or 5")
+            message = f"with {returns.setting} a return may go to this landing place instead of home"
+            yield at_item(drop.step, message, returns.setting.mend)
 
 
 def _no_reverse_over_gripper(context: RuleContext) -> Iterator[Violation]:
-    rtl_type = int(context.parameter("RTL_TYPE"))
+    returns = context.behaviour.returns
     lands = any(isinstance(item, Land) for item in context.plan.items)
-    if rtl_type != 4 and (rtl_type != 2 or lands):
+    if not returns.along_items or (lands and not returns.turns_back):
         return
     for drop in context.drops:
         if isinstance(drop.item, Gripper) and not drop.supervised:
-            message = f"with RTL_TYPE {rtl_type} a return may fly back along the items, and begin with this one"
-            yield at_item(drop.step, message, "set RTL_TYPE to 0 or 5")
+            message = f"with {returns.setting} a return may fly back along the items, and begin with this one"
+            yield at_item(drop.step, message, returns.setting.mend)
 
 
 def _landed_drop_takes_off_again(context: RuleContext) -> Iterator[Violation]:

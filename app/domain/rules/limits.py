@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Final
+from collections.abc import Iterator
 
+from app.domain.autopilot import Quantity
+from app.domain.autopilot.base import Capacity
 from app.domain.compiler import compile_plan
 from app.domain.errors import PlanRejectedError
 from app.domain.finding import Severity
@@ -14,13 +15,6 @@ from app.domain.plan.walk import Carried, Step
 from app.domain.rules.places import from_home_m, planned_places
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 from app.domain.speeds import speed_range_m_s
-from app.domain.vehicle import FirmwareVersion
-
-FIRST_WAYPOINT_WARNS_SINCE = FirmwareVersion(1, 16, 0)
-"""Older firmware refuses a mission whose first waypoint is farther than MIS_DIST_1WP, newer only warns."""
-
-USUALLY_STORED: Final[Mapping[str, int]] = {"max_mission_items": 500, "max_fence_items": 64, "max_rally_points": 32}
-"""By PX4's defaults; no message of a vehicle tells."""
 
 
 def _mission_items(context: RuleContext) -> Iterator[Violation]:
@@ -52,31 +46,30 @@ def _rally_points(context: RuleContext) -> Iterator[Violation]:
         yield Violation("/rally_points", message, "leave some out")
 
 
-def _most(context: RuleContext, name: str, known: int | None) -> int:
+def _most(context: RuleContext, name: Capacity, known: int | None) -> int:
     if known is None:
         context.facts.assuming(name)
-        return USUALLY_STORED[name]
+        return context.autopilot.usually_stored[name]
     return known
 
 
 def _first_waypoint_refused(context: RuleContext) -> Iterator[Violation]:
-    firmware = context.firmware
-    if firmware is None or firmware < FIRST_WAYPOINT_WARNS_SINCE:
+    if context.behaviour.refuses_far_first_waypoint:
         yield from _first_waypoint(context)
 
 
 def _first_waypoint_warned(context: RuleContext) -> Iterator[Violation]:
-    firmware = context.firmware
-    if firmware is not None and firmware >= FIRST_WAYPOINT_WARNS_SINCE:
+    if not context.behaviour.refuses_far_first_waypoint:
         yield from _first_waypoint(context)
 
 
 def _first_waypoint(context: RuleContext) -> Iterator[Violation]:
-    most_m = context.parameter("MIS_DIST_1WP")
+    most_m = context.behaviour.quantity(Quantity.FIRST_WAYPOINT_M)
+    name = context.behaviour.name_of(Quantity.FIRST_WAYPOINT_M)
     first = next(planned_places(context), None)
     away_m = 0.0 if first is None else from_home_m(context, first.place)
     if first is not None and 0 < most_m <= away_m:
-        message = f"the first position is {away_m:.0f} m from home, more than {most_m:g} m (MIS_DIST_1WP)"
+        message = f"the first position is {away_m:.0f} m from home, more than {most_m:g} m ({name})"
         yield at_item(first.step, message, "is this the right place? else put a waypoint nearer to home first")
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
+from app.domain.autopilot import Quantity
 from app.domain.finding import Severity
 from app.domain.geo import distance_m
 from app.domain.ground_paths import point_of
@@ -78,10 +79,13 @@ def _too_far(context: RuleContext) -> Iterator[Violation]:
         planned, home = _planned(target, anchor), context.home
         away_m = distance_m(home.latitude_deg, home.longitude_deg, planned.latitude_deg, planned.longitude_deg)
         farthest_m = away_m + target.max_move_m
-        most_m = own_m if own_m is not None and farthest_m > own_m else context.parameter("GF_MAX_HOR_DIST")
+        most_m = own_m
+        if most_m is None or farthest_m <= most_m:
+            most_m = context.behaviour.quantity(Quantity.FARTHEST_M)
         if 0 < most_m < farthest_m:
             message = f"the target may lead {farthest_m:.0f} m from home; {most_m:g} m are allowed"
-            hint = "make max_move_m smaller; or raise limits.max_distance_m and GF_MAX_HOR_DIST"
+            name = context.behaviour.name_of(Quantity.FARTHEST_M)
+            hint = f"make max_move_m smaller; or raise limits.max_distance_m and {name}"
             yield at_item(drop.step, message, hint, "target", "max_move_m")
 
 

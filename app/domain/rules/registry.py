@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Final
 
-from app.domain.default_facts import firmware, parameter
+from app.domain.autopilot import Autopilot, Behaviour, autopilot, behaviour
 from app.domain.fence_area import FenceArea
 from app.domain.finding import Finding, Severity, json_pointer
 from app.domain.geo import LocalProjection
@@ -18,7 +18,7 @@ from app.domain.plan.walk import Step, reference_home
 from app.domain.prediction import Timeline
 from app.domain.prediction.wind import Wind
 from app.domain.rules.assumptions import Assumptions
-from app.domain.vehicle import FirmwareVersion, GlobalPosition, VehicleFacts
+from app.domain.vehicle import GlobalPosition, VehicleFacts
 
 MOST_NAMED: Final = 3
 """Assumed facts that a sentence names."""
@@ -29,8 +29,8 @@ class RuleContext:
     """What every rule looks at. `facts` are the vehicle's; of None, and of a vehicle of another type, nothing is known.
 
     `origin` is `home` without asking for it, `projection` is around it. What depends on the vehicle is asked for here,
-    or of the facts by `parameter` and `firmware`: so `assumptions` knows what was assumed. What takes long is worked
-    out when it is first asked for.
+    above all by `behaviour`: so `assumptions` knows what was assumed. What takes long is worked out when it is first
+    asked for.
     """
 
     plan: Plan
@@ -52,6 +52,16 @@ class RuleContext:
         return self.vehicle is None or self.vehicle.vehicle_type is not self.plan.vehicle_type
 
     @property
+    def autopilot(self) -> Autopilot:
+        """What flies the vehicle."""
+        return autopilot(self.facts.autopilot)
+
+    @property
+    def behaviour(self) -> Behaviour:
+        """What the vehicle does, by what it tells and what is assumed of it."""
+        return behaviour(self.facts)
+
+    @property
     def knows_home(self) -> bool:
         """Whether the vehicle or the plan tells it."""
         return self.facts.home is not None or self.plan.home is not None
@@ -60,11 +70,6 @@ class RuleContext:
     def home(self) -> GlobalPosition:
         """Where it starts; assumed at the first place of the plan if nobody tells it."""
         return reference_home(self.plan, self.facts)
-
-    @property
-    def firmware(self) -> FirmwareVersion | None:
-        """None: not known."""
-        return firmware(self.facts)
 
     @property
     def fence(self) -> FenceArea | None:
@@ -79,10 +84,6 @@ class RuleContext:
     def knows_height(self, altitude: Altitude) -> bool:
         """Whether it can be said how high above home this is: nobody guesses how high home lies."""
         return altitude.relative_altitude_m is not None or self.knows_home
-
-    def parameter(self, name: str) -> float:
-        """A PX4 parameter of the vehicle, or its strict default."""
-        return parameter(self.facts, name)
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from app.domain.autopilot.base import MissionNeeds
 from app.domain.finding import Severity
 from app.domain.plan.items import ChangeSpeed, Delay, Land, Loiter, PlanItem, ReturnToLaunch, Takeoff, Waypoint
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
-from app.domain.vehicle import FirmwareVersion, VehicleType
-
-TAKEOFF_ABOVE_HOME_ONLY_SINCE = FirmwareVersion(1, 16, 0)
-"""Older firmware wants the takeoff to be 1 m higher than the acceptance radius."""
+from app.domain.vehicle import VehicleType
 
 
 def _takeoff_there(context: RuleContext) -> Iterator[Violation]:
@@ -59,18 +57,11 @@ def _takeoff_above_home(context: RuleContext) -> Iterator[Violation]:
         if not isinstance(step.item, Takeoff) or not context.knows_height(step.item):
             continue
         altitude_m = step.end.relative_altitude_m
-        lowest_m = 0.0 if altitude_m <= 0 else _lowest_takeoff_m(context)
+        lowest_m = 0.0 if altitude_m <= 0 else context.behaviour.lowest_takeoff_m
         if altitude_m <= 0 or altitude_m < lowest_m:
             message = f"a takeoff to {altitude_m:g} m above home is too low"
             hint = f"take off to at least {lowest_m:g} m" if lowest_m else "take off to above home"
             yield at_item(step, message, hint, *_altitude_field(step.item))
-
-
-def _lowest_takeoff_m(context: RuleContext) -> float:
-    firmware = context.firmware
-    if firmware is not None and firmware >= TAKEOFF_ABOVE_HOME_ONLY_SINCE:
-        return 0.0
-    return context.parameter("NAV_ACC_RAD") + 1.0
 
 
 def _fixed_wing_takeoff_direction(context: RuleContext) -> Iterator[Violation]:
@@ -83,30 +74,30 @@ def _fixed_wing_takeoff_direction(context: RuleContext) -> Iterator[Violation]:
 
 
 def _landing_required(context: RuleContext) -> Iterator[Violation]:
-    required = int(context.parameter("MIS_TKO_LAND_REQ"))
+    needs = context.behaviour.mission_needs
     takeoff = any(isinstance(item, Takeoff) for item in context.plan.items)
     landing = any(isinstance(item, Land) for item in context.plan.items)
     last = context.steps[-1]
-    if _is_rover(context) and required in (1, 2, 3):
-        message = f"the vehicle wants a takeoff or a landing (MIS_TKO_LAND_REQ {required}), which a rover never has"
-        yield at_item(last, message, "set MIS_TKO_LAND_REQ to 0")
+    if _is_rover(context) and (needs.takeoff or needs.landing):
+        message = f"the vehicle wants a takeoff or a landing ({needs.setting}), which a rover never has"
+        yield at_item(last, message, needs.setting.mend)
     elif context.facts.in_flight is not None:
-        yield from _required_in_flight(context, required, landing=landing)
-    elif required in (2, 3) and not landing:
-        message = f"the vehicle wants a landing in every mission (MIS_TKO_LAND_REQ {required}); a return is none"
+        yield from _required_in_flight(context, needs, landing=landing)
+    elif needs.landing and not landing:
+        message = f"the vehicle wants a landing in every mission ({needs.setting}); a return is none"
         yield at_item(last, message, "end the plan with a land item")
-    elif required in (4, 5) and takeoff != landing:
-        message = f"the vehicle wants takeoff and landing, or neither (MIS_TKO_LAND_REQ {required})"
+    elif needs.both_or_neither and takeoff != landing:
+        message = f"the vehicle wants takeoff and landing, or neither ({needs.setting})"
         yield at_item(last, message, "end the plan with a land item")
 
 
-def _required_in_flight(context: RuleContext, required: int, *, landing: bool) -> Iterator[Violation]:
-    """The rest of a plan has no takeoff any more; PX4 checks it all the same, and then drops the mission on board."""
-    if required in (1, 3) or (required == 4 and landing):
-        message = f"the vehicle wants a takeoff in every mission (MIS_TKO_LAND_REQ {required}), also in flight"
-        yield at_item(context.steps[0], message, "set MIS_TKO_LAND_REQ to 0, 2 or 5 before the next flight")
-    elif required in (2, 5) and not landing:
-        message = f"the vehicle wants a landing in every mission (MIS_TKO_LAND_REQ {required}); a return is none"
+def _required_in_flight(context: RuleContext, needs: MissionNeeds, *, landing: bool) -> Iterator[Violation]:
+    """The rest of a plan has no takeoff any more; it is checked all the same, and then drops the mission on board."""
+    if needs.takeoff or (needs.both_or_neither and not needs.landing_in_flight and landing):
+        message = f"the vehicle wants a takeoff in every mission ({needs.setting}), also in flight"
+        yield at_item(context.steps[0], message, f"{needs.without_takeoff} before the next flight")
+    elif needs.landing_in_flight and not landing:
+        message = f"the vehicle wants a landing in every mission ({needs.setting}); a return is none"
         yield at_item(context.steps[-1], message, "end the plan with a land item")
 
 

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from app.domain.default_facts import HOME
+from app.domain.autopilot import Quantity
 from app.domain.finding import Severity
 from app.domain.geo import distance_m
 from app.domain.live_control import MAX_LIVE_RATE, TOO_FAST_HINT, is_too_fast, too_fast_words
 from app.domain.plan.fields import Altitude
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
+from app.domain.vehicle import HOME
 
 MAX_HOME_OFFSET_M = 100.0
-_LINK_LOSS = {0: "continue", 1: "hold", 2: "return", 3: "land"}
-"""NAV_DLL_ACT. 5 (terminate) and 6 (disarm) are nothing a plan can count on."""
 
 
 def _same_type(context: RuleContext) -> Iterator[Violation]:
@@ -54,28 +53,29 @@ def _link_loss(context: RuleContext) -> Iterator[Violation]:
     wanted = context.plan.contingency.on_link_loss
     if wanted is None or context.vehicle is None:
         return
-    action = int(context.parameter("NAV_DLL_ACT"))
-    if _LINK_LOSS.get(action) != wanted:
-        message = f"the plan counts on {wanted} when the link is lost, but the vehicle has NAV_DLL_ACT {action}"
-        yield Violation("/contingency/on_link_loss", message, "set NAV_DLL_ACT, or change the plan")
+    loss = context.behaviour.link_loss
+    if loss.action != wanted:
+        message = f"the plan counts on {wanted} when the link is lost, but the vehicle has {loss.setting}"
+        yield Violation("/contingency/on_link_loss", message, f"set {loss.setting.name}, or change the plan")
 
 
 def _link_loss_set(context: RuleContext) -> Iterator[Violation]:
     if context.vehicle is None or context.plan.contingency.on_link_loss is not None:
         return
     first = next((drop for drop in context.drops if drop.supervised), None)
-    if first is not None and int(context.parameter("NAV_DLL_ACT")) == 0:
-        message = "the link may be lost at this supervised drop, and the vehicle would do nothing (NAV_DLL_ACT 0)"
-        hint = 'set NAV_DLL_ACT to 2 (return), or write "on_link_loss": "continue": it flies on with the parcel'
+    if first is not None and (loss := context.behaviour.link_loss).action == "continue":
+        message = f"the link may be lost at this supervised drop, and the vehicle would do nothing ({loss.setting})"
+        hint = f'{loss.setting.mend}, or write "on_link_loss": "continue": it flies on with the parcel'
         yield at_item(first.step, message, hint)
 
 
 def _command_timeout(context: RuleContext) -> Iterator[Violation]:
-    timeout_s = context.parameter("MIS_COMMAND_TOUT")
+    wait_s = context.behaviour.quantity(Quantity.COMMAND_WAIT_S)
+    name = context.behaviour.name_of(Quantity.COMMAND_WAIT_S)
     for drop in context.drops:
-        if timeout_s > 0 and not drop.supervised:
-            message = f"the mission waits {timeout_s:g} s at this drop even if it is done sooner (MIS_COMMAND_TOUT)"
-            yield at_item(drop.step, message, "set MIS_COMMAND_TOUT to 0; the compiled mission has its own delay")
+        if wait_s > 0 and not drop.supervised:
+            message = f"the mission waits {wait_s:g} s at this drop even if it is done sooner ({name})"
+            yield at_item(drop.step, message, f"set {name} to 0; the compiled mission has its own delay")
 
 
 def _clock(context: RuleContext) -> Iterator[Violation]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Final
 
-from app.domain.setpoint.capability import TABLE, Cell, FlightKind
+from app.domain.autopilot import autopilot
+from app.domain.setpoint.capability import Cell, FlightKind
 from app.domain.setpoint.wire_form import WIRE_FORMS, WireForm
 
 BEGIN: Final = "<!-- generated from app/domain/setpoint: `python -m tests.unit.domain.regenerate` -->"
@@ -32,7 +33,7 @@ def setpoint_tables() -> str:
         "|---|---|---|---|---|---|",
     ]
     for form, wire in WIRE_FORMS.items():
-        cells = (_cell(TABLE[kind][form]) for kind in _KINDS)
+        cells = (_cell(autopilot().setpoints[kind][form]) for kind in _KINDS)
         lines.append(f"| `{form}` | {_on_the_wire(wire)} | {wire.estimate.value} | " + " | ".join(cells) + " |")
     lines += ["", "| code | why it is refused |", "|---|---|"]
     lines += [f"| `{code}` | {reason} |" for code, reason in _reasons()]
@@ -63,7 +64,7 @@ def _on_the_wire(wire: WireForm) -> str:
 def _reasons() -> list[tuple[str, str]]:
     found: dict[tuple[str, str], None] = {}
     for kind in FlightKind:
-        for cell in TABLE[kind].values():
+        for cell in autopilot().setpoints[kind].values():
             for verdict in cell:
                 if not verdict.is_taken:
                     found[verdict.code.removeprefix("setpoint."), verdict.reason] = None

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import nan
 
 from app.domain.errors import SetpointRefusedError
-from app.domain.setpoint.capability import Capability, FirmwareProfile, FlightKind, capability
+from app.domain.setpoint.capability import Capability, FirmwareProfile, FlightKind
 from app.domain.setpoint.forms import (
     AccelerationBody,
     Attitude,
@@ -31,6 +31,7 @@ from app.domain.setpoint.message import (
     SetpointMessage,
     Vector,
 )
+from app.domain.setpoint.table import capability
 from app.domain.setpoint.wire_form import GLIDE, TYPE_BITS, Estimate
 
 

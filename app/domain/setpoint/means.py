@@ -7,7 +7,8 @@ from enum import StrEnum
 from typing import Final
 
 from app.domain.errors import TaskRefusedError
-from app.domain.setpoint.capability import YES, FirmwareProfile, FlightKind, Verdict, capability
+from app.domain.setpoint.capability import YES, FirmwareProfile, FlightKind, Verdict
+from app.domain.setpoint.table import capability
 
 
 class Means(StrEnum):

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from app.domain.fence_area import FenceArea, fence_area, needs_all_inclusions
+from app.domain.fence_area import FenceArea, fence_area
 from app.domain.geo import LocalProjection
 from app.domain.mission import MavCmd, MissionItem
 from app.domain.plan.fields import Point
 from app.domain.plan.geofence import FenceCircle, FenceKind, FencePolygon, Geofence
-from app.domain.vehicle import FirmwareVersion
 
 _VERTICES: dict[MavCmd, FenceKind] = {
     MavCmd.NAV_FENCE_POLYGON_VERTEX_INCLUSION: "inclusion",
@@ -22,11 +21,11 @@ _CIRCLES: dict[MavCmd, FenceKind] = {
 
 
 def onboard_fence(
-    items: Sequence[MissionItem], projection: LocalProjection, firmware: FirmwareVersion | None
+    items: Sequence[MissionItem], projection: LocalProjection, *, needs_all_inclusions: bool
 ) -> FenceArea | None:
     """The area of a downloaded fence list; None if it has none. A polygon's corners say by param1 how many they are.
 
-    The projection's origin is home: by the firmware a place must lie in any inclusion, or in all of those around home.
+    The projection's origin is home: a place must lie in any inclusion, or in all of those around home.
     """
     polygons: list[FencePolygon] = []
     circles: list[FenceCircle] = []
@@ -44,4 +43,4 @@ def onboard_fence(
     if not polygons and not circles:
         return None
     fence = Geofence(polygons=tuple(polygons), circles=tuple(circles))
-    return fence_area(fence, projection, all_of_home=needs_all_inclusions(firmware))
+    return fence_area(fence, projection, all_of_home=needs_all_inclusions)

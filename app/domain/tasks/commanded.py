@@ -11,12 +11,11 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-from app.domain.acceptance import L1_SWITCH_S, NPFG_SINCE
+from app.domain.autopilot import Behaviour
 from app.domain.setpoint.capability import FlightKind
 from app.domain.tasks.course import CircleCourse, Course, Ground, LegsCourse, PointCourse, Reference, Turn
 from app.domain.tasks.guidance import CRUISE_M_S, WING_LOITER_M, WING_SWITCH_S, Fix, Wish, has_arrived
 from app.domain.tasks.room import circle_around
-from app.domain.vehicle import FirmwareVersion
 
 LOOK_AHEAD_S: Final = 4.0
 """The course leads back to the line at the point that is so long ahead."""
@@ -54,16 +53,15 @@ Order = FlyTo | CircleAt
 
 @dataclass(frozen=True, slots=True)
 class Wing:
-    """What the vehicle brings along: NAV_LOITER_RAD, and how many seconds before a waypoint its guidance switches."""
+    """What the vehicle brings along: its loiter radius, and how many seconds ahead its guidance switches."""
 
     loiter_m: float = WING_LOITER_M
     switch_s: float = WING_SWITCH_S
 
     @classmethod
-    def of(cls, loiter_m: float | None, firmware: FirmwareVersion | None) -> Wing:
-        """From the parameter and the firmware; the longer switch where that is not known."""
-        newer = firmware is not None and firmware >= NPFG_SINCE
-        return cls(WING_LOITER_M if loiter_m is None else abs(loiter_m), WING_SWITCH_S if newer else L1_SWITCH_S)
+    def of(cls, loiter_m: float | None, behaviour: Behaviour) -> Wing:
+        """With the loiter radius that it is set to."""
+        return cls(WING_LOITER_M if loiter_m is None else abs(loiter_m), behaviour.guidance_s)
 
     def joins_m(self, speed_m_s: float) -> float:
         """Nearer than this PX4 joins the circle around the place."""

@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
+from app.domain.autopilot import Behaviour, autopilot
 from app.domain.errors import AuditFailedError, OffboardNotReadyError
 from app.domain.fence_area import FenceArea
 from app.domain.geo import LocalProjection
@@ -13,7 +14,7 @@ from app.domain.live_control import MAX_LIVE_RATE, is_too_fast
 from app.domain.mission import MissionType
 from app.domain.ports import VehicleLink
 from app.domain.run import Run, RunState
-from app.domain.setpoint.audit import AUDITED, AUDITED_COMMANDED, AuditEntry, audit, audit_commanded
+from app.domain.setpoint.audit import AuditEntry
 from app.domain.setpoint.capability import FlightKind
 from app.domain.setpoint.means import Means
 from app.domain.setpoint.onboard_fence import onboard_fence
@@ -98,7 +99,7 @@ async def until_calm(link: VehicleLink, within_s: float) -> None:
         end()
 
 
-async def read_fence(link: VehicleLink) -> FenceArea | None:
+async def read_fence(link: VehicleLink, behaviour: Behaviour) -> FenceArea | None:
     """The fence on board around home; None without one. Raises OffboardNotReadyError without a home, LinkError."""
     items = await link.download(MissionType.FENCE)
     home = link.state().home
@@ -107,13 +108,13 @@ async def read_fence(link: VehicleLink) -> FenceArea | None:
     if home is None:
         raise OffboardNotReadyError("the vehicle has a fence but no home to measure it from", hint="wait for its fix")
     projection = LocalProjection(home.latitude_deg, home.longitude_deg)
-    return onboard_fence(items, projection, link.identity.firmware)
+    return onboard_fence(items, projection, needs_all_inclusions=behaviour.needs_all_inclusions)
 
 
 async def _audited(link: VehicleLink, means: Means, *, sticks_held: bool) -> tuple[AuditEntry, ...]:
-    if means is Means.COMMANDS:
-        return audit_commanded(await link.read_parameters(AUDITED_COMMANDED))
-    return audit(await link.read_parameters(AUDITED), sticks_held=sticks_held)
+    known = autopilot(link.identity.autopilot)
+    audit = known.audit_commanded if means is Means.COMMANDS else known.audit
+    return audit.entries(await link.read_parameters(audit.names), sticks_held=sticks_held)
 
 
 def _why_not(vehicle_id: str, state: VehicleState, kind: FlightKind, run: Run | None) -> tuple[str, str]:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from app.domain.autopilot import autopilot, behaviour_of
 from app.domain.fence_area import FenceArea
 from app.domain.geo import LocalProjection
-from app.domain.setpoint.capability import FirmwareProfile, FlightKind, firmware_profile, flight_kind
+from app.domain.setpoint.capability import FirmwareProfile, FlightKind, flight_kind
 from app.domain.setpoint.encode import Follower
 from app.domain.setpoint.limiter import Whereabouts
 from app.domain.setpoint.means import Means, means_if_any
@@ -31,7 +32,8 @@ class Surroundings:
     @classmethod
     def of(cls, vehicle_type: VehicleType, firmware: FirmwareVersion | None, fresh_s: float) -> Surroundings:
         """Before anything was read."""
-        return cls(vehicle_type, firmware_profile(firmware), fresh_s, wing=Wing.of(None, firmware))
+        known = behaviour_of(vehicle_type, firmware)
+        return cls(vehicle_type, autopilot().setpoint_profile(firmware), fresh_s, wing=Wing.of(None, known))
 
     def means(self, state: VehicleState) -> Means | None:
         """How its tasks are flown as it flies now; None: not at all."""

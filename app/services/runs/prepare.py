@@ -8,6 +8,7 @@ from collections.abc import Awaitable, Callable
 from typing import Final
 
 from app.domain.arming import armed_by_others, arming_obstacle, disarmed_by_others, hold_hint
+from app.domain.autopilot import autopilot
 from app.domain.commands import CommandRequest, MavResult
 from app.domain.errors import (
     CommandExpiredError,
@@ -185,7 +186,7 @@ class Preparation:
             word = final.word if final else "no answer"
             raise VehicleRefusedError(
                 f"the gripper did not close before take-off: {word}",
-                hint="PD_GRIPPER_TYPE must be 0 or more, and the gripper's output assigned (PWM_MAIN_FUNCn = 430)",
+                hint=autopilot(self._link.identity.autopilot).gripper_hint,
             )
 
     async def _hold(self) -> None:

@@ -6,11 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
+from app.domain.autopilot import autopilot, behaviour
 from app.domain.errors import ConflictError, LinkTimeoutError, RallyRefusedError
 from app.domain.mission import MavCmd, Mission, MissionItem
 from app.domain.ports import VehicleLink
 from app.domain.rally import RallyDestination, ReturnSight
-from app.domain.vehicle import FlightMode, LandedState, VehicleState, VehicleType
+from app.domain.vehicle import FlightMode, LandedState, VehicleFacts, VehicleState, VehicleType
 from app.services.runs.watch import FlightWatch
 
 _LANDINGS: Final = frozenset({MavCmd.NAV_LAND, MavCmd.NAV_VTOL_LAND})
@@ -25,7 +26,7 @@ class RallyChoice:
 
 
 class RallyReturn:
-    """Looks, and looks again as it orders. RTL_TYPE is asked each time: another ground station may set it."""
+    """Looks, and looks again as it orders. How it returns is asked each time: another ground station may set it."""
 
     def __init__(self, link: VehicleLink, watch: FlightWatch) -> None:
         self._link = link
@@ -36,14 +37,14 @@ class RallyReturn:
 
         Raises:
             RallyRefusedError: to no rally point, or that is not sure. ConflictError: not in the air, not heard, or it
-            returns already. LinkError: it does not tell its RTL_TYPE.
+            returns already. LinkError: it does not tell how it returns.
         """
         self._refuse_unfit(self._link.state())
-        is_vtol = self._watch.flight.leg.plan.vehicle_type is VehicleType.VTOL
-        names = ("RTL_TYPE", "RTL_LAND_DELAY", *(("RTL_APPR_FORCE",) if is_vtol else ()))
+        vehicle_type = self._watch.flight.leg.plan.vehicle_type
+        names = autopilot(self._link.identity.autopilot).return_parameters(vehicle_type)
         found = await self._link.read_parameters(names)
-        if "RTL_TYPE" not in found:
-            raise LinkTimeoutError("the vehicle does not tell its RTL_TYPE", hint="order it again, or return")
+        if names[0] not in found:
+            raise LinkTimeoutError(f"the vehicle does not tell its {names[0]}", hint="order it again, or return")
         return RallyChoice(self._destination(found), found)
 
     async def order(self, chosen: RallyChoice) -> None:
@@ -65,7 +66,7 @@ class RallyReturn:
         state, leg, change = self._link.state(), self._watch.flight.leg, self._watch.flight.change
         self._refuse_unfit(state)
         self._refuse_others_points(state, leg.mission)
-        delay_s = found.get("RTL_LAND_DELAY")
+        does = behaviour(VehicleFacts(leg.plan.vehicle_type, parameters=found, autopilot=self._link.identity.autopilot))
         missions = [leg.mission] if change is None or not change.is_open else [leg.mission, change.mission]
         landings = [item for mission in missions for item in mission.items if item.command in _LANDINGS][:2]
         return ReturnSight(
@@ -73,9 +74,8 @@ class RallyReturn:
             state=state,
             rally=[_place(item) for item in leg.mission.rally],
             landings=[_place(item) for item in landings],
-            rtl_type=int(found["RTL_TYPE"]),
-            land_delay_s=None if delay_s is None else float(delay_s),
-            approach_force=int(found.get("RTL_APPR_FORCE", 0)),
+            returns=does.returns,
+            there=does.rally_return,
         ).destination()
 
     def _refuse_unfit(self, state: VehicleState) -> None:

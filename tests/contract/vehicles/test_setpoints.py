@@ -14,9 +14,10 @@ import pytest
 from app.domain.errors import SetpointRefusedError, VehicleRefusedError
 from app.domain.mission import NAN, MavCmd
 from app.domain.ports import VehicleLink
-from app.domain.setpoint.capability import FirmwareProfile, FlightKind, capabilities
+from app.domain.setpoint.capability import FirmwareProfile, FlightKind
 from app.domain.setpoint.encode import encode
 from app.domain.setpoint.message import AttitudeTarget, LocalTarget, SetpointMessage
+from app.domain.setpoint.table import capabilities
 from app.domain.vehicle import FlightMode
 from app.vehicles.command_sender import command
 from app.vehicles.setpoint_encoders import SetpointOut

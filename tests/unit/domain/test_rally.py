@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import pytest
 
+from app.domain.autopilot import Behaviour, behaviour
 from app.domain.errors import ConflictError, RallyRefusedError
 from app.domain.rally import RallyDestination, ReturnSight
 from app.domain.reason import in_words
-from app.domain.vehicle import GlobalPosition, VehicleState, VehicleType
+from app.domain.vehicle import GlobalPosition, VehicleFacts, VehicleState, VehicleType
 
 HOME = GlobalPosition(47.0, 8.0, 400.0)
 METRE_DEG = 1 / 111_194.926
@@ -20,17 +21,24 @@ def north(metres: float) -> tuple[float, float]:
     return 47.0 + metres * METRE_DEG, 8.0
 
 
+def as_set(rtl_type: int, land_delay_s: float | None = 0.0, approach_force: int = 0) -> Behaviour:
+    found = {"RTL_TYPE": rtl_type, "RTL_LAND_DELAY": land_delay_s, "RTL_APPR_FORCE": approach_force}
+    parameters = {name: value for name, value in found.items() if value is not None}
+    return behaviour(VehicleFacts(VehicleType.VTOL, parameters=parameters))
+
+
 def sight(rtl_type: int, at_m: float, *rally_m: float, landing_m: float | None = None, **state: object) -> ReturnSight:
     """All places in metres north of home."""
     latitude_deg, longitude_deg = north(at_m)
     seen = VehicleState(latitude_deg=latitude_deg, longitude_deg=longitude_deg, position_age_s=0.1, home=HOME)
+    does = as_set(rtl_type)
     return ReturnSight(
         vehicle_type=VehicleType.MULTICOPTER,
         state=replace(seen, **state),  # type: ignore[arg-type]
         rally=[north(metres) for metres in rally_m],
         landings=[] if landing_m is None else [north(landing_m)],
-        rtl_type=rtl_type,
-        land_delay_s=0.0,
+        returns=does.returns,
+        there=does.rally_return,
     )
 
 
@@ -67,9 +75,9 @@ def test_what_it_flies_until_the_last_try_of_the_order_may_decide_so_home_must_b
 
 
 def test_a_vehicle_that_does_not_land_there_is_told_of() -> None:
-    found = replace(sight(5, 300.0, 250.0), land_delay_s=-1.0).destination()
+    found = replace(sight(5, 300.0, 250.0), there=as_set(5, -1.0).rally_return).destination()
     assert (found.lands, in_words(found.reason).endswith("it stays in the air there (RTL_LAND_DELAY)")) == (False, True)
-    assert replace(sight(5, 300.0, 250.0), land_delay_s=None).destination().lands is None
+    assert replace(sight(5, 300.0, 250.0), there=as_set(5, None).rally_return).destination().lands is None
 
 
 @pytest.mark.parametrize(
@@ -107,13 +115,13 @@ def test_home_is_no_choice_for_type_1_but_of_a_vtol_that_hovers() -> None:
 
 @pytest.mark.parametrize("vtol_state", ["fixed_wing", "multicopter"])
 def test_a_vtol_that_wants_landing_approaches_passes_over_rally_points_so_it_is_refused(vtol_state: str) -> None:
-    copter = replace(sight(5, 300.0, 320.0, vtol_state=vtol_state), approach_force=1)
+    copter = replace(sight(5, 300.0, 320.0, vtol_state=vtol_state), there=as_set(5, approach_force=1).rally_return)
     assert copter.destination().index == 0
     vtol = replace(copter, vehicle_type=VehicleType.VTOL)
     with pytest.raises(RallyRefusedError, match="RTL_APPR_FORCE 1") as refused:
         vtol.destination()
     assert refused.value.extra["because"] == "approach_forced"
-    assert replace(vtol, approach_force=0).destination().index == 0
+    assert replace(vtol, there=as_set(5).rally_return).destination().index == 0
 
 
 @pytest.mark.parametrize("missing", [{"position_age_s": 9.0}, {"latitude_deg": None}, {"home": None}])

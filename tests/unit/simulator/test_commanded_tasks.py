@@ -7,12 +7,13 @@ from functools import cache
 
 import pytest
 
+from app.domain.autopilot import behaviour_of
 from app.domain.tasks.commanded import CircleAt, FlyTo, Order, Wing, order
 from app.domain.tasks.course import CircleCourse, Course, LegsCourse
 from app.domain.tasks.guidance import Fix, Wish
 from app.domain.tasks.order_request import CIRCLE_HERE, order_request
 from app.domain.tasks.origin import EkfOrigin
-from app.domain.vehicle import FirmwareVersion
+from app.domain.vehicle import FirmwareVersion, VehicleType
 from app.simulator.dialect import mavlink
 from app.simulator.wire import Cmd, Mode
 from tests.unit.simulator.cockpit import Cockpit
@@ -29,7 +30,7 @@ class Flight:
     """A plane in Hold after its takeoff, and the orders of a course."""
 
     def __init__(self, firmware: str, wind_east_m_s: float = 0.0) -> None:
-        self.wing = Wing.of(80.0, FIRMWARE[firmware])
+        self.wing = Wing.of(80.0, behaviour_of(VehicleType.FIXED_WING, FIRMWARE[firmware]))
         self.cockpit = Cockpit("plane", firmware=firmware, params={"MIS_TAKEOFF_ALT": 25.0})
         self.cockpit.command(Cmd.DO_SET_MODE, 1, 4, 2)
         self.cockpit.arm()

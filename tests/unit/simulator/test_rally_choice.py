@@ -7,9 +7,10 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 
+from app.domain.autopilot import behaviour
 from app.domain.errors import RallyRefusedError
 from app.domain.rally import AT_HOME_M, ReturnSight
-from app.domain.vehicle import GlobalPosition, VehicleState, VehicleType
+from app.domain.vehicle import GlobalPosition, VehicleFacts, VehicleState, VehicleType
 from app.simulator.navigator.return_destination import ReturnDestination, ReturnPlan, Way
 from tests.unit.simulator.airborne import FRAME, Airborne
 from tests.unit.simulator.cockpit import Plan, land, takeoff, waypoint
@@ -52,7 +53,9 @@ def test_the_vehicle_goes_where_the_order_says_or_not_to_a_rally_point(
         vtol_state=kind[2],
     )
     landings = [FRAME.to_global(150.0, 40.0)] if garden else []
-    sight = ReturnSight(kind[1], state, [FRAME.to_global(*point) for point in rally], landings, rtl_type, 0.0)
+    does = behaviour(VehicleFacts(kind[1], parameters={"RTL_TYPE": rtl_type, "RTL_LAND_DELAY": 0.0}))
+    places = [FRAME.to_global(*point) for point in rally]
+    sight = ReturnSight(kind[1], state, places, landings, does.returns, does.rally_return)
     try:
         told = sight.destination()
     except RallyRefusedError as error:

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from app.domain.autopilot.px4.modes import COMMANDED
 from app.domain.errors import SetpointRefusedError
 from app.domain.mission import MavCmd
 from app.domain.setpoint.capability import FirmwareProfile, FlightKind
@@ -20,7 +21,6 @@ from app.domain.setpoint.wire_form import WIRE_FORMS
 from app.domain.vehicle import FlightMode
 from app.services.offboard import SLOWEST_HZ, OffboardSettings
 from app.vehicles.command_sender import command
-from app.vehicles.custom_mode import COMMANDED
 from app.vehicles.encoders import CommandLong
 from app.vehicles.setpoint_encoders import SetpointOut
 from tests.unit.domain.setpoint.examples import setpoint_of

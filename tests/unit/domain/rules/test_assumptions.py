@@ -114,7 +114,7 @@ def test_facts_that_may_be_unknown_are_read_where_that_is_noted() -> None:
         for path in DOMAIN.rglob("*.py")
         if re.search(r"\bfacts\.(firmware|home|parameters)\b", path.read_text(encoding="utf-8"))
     }
-    assert readers <= {"default_facts.py", "walk.py", "usable_facts.py", "registry.py", "gripper_output.py"}
+    assert readers <= {"parameters.py", "versions.py", "walk.py", "registry.py", "gripper.py"}
 
 
 @settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))

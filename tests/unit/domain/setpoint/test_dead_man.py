@@ -6,11 +6,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.domain.setpoint.audit import AUDITED, audit
+from app.domain.autopilot import autopilot
 from app.domain.setpoint.capability import FlightKind
 from app.domain.setpoint.dead_man import DeadMan, Silence
 
 ages = st.floats(0, 10)
+AUDIT = autopilot().audit
 SAFE = {"COM_OBL_RC_ACT": 5, "COM_OF_LOSS_T": 1.0, "COM_RC_IN_MODE": 4}
 
 
@@ -59,12 +60,12 @@ def test_without_an_estimate_nothing_can_stand_still() -> None:
 def test_the_loss_action_must_end_a_flight_that_nobody_holds(
     action: int | None, sticks_held: bool, blocks: bool
 ) -> None:
-    found = audit({**SAFE, "COM_OBL_RC_ACT": action} if action is not None else {}, sticks_held=sticks_held)
+    found = AUDIT.entries({**SAFE, "COM_OBL_RC_ACT": action} if action is not None else {}, sticks_held=sticks_held)
     assert any(entry.blocks for entry in found) == blocks
 
 
 def test_every_audited_parameter_is_shown_with_its_meaning() -> None:
-    found = audit(SAFE, sticks_held=False)
-    assert tuple(entry.parameter for entry in found) == AUDITED
+    found = AUDIT.entries(SAFE, sticks_held=False)
+    assert tuple(entry.parameter for entry in found) == AUDIT.names
     assert all(entry.meaning for entry in found)
     assert {entry.value for entry in found if entry.parameter == "COM_RC_OVERRIDE"} == {None}

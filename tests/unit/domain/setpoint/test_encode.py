@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from app.domain.errors import SetpointRefusedError
-from app.domain.setpoint.capability import FirmwareProfile, FlightKind, capability
+from app.domain.setpoint.capability import FirmwareProfile, FlightKind
 from app.domain.setpoint.encode import encode
 from app.domain.setpoint.message import AttitudeTarget, GlobalTarget, LocalTarget, SetpointFrame
+from app.domain.setpoint.table import capability
 from tests.unit.domain.setpoint.examples import EXAMPLES, example, follower, setpoint_of
 
 POSITION_BITS, VELOCITY_BITS, ACCELERATION_BITS, YAW, YAW_RATE = 0x7, 0x38, 0x1C0, 0x400, 0x800

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from app.domain.autopilot import behaviour_of
 from app.domain.errors import SetpointRefusedError
+from app.domain.fence_area import FenceArea
 from app.domain.geo import LocalProjection
 from app.domain.mission import MavCmd, MavFrame, MissionItem, MissionType
 from app.domain.setpoint.capability import FlightKind
@@ -17,7 +20,7 @@ from app.domain.setpoint.forms import Attitude, PositionNed, Setpoint, VelocityB
 from app.domain.setpoint.limiter import Whereabouts, limit, tilt_deg
 from app.domain.setpoint.limits import OffboardLimits
 from app.domain.setpoint.onboard_fence import onboard_fence
-from app.domain.vehicle import FirmwareVersion
+from app.domain.vehicle import FirmwareVersion, VehicleType
 from tests.unit.domain.setpoint.examples import attitudes, body_velocities, example, places, velocities
 
 PATIENT = settings(deadline=None)
@@ -197,8 +200,13 @@ def fence(kind: str = "INCLUSION") -> tuple[MissionItem, ...]:
     )  # fmt: skip
 
 
+def on_board(items: Sequence[MissionItem], firmware: FirmwareVersion | None = NEW) -> FenceArea | None:
+    known = behaviour_of(VehicleType.MULTICOPTER, firmware)
+    return onboard_fence(items, LocalProjection(HOME[0], HOME[1]), needs_all_inclusions=known.needs_all_inclusions)
+
+
 def fenced(kind: str = "INCLUSION", here: tuple[float, float, float] = (5.0, 5.0, 20.0)) -> Whereabouts:
-    return replace(HERE, here=here, fence=onboard_fence(fence(kind), LocalProjection(HOME[0], HOME[1]), NEW))
+    return replace(HERE, here=here, fence=on_board(fence(kind)))
 
 
 def test_a_place_beyond_the_fence_on_board_is_refused_and_never_moved() -> None:
@@ -215,7 +223,7 @@ def test_a_velocity_towards_the_fence_is_stopped() -> None:
 
 
 def test_a_vehicle_without_a_fence_has_none() -> None:
-    assert onboard_fence((), LocalProjection(HOME[0], HOME[1]), NEW) is None
+    assert on_board(()) is None
 
 
 @pytest.mark.parametrize(("firmware", "refused"), [(OLD, False), (NEW, True), (None, True)])
@@ -224,7 +232,7 @@ def test_newer_firmware_wants_a_place_in_all_inclusions_around_home(
 ) -> None:
     circle = replace(fence()[0], seq=4, command=MavCmd.NAV_FENCE_CIRCLE_INCLUSION, param1=30.0)
     home = replace(circle, x=round(HOME[0] * 1e7), y=round(HOME[1] * 1e7))
-    around_home = onboard_fence((*fence(), home), LocalProjection(HOME[0], HOME[1]), firmware)
+    around_home = on_board((*fence(), home), firmware)
     setpoint, there = example("position_ned", north_m=40.0), replace(fenced(), fence=around_home)
     if refused:
         assert refusal_of(setpoint, there) == "limit.fence"

@@ -4,16 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from app.domain.setpoint.capability import (
-    TABLE,
-    FirmwareProfile,
-    FlightKind,
-    capabilities,
-    capability,
-    firmware_profile,
-    flight_kind,
-)
+from app.domain.autopilot import autopilot
+from app.domain.setpoint.capability import FirmwareProfile, FlightKind, flight_kind
 from app.domain.setpoint.document import with_tables
+from app.domain.setpoint.table import capabilities, capability
 from app.domain.setpoint.wire_form import WIRE_FORMS, Estimate
 from app.domain.vehicle import FirmwareVersion, VehicleType
 from tests.unit.domain.golden_mission import OFFBOARD_PAGE
@@ -39,7 +33,7 @@ def taken(kind: FlightKind, profile: FirmwareProfile) -> set[str]:
 
 def test_every_kind_has_a_word_on_every_form() -> None:
     for kind in FlightKind:
-        assert set(TABLE[kind]) == set(WIRE_FORMS) == set(EXAMPLES)
+        assert set(autopilot().setpoints[kind]) == set(WIRE_FORMS) == set(EXAMPLES)
 
 
 @pytest.mark.parametrize("kind", FlightKind)
@@ -99,7 +93,7 @@ def test_each_form_names_the_estimate_it_needs() -> None:
     [(None, UNSURE), ((1, 8, 0), DOCUMENTED), ((1, 11, 9), DOCUMENTED), ((1, 14, 0), UNSURE), ((1, 16, 0), FLOWN)],
 )
 def test_the_firmware_says_which_column_counts(version: tuple[int, int, int] | None, profile: FirmwareProfile) -> None:
-    assert firmware_profile(None if version is None else FirmwareVersion(*version)) is profile
+    assert autopilot().setpoint_profile(None if version is None else FirmwareVersion(*version)) is profile
 
 
 @pytest.mark.parametrize(

@@ -9,12 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from app.domain.autopilot import behaviour_of
 from app.domain.mission import MavCmd
 from app.domain.tasks.commanded import CircleAt, FlyTo, Wing, order
 from app.domain.tasks.course import CircleCourse, LegsCourse, PointCourse
 from app.domain.tasks.guidance import Fix, Wish
 from app.domain.tasks.order_request import CIRCLE_HERE, order_request
-from app.domain.vehicle import FirmwareVersion
+from app.domain.vehicle import FirmwareVersion, VehicleType
 from tests.unit.domain.tasks.examples import ORIGIN
 
 WING = Wing(80.0, 2.24)
@@ -87,9 +88,10 @@ def test_a_carrot_is_never_so_near_that_its_circle_is_joined(
 def test_the_circle_is_joined_earlier_by_older_guidance_and_by_larger_circles(
     version: FirmwareVersion | None, seconds: float
 ) -> None:
-    assert Wing.of(None, version) == Wing(80.0, seconds)
-    assert Wing.of(-120.0, version).joins_m(15.0) == 240.0, "a negative NAV_LOITER_RAD is a direction"
-    assert Wing.of(30.0, version).joins_m(20.0) == pytest.approx(40.0 * seconds)
+    known = behaviour_of(VehicleType.FIXED_WING, version)
+    assert Wing.of(None, known) == Wing(80.0, seconds)
+    assert Wing.of(-120.0, known).joins_m(15.0) == 240.0, "a negative NAV_LOITER_RAD is a direction"
+    assert Wing.of(30.0, known).joins_m(20.0) == pytest.approx(40.0 * seconds)
 
 
 def test_altitudes_go_out_above_sea_level_and_places_as_whole_numbers() -> None:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from app.vehicles.gripper_output import GripperChannel, gripper_channel, limit_parameters
+from app.domain.autopilot.base import GripperChannel
+from app.domain.autopilot.px4.gripper import gripper_channel, limit_parameters
 
 ASSIGNED = {"PWM_AUX_FUNC3": 430, "PWM_MAIN_FUNC3": 101}
 

@@ -1,4 +1,4 @@
-"""PX4's flight modes: HEARTBEAT.custom_mode and DO_SET_MODE (px4_custom_mode.h)."""
+"""PX4's flight modes: HEARTBEAT.custom_mode and DO_SET_MODE (px4_custom_mode.h), and where it does not arm."""
 
 from __future__ import annotations
 
@@ -45,3 +45,22 @@ def flight_mode(custom_mode: int) -> FlightMode:
     if main == _MAIN_POSITION and sub == _SUB_ORBIT:
         return FlightMode.ORBIT
     return _MAIN.get(main, FlightMode.OTHER)
+
+
+_NEEDS_STICKS: Final = "only with manual control input, which nobody gives it"
+_NOT_ARMED: Final = {
+    FlightMode.OFFBOARD: "only with a setpoint stream",
+    FlightMode.POSITION: _NEEDS_STICKS,
+    FlightMode.ALTITUDE: _NEEDS_STICKS,
+    FlightMode.MANUAL: _NEEDS_STICKS,
+    FlightMode.STABILIZED: _NEEDS_STICKS,
+    FlightMode.RETURN: "never",
+    FlightMode.LAND: "never",
+    FlightMode.ORBIT: "never",
+    FlightMode.OTHER: "perhaps never",
+}
+
+
+def arming_obstacle(mode: FlightMode) -> str:
+    """PX4 says it by an EVENT at most."""
+    return f"PX4 arms it there {_NOT_ARMED[mode]}" if mode in _NOT_ARMED else ""

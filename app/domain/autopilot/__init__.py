@@ -1,0 +1,52 @@
+"""The autopilots that Waydrop knows; see base.py for what is asked of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+from app.domain.autopilot.base import Autopilot, Behaviour, Quantity, Return
+from app.domain.autopilot.px4 import PX4
+from app.domain.vehicle import AutopilotKind, FirmwareVersion, VehicleFacts, VehicleType
+
+__all__ = [
+    "Autopilot",
+    "Behaviour",
+    "Quantity",
+    "Return",
+    "autopilot",
+    "autopilot_kind",
+    "behaviour",
+    "behaviour_of",
+    "quantity",
+]
+
+_AUTOPILOTS: Final[Mapping[AutopilotKind, Autopilot]] = {AutopilotKind.PX4: PX4}
+
+
+_BY_MAV_AUTOPILOT: Final = {known.mav_autopilot: kind for kind, known in _AUTOPILOTS.items()}
+
+
+def autopilot_kind(mav_autopilot: int) -> AutopilotKind | None:
+    """By MAV_AUTOPILOT of the HEARTBEAT; None for one that Waydrop leaves alone."""
+    return _BY_MAV_AUTOPILOT.get(mav_autopilot)
+
+
+def autopilot(kind: AutopilotKind = AutopilotKind.PX4) -> Autopilot:
+    """What flies vehicles of this kind; what a plan without a vehicle is checked against."""
+    return _AUTOPILOTS[kind]
+
+
+def behaviour(facts: VehicleFacts) -> Behaviour:
+    """What this vehicle does."""
+    return autopilot(facts.autopilot).behaviour(facts)
+
+
+def behaviour_of(vehicle_type: VehicleType, firmware: FirmwareVersion | None) -> Behaviour:
+    """What is known of a vehicle by its type and firmware alone."""
+    return behaviour(VehicleFacts(vehicle_type, firmware))
+
+
+def quantity(facts: VehicleFacts, which: Quantity) -> float:
+    """What this vehicle is set to."""
+    return behaviour(facts).quantity(which)

@@ -1,0 +1,147 @@
+"""What a vehicle with PX4 does. Its sources: mission_block.cpp, FeasibilityChecker; figures flown in SITL on v1.18."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from app.domain.autopilot.base import (
+    FenceBreach,
+    GripperOutput,
+    LinkLoss,
+    LowBattery,
+    MissionNeeds,
+    Quantity,
+    RallyReturn,
+    Return,
+    Setting,
+    TooOld,
+)
+from app.domain.autopilot.px4 import gripper, settings, versions
+from app.domain.autopilot.px4.parameters import NAMES, parameter, usable
+from app.domain.plan.walk import Carried
+from app.domain.vehicle import VehicleFacts, VehicleType
+
+ROVER_REACH_M: Final = 1.3
+"""A rover at 2.1 m/s reaches its waypoint 1.1 to 1.3 m before it (flown)."""
+LANDED_REACH_M: Final = 2.0
+"""How far from its point a landed vehicle may stand and still be there."""
+L1_SWITCH_S: Final = 4.77
+"""The switch distance of older guidance is so much of ground speed."""
+NPFG_SWITCH_S: Final = 2.24
+"""The same of newer guidance, by its default parameters."""
+MAX_SWITCH_DISTANCE_M: Final = 500.0
+GLIDE_MARGIN_DEG: Final = 0.1
+"""PX4's own tolerance on FW_LND_ANG."""
+
+
+@dataclass(frozen=True, slots=True)
+class Px4Behaviour:
+    """See Behaviour."""
+
+    facts: VehicleFacts
+
+    def quantity(self, which: Quantity) -> float:
+        return parameter(self.facts, NAMES[which])
+
+    def usable(self) -> VehicleFacts:
+        return usable(self.facts)
+
+    def switch_distance_m(self, ground_speed_m_s: float) -> float:
+        """An unknown firmware gets the current law."""
+        radius_m = parameter(self.facts, "NAV_ACC_RAD")
+        if versions.is_older(self.facts, versions.NPFG_SINCE):
+            return max(radius_m, L1_SWITCH_S * ground_speed_m_s)
+        period_s, damping = parameter(self.facts, "NPFG_PERIOD"), parameter(self.facts, "NPFG_DAMPING")
+        seconds = period_s * damping * parameter(self.facts, "NPFG_SW_DST_MLT")
+        return max(radius_m, min(MAX_SWITCH_DISTANCE_M, ground_speed_m_s * seconds))
+
+    def reach_m(self, carried: Carried, ground_speed_m_s: float, acceptance_radius_m: float | None = None) -> float:
+        """An item's own radius counts for rotary wings."""
+        match carried:
+            case Carried.ROTARY_WING:
+                return parameter(self.facts, "NAV_ACC_RAD") if acceptance_radius_m is None else acceptance_radius_m
+            case Carried.FIXED_WING:
+                return self.switch_distance_m(ground_speed_m_s)
+            case Carried.WHEELS:
+                return ROVER_REACH_M
+            case Carried.GROUND:
+                return LANDED_REACH_M
+            case Carried.BUOYANCY:
+                return parameter(self.facts, "NAV_ACC_RAD")
+
+    def name_of(self, which: Quantity) -> str:
+        return NAMES[which]
+
+    @property
+    def guidance_s(self) -> float:
+        """The longer one where the firmware is not known."""
+        return NPFG_SWITCH_S if versions.is_known_since(self.facts, versions.NPFG_SINCE) else L1_SWITCH_S
+
+    @property
+    def steepest_glide(self) -> Setting:
+        return Setting("FW_LND_ANG", parameter(self.facts, "FW_LND_ANG") + GLIDE_MARGIN_DEG)
+
+    @property
+    def lowest_takeoff_m(self) -> float:
+        if versions.is_known_since(self.facts, versions.TAKEOFF_ABOVE_HOME_ONLY_SINCE):
+            return 0.0
+        return parameter(self.facts, "NAV_ACC_RAD") + 1.0
+
+    @property
+    def mission_needs(self) -> MissionNeeds:
+        return settings.mission_needs(self.facts)
+
+    @property
+    def refuses_far_first_waypoint(self) -> bool:
+        return not versions.is_known_since(self.facts, versions.FIRST_WAYPOINT_WARNS_SINCE)
+
+    @property
+    def too_old_for_drops(self) -> TooOld | None:
+        """Unknown firmware counts as current."""
+        return versions.too_old(self.facts, versions.PAYLOAD_ITEMS_SINCE)
+
+    @property
+    def no_gripper(self) -> Setting | None:
+        kind = parameter(self.facts, "PD_GRIPPER_TYPE")
+        return None if kind >= 0 else Setting("PD_GRIPPER_TYPE", kind, "set PD_GRIPPER_TYPE to 0")
+
+    @property
+    def gripper_output(self) -> GripperOutput:
+        return gripper.output(self.facts)
+
+    @property
+    def returns(self) -> Return:
+        return settings.returns(self.facts)
+
+    @property
+    def rally_return(self) -> RallyReturn:
+        return settings.rally_return(self.facts)
+
+    @property
+    def returns_round_fence(self) -> bool:
+        """Unknown firmware: no."""
+        return versions.is_known_since(self.facts, versions.ROUND_THE_FENCE_SINCE)
+
+    @property
+    def return_margin_m(self) -> float:
+        """Twice NAV_ACC_RAD, or the loiter radius of what flies as a wing."""
+        wing = self.facts.vehicle_type in (VehicleType.FIXED_WING, VehicleType.VTOL)
+        return abs(parameter(self.facts, "NAV_LOITER_RAD")) if wing else 2.0 * parameter(self.facts, "NAV_ACC_RAD")
+
+    @property
+    def needs_all_inclusions(self) -> bool:
+        """Unknown firmware: yes."""
+        return not versions.is_older(self.facts, versions.ALL_INCLUSIONS_SINCE)
+
+    @property
+    def fence_breach(self) -> FenceBreach:
+        return settings.fence_breach(self.facts)
+
+    @property
+    def link_loss(self) -> LinkLoss:
+        return settings.link_loss(self.facts)
+
+    @property
+    def low_battery(self) -> LowBattery:
+        return settings.low_battery(self.facts)

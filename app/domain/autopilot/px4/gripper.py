@@ -1,0 +1,66 @@
+"""Which output moves the gripper, as far as the parameters tell: the PWM_MAIN_FUNCn or PWM_AUX_FUNCn that is 430.
+
+What its pulse means is known only with PX4's plain settings (1000 us released, 2000 us grabbed): an output that is
+reversed (PWM_*_REV) or has other limits (PWM_*_MINn, PWM_*_MAXn) is not looked at, and drops rest on acks alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from typing import Final
+
+from app.domain.autopilot.base import GripperChannel, GripperOutput
+from app.domain.vehicle import VehicleFacts
+
+GRIPPER_FUNCTION: Final = 430
+"""PX4's output function (src/lib/mixer_module/output_functions.yaml)."""
+OUTPUTS: Final = {"PWM_MAIN": (0, 16), "PWM_AUX": (1, 8)}
+"""Parameter prefix: SERVO_OUTPUT_RAW.port and how many outputs there may be."""
+
+
+def function_parameters() -> tuple[str, ...]:
+    """The names of all parameters that may assign the gripper."""
+    return tuple(f"{prefix}_FUNC{n}" for prefix, (_, count) in OUTPUTS.items() for n in range(1, count + 1))
+
+
+def output(facts: VehicleFacts) -> GripperOutput:
+    """Parameters that did not answer are not the same as 0."""
+    silent = tuple(name for name in function_parameters() if name in facts.unanswered)
+    assigned = is_assigned(facts.parameters, facts.unanswered)
+    return GripperOutput(assigned, silent, " or ".join(f"{prefix}_FUNCn" for prefix in OUTPUTS), GRIPPER_FUNCTION)
+
+
+def is_assigned(parameters: Mapping[str, float | int], unanswered: Collection[str]) -> bool | None:
+    """Whether a servo output is assigned to the gripper; None: not known, since parameters did not answer."""
+    names = function_parameters()
+    if any(parameters.get(name) == GRIPPER_FUNCTION for name in names):
+        return True
+    return None if any(name in unanswered for name in names) else False
+
+
+def limit_parameters(parameters: Mapping[str, float | int]) -> tuple[str, ...]:
+    """The names of the parameters that say what the pulses of the assigned output mean."""
+    found = _assigned(parameters)
+    return () if found is None else tuple(f"{found[0]}_{name}" for name in ("REV", f"MIN{found[2]}", f"MAX{found[2]}"))
+
+
+def gripper_channel(parameters: Mapping[str, float | int]) -> GripperChannel | None:
+    """The gripper's channel; None if no output is assigned to it, or its pulses have another meaning."""
+    found = _assigned(parameters)
+    if found is None:
+        return None
+    prefix, port, output = found
+    reversed_outputs = int(parameters.get(f"{prefix}_REV", 0))
+    lowest, highest = parameters.get(f"{prefix}_MIN{output}", 1000), parameters.get(f"{prefix}_MAX{output}", 2000)
+    if reversed_outputs >> (output - 1) & 1 or (lowest, highest) != (1000, 2000):
+        return None
+    return GripperChannel(port, output)
+
+
+def _assigned(parameters: Mapping[str, float | int]) -> tuple[str, int, int] | None:
+    """Prefix, port and number of the gripper's output."""
+    for prefix, (port, count) in OUTPUTS.items():
+        for output in range(1, count + 1):
+            if parameters.get(f"{prefix}_FUNC{output}") == GRIPPER_FUNCTION:
+                return prefix, port, output
+    return None
