@@ -17,8 +17,9 @@ from app.api.openapi import openapi_document as describe
 from app.api.routes import ROUTES
 from app.api.server import serving
 from app.config import Settings, require_access_control
-from app.domain.errors import StorageError
+from app.domain.errors import NotFoundError, StorageError
 from app.domain.events.service import ServiceStarted, ServiceStopped
+from app.domain.flight.recording import Replay, from_text, replay
 from app.domain.journal_chain import JournalHead
 from app.domain.ports import TokenStore
 from app.services.access import Access
@@ -42,7 +43,7 @@ from app.services.tasks import Tasks
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
 from app.services.webhooks import Webhooks, WebhookSettings
-from app.storage import Storage, Verification, open_storage, open_tokens, verify_journal
+from app.storage import Storage, Verification, open_flight_log, open_storage, open_tokens, verify_journal
 from app.vehicles import MavsdkLinkSource, SimulatorControlSocket, provide_cache_directory
 from app.webhooks import open_sender
 
@@ -78,7 +79,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
         stack.push_async_callback(fleet.close)
         await fleet.start()
         targets = Targets(clock)
-        runs = Runs(fleet, storage.plans, storage.runs, journal, clock, targets=targets)
+        runs = Runs(fleet, storage.plans, storage.runs, journal, clock, storage.flight_log, targets=targets)
         stack.push_async_callback(runs.close)
         await runs.begin()
         offboard = Offboard(fleet, runs, clock, _offboard_settings(settings))
@@ -124,6 +125,17 @@ async def open_access(settings: Settings) -> AsyncIterator[Access]:
 async def verify(settings: Settings, anchors: Sequence[JournalHead]) -> Verification:
     """Check this machine's journal, also beside a running service. Raises StorageError."""
     return await verify_journal(settings.journal_path, anchors)
+
+
+async def replayed(settings: Settings, run_id: str) -> Replay:
+    """A run of this machine's journal, decided again by today's code. Raises StorageError, NotFoundError."""
+    async with open_flight_log(settings.journal_path) as flights:
+        text = await flights.read(run_id)
+    if not text:
+        raise NotFoundError(
+            f"no inputs of run {run_id!r} are kept", hint="they are kept of the newest 100 runs that were flown"
+        )
+    return replay(from_text(text))
 
 
 def openapi_document() -> dict[str, Any]:

@@ -125,7 +125,7 @@ async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
         journal = Journal(ListStore(), clock)
         await journal.start()
         fleet = Fleet(NoVehicles(), journal)
-        runs = Runs(fleet, storage.plans, storage.runs, journal, clock)
+        runs = Runs(fleet, storage.plans, storage.runs, journal, clock, storage.flight_log)
         offboard = Offboard(fleet, runs, clock)
         plans = Plans(storage.plans, journal, clock)
         services = ApiServices(

@@ -16,6 +16,7 @@ from app.cli.hold import hold
 from app.cli.jobs import jobs_app
 from app.cli.openapi import openapi
 from app.cli.plan_report import findings_of, show_findings
+from app.cli.replay import replay
 from app.cli.run_list import list_filtered
 from app.cli.runs import runs_app
 from app.cli.schema import schema
@@ -70,6 +71,7 @@ app.add_typer(jobs_app, name="jobs")
 app.add_typer(token_app, name="token")
 app.add_typer(webhook_app, name="webhook")
 app.command("verify-journal")(verify_journal)
+app.command()(replay)
 app.command()(schema)
 app.command()(openapi)
 

@@ -48,3 +48,8 @@ def storage_errors(path: Path) -> Iterator[None]:
         raise storage_error(error, path) from error
     except PoolTimeoutError as error:
         raise StorageError(f"journal {path}: no connection became free in time", sqlite="") from error
+
+
+def no_journal(path: Path) -> StorageError:
+    """Somebody looks for a journal where there is none."""
+    return StorageError(f"there is no journal at {path}", hint="name the folder that Waydrop uses: --data-dir")

@@ -94,6 +94,16 @@ ANSWERS = sa.Table(
     sa.Index("ix_answers_stored_at", "stored_at"),
 )
 
+FLIGHT_INPUTS = sa.Table(
+    "flight_inputs",
+    METADATA,
+    sa.Column("position", sa.Integer, primary_key=True),
+    sa.Column("run_id", sa.Text, nullable=False),
+    sa.Column("part", sa.LargeBinary, nullable=False),
+    sa.Index("ix_flight_inputs_run_id_position", "run_id", "position"),
+)
+"""What `waydrop replay` feeds a flight with: packed lines, of the newest runs alone."""
+
 JOBS = sa.Table(
     "jobs",
     METADATA,

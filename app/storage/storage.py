@@ -14,13 +14,16 @@ from sqlalchemy.dialects.sqlite import insert
 from sqlalchemy.ext.asyncio import AsyncConnection
 
 from app.domain.attachment_port import AttachmentStore
+from app.domain.flight.log_port import FlightLog
 from app.domain.jobs.port import JobStore
 from app.domain.ports import AnswerStore, EventStore, PlanStore, RunStore, TokenStore
 from app.domain.webhooks.port import WebhookStore
 from app.storage.answers import SqliteAnswerStore
 from app.storage.attachments import DiskAttachmentStore, attachments_folder, remove_unfinished
 from app.storage.database import Database
+from app.storage.errors import no_journal
 from app.storage.events import SqliteEventStore
+from app.storage.flight_log import SqliteFlightLog
 from app.storage.jobs import SqliteJobStore
 from app.storage.lock import JournalInUseError, exclusive_lock
 from app.storage.migrate import migrate, require_current
@@ -45,6 +48,7 @@ class Storage:
     jobs: JobStore
     webhooks: WebhookStore
     attachments: AttachmentStore
+    flight_log: FlightLog
 
 
 @asynccontextmanager
@@ -71,6 +75,7 @@ async def open_storage(path: Path) -> AsyncIterator[Storage]:
                 jobs=SqliteJobStore(database),
                 webhooks=SqliteWebhookStore(database),
                 attachments=DiskAttachmentStore(database, attachments_folder(path)),
+                flight_log=SqliteFlightLog(database),
             )
         finally:
             await database.close()
@@ -97,6 +102,23 @@ async def open_tokens(path: Path) -> AsyncIterator[TokenStore]:
             yield SqliteTokenStore(database)
         finally:
             await database.close()
+
+
+@asynccontextmanager
+async def open_flight_log(path: Path) -> AsyncIterator[FlightLog]:
+    """The inputs of flights alone, to be read, also while a Waydrop of this version runs on the journal.
+
+    Raises:
+        StorageError: there is no journal, another version wrote it, or it cannot be read.
+    """
+    if not await asyncio.to_thread(path.is_file):
+        raise no_journal(path)
+    await asyncio.to_thread(require_current, path)
+    database = Database(path)
+    try:
+        yield SqliteFlightLog(database)
+    finally:
+        await database.close()
 
 
 async def _gateway_id(database: Database) -> str:

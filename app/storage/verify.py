@@ -14,7 +14,7 @@ from typing import Final
 from app.domain.errors import StorageError
 from app.domain.journal_chain import JournalHead, event_hash
 from app.storage.attachments import attachments_folder, is_intact
-from app.storage.errors import storage_errors
+from app.storage.errors import no_journal, storage_errors
 from app.storage.migrate import APPLICATION_ID
 from app.storage.told import Told
 
@@ -93,7 +93,7 @@ def _fits(event: sqlite3.Row, gateway: str, head: JournalHead) -> bool:
 @contextmanager
 def _opened(path: Path) -> Iterator[sqlite3.Connection]:
     if not path.is_file():
-        raise StorageError(f"there is no journal at {path}", hint="name the folder that Waydrop uses: --data-dir")
+        raise no_journal(path)
     # mode=ro: what a killed process left is read as it is, and nothing of it is tidied up
     uri = f"{path.absolute().as_uri()}?mode=ro"
     with closing(sqlite3.connect(uri, uri=True, timeout=5.0, isolation_level=None)) as connection:

@@ -133,7 +133,7 @@ def _services(
     jobs_settings: JobSettings,
 ) -> ApiServices:
     targets = Targets(clock)
-    runs = Runs(fleet, storage.plans, storage.runs, journal, clock, targets=targets)
+    runs = Runs(fleet, storage.plans, storage.runs, journal, clock, storage.flight_log, targets=targets)
     offboard = Offboard(fleet, runs, clock, PATIENT)
     plans = Plans(storage.plans, journal, clock)
     return ApiServices(

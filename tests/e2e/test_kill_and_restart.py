@@ -9,7 +9,9 @@ from typing import Any
 
 import aiohttp
 
-from app.storage import verify_journal
+from app.domain.flight.recording import from_text, replay
+from app.domain.run import Run
+from app.storage import open_flight_log, verify_journal
 from tests.service import Dispatcher, ServiceProcess
 from tests.simulated import SimulatedFleet
 
@@ -66,6 +68,10 @@ async def test_a_killed_service_takes_its_run_up_and_the_stream_has_no_gap(
     found = await verify_journal(tmp_path / "waydrop.db")
     assert found.alterations == [], "what a kill leaves is still as it was written"
     assert found.head.seq >= watcher.seqs[-1]
+    async with open_flight_log(tmp_path / "waydrop.db") as flights:
+        again = replay(from_text(await flights.read(run["id"])))
+    assert again.inputs > 100
+    assert (again.differences, again.run) == ((), Run.model_validate(run)), "both parts are decided again as they were"
 
 
 async def test_ctrl_c_ends_it_soon_and_the_flight_is_taken_up(tmp_path: Path, http: aiohttp.ClientSession) -> None:

@@ -11,7 +11,7 @@ from app.domain.events import AnyPayload
 from app.domain.flight.orders import Order
 from app.domain.flight.pending_change import PendingChange
 from app.domain.moving_target.report import TargetFix
-from app.domain.ports import LinkFact
+from app.domain.ports import ClockRateTold, ItemReached, MissionCurrent, Rebooted
 from app.domain.rally import RallyDestination
 from app.domain.reason import Reason
 from app.domain.run import Asked, RunState
@@ -35,12 +35,16 @@ class Looked:
     sight: Sight
 
 
+FlightFact = ItemReached | MissionCurrent | Rebooted | ClockRateTold
+"""What a flight makes something of. All else is in the vehicle's state."""
+
+
 @dataclass(frozen=True, slots=True)
 class Told:
     """The link told a fact."""
 
     sight: Sight
-    fact: LinkFact
+    fact: FlightFact
 
 
 @dataclass(frozen=True, slots=True)

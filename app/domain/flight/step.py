@@ -125,8 +125,6 @@ def _told(flight: Flight, heard: Told) -> Flight:
             return replace(flight, rebooted=True)
         case ClockRateTold():
             return replace(flight, rate=flight.rate.told(fact.rate))
-        case _:
-            return flight
 
 
 def _reached(flight: Flight, sight: Sight, fact: ItemReached) -> Flight:

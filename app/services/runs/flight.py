@@ -79,6 +79,7 @@ class RunFlight:
         finally:
             unsubscribe()
             await self._sender.close()
+            await self._watch.logbook.keep(all_of_them=True)
 
     def ask_start(self) -> None:
         """Start an uploaded run. Raises as require_startable."""
@@ -269,6 +270,7 @@ class RunFlight:
             self._sender.carry_out(self._watch.look())
             with contextlib.suppress(StorageError):  # logged by the journal; what waits is stored at a later look
                 await self._recorder.flush()
+            await self._watch.logbook.keep()
             await self._next_fact()
         await self._flush_at_last()
 

@@ -11,6 +11,7 @@ import structlog
 from app.domain.consent import Answer
 from app.domain.errors import NotFoundError, WrongStateError
 from app.domain.events.run import RunCreated, RunPredicted
+from app.domain.flight.log_port import FlightLog
 from app.domain.plan import parse_plan
 from app.domain.ports import PlanStore, RunStore, StoredPlan, VehicleLink
 from app.domain.prediction import CALM, Wind
@@ -44,6 +45,7 @@ class Runs:
         store: RunStore,
         journal: Journal,
         clock: Clock,
+        flight_log: FlightLog,
         settings: RunSettings | None = None,
         targets: Targets | None = None,
     ) -> None:
@@ -54,6 +56,7 @@ class Runs:
         self._clock = clock
         self._settings = settings or RunSettings()
         self._targets = targets or Targets(clock)
+        self._flight_log = flight_log
         self._flights: dict[str, RunFlight] = {}
         self._waiting: dict[str, Run] = {}
         self._tasks: dict[str, asyncio.Task[None]] = {}
@@ -227,7 +230,17 @@ class Runs:
         run = new_run(run_id, stored, vehicle.id, identity, mission, wind, continues, start=start, by=by, now=now)
         facts = partial(self._fleet.facts, vehicle.id)
         made = assemble(
-            run, parsed, mission, link, then, facts, self._journal, self._settings, self._clock, self._targets
+            run,
+            parsed,
+            mission,
+            link,
+            then,
+            facts,
+            self._journal,
+            self._settings,
+            self._clock,
+            self._targets,
+            self._flight_log,
         )
         if isinstance(plan, NewPlan):
             made.recorder.bring(plan)
@@ -276,6 +289,7 @@ class Runs:
             self._settings,
             self._clock,
             self._targets,
+            self._flight_log,
         )
         made = await take_up.find(run)
         if made is None:

@@ -9,6 +9,7 @@ import structlog
 
 from app.domain.errors import LinkError, NotFoundError, VehicleQuarantinedError
 from app.domain.flight.inputs import TakenUp
+from app.domain.flight.log_port import FlightLog
 from app.domain.mission import MissionItem, MissionType
 from app.domain.plan import Plan, parse_plan
 from app.domain.ports import PlanStore, VehicleLink
@@ -40,6 +41,7 @@ class TakeUp:
         settings: RunSettings,
         clock: Clock,
         targets: Targets,
+        log: FlightLog,
     ) -> None:
         self._fleet = fleet
         self._plans = plans
@@ -47,6 +49,7 @@ class TakeUp:
         self._settings = settings
         self._clock = clock
         self._targets = targets
+        self._log = log
 
     async def find(self, run: Run) -> Assembled | None:
         """The flight to go on with; None if the run had to be ended, with its reason recorded."""
@@ -66,7 +69,7 @@ class TakeUp:
         facts = partial(self._fleet.facts, run.vehicle_id)
         then = await facts()
         made = assemble(
-            run, plan, mission, link, then, facts, self._journal, self._settings, self._clock, self._targets
+            run, plan, mission, link, then, facts, self._journal, self._settings, self._clock, self._targets, self._log
         )
         carried.tell(made.recorder)
         if run.state is RunState.STARTING:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from app.domain.flight.flight import Flight
-from app.domain.flight.inputs import Commanding, FlightInput, Looked, Record, Sight, Told
+from app.domain.flight.inputs import Commanding, FlightFact, FlightInput, Looked, Record, Sight, Told
 from app.domain.flight.look import Look
 from app.domain.flight.orders import Order
 from app.domain.flight.step import step
@@ -15,6 +15,7 @@ from app.domain.flight.supervised_release import SupervisedRelease
 from app.domain.ports import LinkFact, VehicleLink
 from app.domain.run import Asked
 from app.services.clock import Clock
+from app.services.runs.logbook import FlightLogbook
 from app.services.runs.recorder import RunRecorder
 from app.services.targets import Targets
 
@@ -23,13 +24,20 @@ class FlightWatch:
     """Holds the flight's state. It commands nothing: whoever feeds it carries out the orders."""
 
     def __init__(
-        self, link: VehicleLink, flight: Flight, recorder: RunRecorder, clock: Clock, targets: Targets
+        self,
+        link: VehicleLink,
+        flight: Flight,
+        recorder: RunRecorder,
+        clock: Clock,
+        targets: Targets,
+        logbook: FlightLogbook,
     ) -> None:
         self._link = link
         self._flight = flight
         self._recorder = recorder
         self._clock = clock
         self._targets = targets
+        self.logbook = logbook
 
     @property
     def flight(self) -> Flight:
@@ -47,13 +55,16 @@ class FlightWatch:
 
     def feed(self, heard: FlightInput) -> tuple[Order, ...]:
         """One input. What it records waits for the recorder's next flush; what it orders must be sent."""
-        self._flight, effects = step(self.flight, heard)
+        before = self.flight
+        self._flight, effects = step(before, heard)
+        self.logbook.note(before.run, heard, self._flight, effects)
         self._recorder.take(self._flight.run, [effect.payload for effect in effects if isinstance(effect, Record)])
         return tuple([effect for effect in effects if not isinstance(effect, Record)])
 
     def heard(self, fact: LinkFact) -> None:
         """A fact from the link."""
-        self.feed(Told(self.sight(), fact))
+        if isinstance(fact, FlightFact):
+            self.feed(Told(self.sight(), fact))
 
     def look(self) -> tuple[Order, ...]:
         """Look once."""

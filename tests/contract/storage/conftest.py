@@ -9,6 +9,7 @@ from typing import Protocol
 
 import pytest
 
+from app.domain.flight.log_port import FlightLog
 from app.domain.jobs.port import JobStore
 from app.domain.ports import AnswerStore, EventStore, PlanStore, RunStore, TokenStore
 from app.domain.webhooks.port import WebhookStore
@@ -24,6 +25,8 @@ class Stores(Protocol):
     def events(self) -> EventStore: ...
     @property
     def runs(self) -> RunStore: ...
+    @property
+    def flight_log(self) -> FlightLog: ...
     @property
     def plans(self) -> PlanStore: ...
     @property

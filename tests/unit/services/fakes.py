@@ -97,3 +97,16 @@ class MemoryEventStore:
     async def _pass_time(self) -> None:
         for _ in range(self._turns()):
             await asyncio.sleep(0)
+
+
+class MemoryFlightLog:
+    """FlightLog in a dict."""
+
+    def __init__(self) -> None:
+        self.texts: dict[str, str] = {}
+
+    async def append(self, run_id: str, text: str) -> None:
+        self.texts[run_id] = self.texts.get(run_id, "") + text
+
+    async def read(self, run_id: str) -> str:
+        return self.texts.get(run_id, "")

@@ -82,6 +82,13 @@ def _plans_and_runs() -> None:
         sa.Column("state", sa.Text, nullable=False),
         sa.Column("created_at", sa.Double, nullable=False),
     )
+    op.create_table(
+        "flight_inputs",
+        sa.Column("position", sa.Integer, primary_key=True),
+        sa.Column("run_id", sa.Text, nullable=False),
+        sa.Column("part", sa.LargeBinary, nullable=False),
+    )
+    op.create_index("ix_flight_inputs_run_id_position", "flight_inputs", ["run_id", "position"])
     op.create_index("ix_runs_vehicle_id_position", "runs", ["vehicle_id", "position"])
     op.create_index("ix_runs_plan_id_position", "runs", ["plan_id", "position"])
     op.create_index("ix_runs_state_position", "runs", ["state", "position"])

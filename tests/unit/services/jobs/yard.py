@@ -22,7 +22,7 @@ from app.services.journal import Journal
 from app.services.plans import Plans
 from app.services.runs import Runs
 from tests.api.job_plans import LAST_SEQ, ROUTE
-from tests.unit.services.fakes import MemoryEventStore
+from tests.unit.services.fakes import MemoryEventStore, MemoryFlightLog
 from tests.unit.services.known_links import KnownLinks
 from tests.unit.services.runs.desk import MemoryPlans, MemoryRuns
 from tests.unit.services.runs.scripted import FAST, ScriptedVehicle
@@ -80,7 +80,7 @@ class Yard:
         await self.journal.start()
         self.fleet = Fleet(KnownLinks(*self.vehicles), self.journal)
         await self.fleet.start()
-        self.runs = Runs(self.fleet, plans, MemoryRuns(self.events), self.journal, self.clock, FAST)
+        self.runs = Runs(self.fleet, plans, MemoryRuns(self.events), self.journal, self.clock, MemoryFlightLog(), FAST)
         await self.runs.begin()
         stored = Plans(plans, self.journal, self.clock)
         store = MemoryJobs(self.events)

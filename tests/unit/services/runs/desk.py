@@ -11,6 +11,7 @@ from pathlib import Path
 
 from app.domain.compiler import compile_plan
 from app.domain.drop import DropRecord
+from app.domain.flight.recording import from_text, replay
 from app.domain.mission import Mission
 from app.domain.performance import Performance
 from app.domain.plan import Plan, parse_plan, plan_hash
@@ -21,7 +22,7 @@ from app.services.clock import SystemClock
 from app.services.fleet import Fleet
 from app.services.journal import Journal
 from app.services.runs import Runs, RunSettings
-from tests.unit.services.fakes import MemoryEventStore
+from tests.unit.services.fakes import MemoryEventStore, MemoryFlightLog
 from tests.unit.services.known_links import KnownLinks
 from tests.unit.services.runs.scripted import FAST, ScriptedVehicle
 
@@ -72,6 +73,7 @@ class Desk:
     runs: Runs
     plan: Plan
     mission: Mission
+    flight_log: MemoryFlightLog
     run_id: str = ""
 
     async def create(self, *, start: bool = True) -> Run:
@@ -131,15 +133,20 @@ async def desk(
     await journal.start()
     fleet = Fleet(KnownLinks(vehicle), journal, None if performance is None else {"v1": performance})
     await fleet.start()
-    runs = Runs(fleet, plans, MemoryRuns(events), journal, clock, settings)
+    flight_log = MemoryFlightLog()
+    runs = Runs(fleet, plans, MemoryRuns(events), journal, clock, flight_log, settings)
     mission = compile_plan(plan, vehicle.facts)
     try:
-        yield Desk(vehicle, events, journal, fleet, runs, plan, mission)
+        at = Desk(vehicle, events, journal, fleet, runs, plan, mission, flight_log)
+        yield at
     finally:
         events.open.set()  # a test that fails while nothing is stored must not hang
         await runs.close()
         await fleet.close()
         await journal.close()
+    await at.runs.close()
+    for run_id, text in flight_log.texts.items():
+        assert replay(from_text(text)).differences == (), f"run {run_id} must be decided again as it was"
 
 
 async def restarted(before: Desk, *, meanwhile: Callable[[], None] = lambda: None) -> tuple[Runs, Fleet, Journal]:
@@ -153,7 +160,7 @@ async def restarted(before: Desk, *, meanwhile: Callable[[], None] = lambda: Non
     await journal.start()
     fleet = Fleet(KnownLinks(before.vehicle), journal)
     await fleet.start()
-    runs = Runs(fleet, before.runs._plans, MemoryRuns(before.events), journal, clock, FAST)
+    runs = Runs(fleet, before.runs._plans, MemoryRuns(before.events), journal, clock, before.flight_log, FAST)
     await runs.begin()
     before.runs, before.fleet, before.journal = runs, fleet, journal
     return runs, fleet, journal
