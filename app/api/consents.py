@@ -16,7 +16,7 @@ from app.services.access import Role
 
 async def answer_consent(call: Call[NoQuery, ConsentRequest]) -> web.Response:
     """POST /runs/{run_id}/drops/{item_id}/consent."""
-    said = consent.Answer(grant=call.body.grant, question=call.body.question, reason=call.body.reason)
+    said = consent.Answer(grant=call.body.grant, question=call.body.question, comment=call.body.comment)
     run_id, item_id = call.path_value("run_id"), call.path_value("item_id")
     return json_answer(await call.request.app[RUNS].answer_consent(run_id, item_id, said, call.principal.name))
 

@@ -54,7 +54,7 @@ class ConsentRequest(RequestModel):
     """Consent to a drop that asks for it, or refuse it.
 
     `question` is the number of the question that is answered (the drop's `consent.question`). A grant needs it, so that
-    it counts for nothing that the person has not seen; a refusal without it refuses whatever is asked now. `reason`
+    it counts for nothing that the person has not seen; a refusal without it refuses whatever is asked now. `comment`
     goes into the proof of delivery.
     """
 
@@ -62,7 +62,7 @@ class ConsentRequest(RequestModel):
 
     grant: bool
     question: Annotated[int, Field(ge=1)] | None = None
-    reason: Annotated[str, Field(max_length=500)] = ""
+    comment: Annotated[str, Field(max_length=500)] = ""
 
     @model_validator(mode="after")
     def _a_grant_names_its_question(self) -> Self:

@@ -12,6 +12,7 @@ from pydantic import AwareDatetime, BaseModel, Field
 
 from app.api.models import Identifier, ListQuery
 from app.api.state_list import only_states_of
+from app.domain.reason import in_words
 from app.domain.run import Run, RunState
 from app.domain.run_filter import RunFilter
 
@@ -67,7 +68,7 @@ def runs_csv(runs: Sequence[Run]) -> str:
 
 
 _COLUMNS: Final = (
-    *("run", "state", "reason", "plan", "vehicle", "vehicle_type", "requested_by"),
+    *("run", "state", "reason_code", "reason", "plan", "vehicle", "vehicle_type", "requested_by"),
     *("created", "started", "ended", "drops", "released", "outcomes"),
 )
 
@@ -76,7 +77,14 @@ def _row(run: Run) -> tuple[object, ...]:
     released = sum(drop.outcome.value == "released" for drop in run.drops)
     outcomes = "; ".join(f"{drop.plan_item_id}: {drop.outcome} ({drop.certainty})" for drop in run.drops)
     return (
-        *(run.id, run.state.value, run.reason, run.plan_id, run.vehicle_id),
+        *(
+            run.id,
+            run.state.value,
+            run.reason and run.reason.code.value,
+            in_words(run.reason),
+            run.plan_id,
+            run.vehicle_id,
+        ),
         *(run.vehicle_type and run.vehicle_type.value, run.requested_by),
         *(_time(run.created_at), _time(run.started_at), _time(run.ended_at)),
         *(sum(drop.alternate_to is None for drop in run.drops), released, outcomes),

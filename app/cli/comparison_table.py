@@ -7,6 +7,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from app.domain.comparison import Comparison, DropComparison, ItemComparison
+from app.domain.reason import in_words
 
 
 def show_comparison(console: Console, comparison: Comparison) -> None:
@@ -31,7 +32,10 @@ def show_comparison(console: Console, comparison: Comparison) -> None:
 def _cells(item: ItemComparison) -> tuple[str, str, str, str, str]:
     name = item.item_id if item.visit == 1 else f"{item.item_id} (visit {item.visit})"
     difference = "" if item.difference_percent is None else f"{item.difference_percent:+.0f} %"
-    notes = [item.reason or (f"unsure by {item.unsure_s:.0f} s" if item.unsure_s else ""), _paused(item.paused_s)]
+    notes = [
+        in_words(item.reason) or (f"unsure by {item.unsure_s:.0f} s" if item.unsure_s else ""),
+        _paused(item.paused_s),
+    ]
     return escape(name), _s(item.predicted_s), _s(item.flown_s), difference, escape("; ".join(filter(None, notes)))
 
 
@@ -41,7 +45,9 @@ def _paused(seconds: float) -> str:
 
 def _drop_line(drop: DropComparison) -> str:
     line = f"drop {drop.item_id}: "
-    line += f"released {drop.apart_m:.1f} m from the predicted place" if drop.apart_m is not None else drop.reason
+    line += (
+        f"released {drop.apart_m:.1f} m from the predicted place" if drop.apart_m is not None else in_words(drop.reason)
+    )
     for word, predicted, flown, unit in (
         ("offset", drop.predicted_offset_m, drop.flown_offset_m, "m"),
         ("speed", drop.predicted_ground_speed_m_s, drop.flown_ground_speed_m_s, "m/s"),

@@ -14,6 +14,7 @@ from app.cli.terminal import out
 from app.domain.consent import Answer, ConsentState
 from app.domain.drop import DropRecord
 from app.domain.errors import ConsentNotAskedError
+from app.domain.reason import in_words
 from app.domain.run import Run
 
 
@@ -27,13 +28,13 @@ def answer_consent(
     question: Annotated[
         int | None, typer.Option(min=1, help="Number of the question that you have seen; a refusal may leave it out.")
     ] = None,
-    reason: Annotated[str, typer.Option(help="Your words for the proof of delivery.")] = "",
+    comment: Annotated[str, typer.Option(help="Your words for the proof of delivery.")] = "",
     token: TokenOption = None,
 ) -> None:
     """Answer a drop that asks for consent; the first answer counts, and no answer in time is a refusal."""
     if grant and (drop is None or question is None):
         raise typer.BadParameter(f"--grant needs DROP and --question: look at what is asked, waydrop runs show {run}")
-    said = Answer(grant=grant, question=question, reason=reason)
+    said = Answer(grant=grant, question=question, comment=comment)
     answered = asyncio.run(_answer(server, token, run, drop, said))
     out().print(drops_table(answered))
     for record in answered.drops:
@@ -52,7 +53,8 @@ def consent_line(drop: DropRecord) -> str | None:
             f" as question {consent.question} until {datetime.fromtimestamp(consent.deadline_at).strftime('%H:%M:%S')}"
         )
     by = f" by {consent.answered_by}" if consent.answered_by else ""
-    why = f": {consent.reason}" if consent.reason else ""
+    said = consent.comment or in_words(consent.reason)
+    why = f": {said}" if said else ""
     return f"consent to {drop.plan_item_id}: {consent.state.value.replace('_', ' ')}{until}{by}{why}"
 
 
@@ -68,7 +70,7 @@ async def answer(client: ServiceClient, run_id: str, drop_id: str | None, said: 
         drop_id = asking.plan_item_id
         if question is None and asking.consent is not None:
             question = asking.consent.question
-    document: dict[str, Any] = {"grant": said.grant, "question": question, "reason": said.reason}
+    document: dict[str, Any] = {"grant": said.grant, "question": question, "comment": said.comment}
     return Run.model_validate(await client.post(f"/runs/{run_id}/drops/{drop_id}/consent", document))
 
 

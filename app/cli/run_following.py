@@ -11,6 +11,7 @@ from app.domain.errors import WaydropError
 from app.domain.events import Event, EventKind
 from app.domain.events.run import RunChanged
 from app.domain.prediction import WindGiven
+from app.domain.reason import in_words
 from app.domain.run import Run, RunState
 
 _OF_THE_VEHICLE = frozenset(
@@ -79,6 +80,6 @@ def _concerns(event: Event, run: Run) -> bool:
 def _refuse_failed_start(before: Run, run: Run) -> None:
     if before.state is RunState.STARTING and run.state is RunState.UPLOADED:
         raise StartFailedError(
-            f"{run.vehicle_id} did not start: {run.reason}",
+            f"{run.vehicle_id} did not start: {in_words(run.reason)}",
             hint=f"mend it and `waydrop runs start {run.id}`, or free the vehicle: `waydrop runs abort {run.id}`",
         )

@@ -25,6 +25,7 @@ from app.domain.events.run import (
 )
 from app.domain.events.service import SimulatorFault
 from app.domain.events.vehicle import VehicleLinkLost, VehicleLinkRestored, VehicleRebooted, VehicleStatusText
+from app.domain.reason import in_words
 from app.domain.run import Run
 
 _STYLES = {
@@ -61,7 +62,9 @@ def _told(event: Event) -> Text | None:
         case RunTargetMoved() as moved:
             return Text(f"{moved.waypoint_id} follows its target, {moved.from_planned_m:.0f} m from the planned point")
         case RunTargetNotFollowed() as missed:
-            return Text(f"{missed.waypoint_id} does not follow its target: {missed.reason}", style="bold yellow")
+            return Text(
+                f"{missed.waypoint_id} does not follow its target: {in_words(missed.reason)}", style="bold yellow"
+            )
         case RunItem(what=what, item_id=item_id):
             return Text(f"{'flies to' if what == 'current' else 'reached'} {item_id}")
         case RunCommand() as command:
@@ -87,7 +90,7 @@ def _state(run: Run) -> Text:
     state = run.state.value
     line = Text.assemble("run is ", (state.replace("_", " "), _STYLES.get(state, "bold")))
     if run.reason:
-        line.append(f": {run.reason}")
+        line.append(f": {in_words(run.reason)}")
     return line
 
 
@@ -116,7 +119,7 @@ def _drop(drop: DropRecord) -> Text:
     if drop.offset_m is not None:
         line.append(f", {drop.offset_m:.1f} m from the point")
     if drop.reason:
-        line.append(f": {drop.reason}")
+        line.append(f": {in_words(drop.reason)}")
     return line
 
 
@@ -127,5 +130,6 @@ def _consent(event: Event, consent: DropConsentAsked | DropConsentClosed) -> Tex
         answer = f"waydrop runs consent {event.run_id} {drop} --question {consent.question} --grant or --refuse"
         return Text(f"drop {drop} asks for consent until {until}: {answer}", style="bold magenta")
     by = f" by {consent.by}" if consent.by else ""
-    why = f": {consent.reason}" if consent.reason else ""
+    said = consent.comment or in_words(consent.reason)
+    why = f": {said}" if said else ""
     return Text(f"consent to {drop}: {consent.state.value.replace('_', ' ')}{by}{why}", style="bold")

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from app.domain.drop import Certainty, DropOutcome
+from app.domain.reason import in_words
 from app.domain.run import Run, RunState
 
 _STRENGTH: Final = {Certainty.NONE: 0, Certainty.INFERRED: 1, Certainty.ACKNOWLEDGED: 2, Certainty.SENSED: 3}
@@ -29,11 +30,11 @@ def verdict(run: Run, *, least: Certainty) -> Verdict:
     """Judge a run that is over. `least` is the weakest certainty that counts."""
     reasons = []
     if run.state is not RunState.COMPLETED:
-        why = f": {run.reason}" if run.reason else ""
+        why = f": {in_words(run.reason)}" if run.reason else ""
         reasons.append(f"the run is {run.state.value}{why}")
     for drop in run.last_drops:
         if drop.outcome is not DropOutcome.RELEASED:
-            why = f": {drop.reason}" if drop.reason else ""
+            why = f": {in_words(drop.reason)}" if drop.reason else ""
             reasons.append(f"drop {drop.plan_item_id} is {drop.outcome.value}{why}")
         elif _STRENGTH[drop.certainty] < _STRENGTH[least]:
             unseen = ": no output was seen to move" if drop.rests_on_an_ack_alone else ""

@@ -12,6 +12,7 @@ from app.domain.drop import DropPhase, DropRecord
 from app.domain.geo import distance_m
 from app.domain.item_times import EndedItem
 from app.domain.prediction import PredictedDrop, Timeline, TimelineEntry
+from app.domain.reason import Reason, ReasonCode, because
 from app.domain.run import Run
 
 
@@ -35,7 +36,7 @@ class ItemComparison(_Frozen):
     paused_s: float = 0.0
     difference_percent: float | None
     unsure_s: float
-    reason: str
+    reason: Reason | None
 
 
 class DropComparison(_Frozen):
@@ -54,7 +55,7 @@ class DropComparison(_Frozen):
     flown_offset_m: float | None
     flown_ground_speed_m_s: float | None
     apart_m: float | None
-    reason: str
+    reason: Reason | None
 
 
 class Comparison(_Frozen):
@@ -69,19 +70,25 @@ class Comparison(_Frozen):
     predicted_s: float | None
     flown_s: float | None
     paused_s: float = 0.0
-    reason: str
+    reason: Reason | None
 
 
-def compare(run: Run, timeline: Timeline | None, flown: Sequence[EndedItem], why_none: str = "") -> Comparison:
+def compare(
+    run: Run, timeline: Timeline | None, flown: Sequence[EndedItem], why_none: Reason | None = None
+) -> Comparison:
     """`flown` are the visits that ended, in order; `why_none` says why there is no timeline."""
     times = _by_visit(flown)
-    kept = {drop.plan_item_id: _why_not_released(drop) for drop in run.drops}
+    kept = {drop.plan_item_id: why for drop in run.drops if (why := _why_not_released(drop)) is not None}
     kept |= _from_elsewhere(run, flown)
     entries = () if timeline is None else timeline.entries
     items = [_item(run, entry, times.pop((entry.item_id, entry.visit), None), kept) for entry in entries]
-    alternates = {drop.plan_item_id: f"the alternate of {drop.alternate_to}" for drop in run.drops if drop.alternate_to}
+    alternates = {
+        drop.plan_item_id: because(ReasonCode.ALTERNATE_OF, item_id=drop.alternate_to)
+        for drop in run.drops
+        if drop.alternate_to
+    }
     for (item_id, visit), ended in times.items():
-        items.append(_unpredicted(item_id, visit, ended, why_none or alternates.get(item_id, "")))
+        items.append(_unpredicted(item_id, visit, ended, why_none or alternates.get(item_id)))
     both = [item for item in items if item.predicted_s is not None and item.flown_s is not None]
     predicted_drops = {} if timeline is None else {drop.item_id: drop for drop in timeline.drops if drop.visit == 1}
     return Comparison(
@@ -100,11 +107,15 @@ def difference_percent(predicted_s: float, flown_s: float) -> float | None:
     return None if predicted_s < 0.05 else 100.0 * (flown_s - predicted_s) / predicted_s
 
 
-def _from_elsewhere(run: Run, flown: Sequence[EndedItem]) -> dict[str, str]:
+def _from_elsewhere(run: Run, flown: Sequence[EndedItem]) -> dict[str, Reason]:
     """The items whose leg began at an alternate, and not where it was predicted to; in no loop, as no drop is."""
     alternates = {drop.plan_item_id for drop in run.drops if drop.alternate_to is not None}
     pairs = pairwise(flown)
-    return {after.item_id: f"flown from {before.item_id}" for before, after in pairs if before.item_id in alternates}
+    return {
+        after.item_id: because(ReasonCode.FLOWN_FROM, item_id=before.item_id)
+        for before, after in pairs
+        if before.item_id in alternates
+    }
 
 
 def _by_visit(flown: Sequence[EndedItem]) -> dict[tuple[str, int], EndedItem]:
@@ -122,15 +133,16 @@ def _flown_s(ended: EndedItem) -> float | None:
     return max(0.0, ended.ended_s - ended.began_s - ended.paused_s)
 
 
-def _item(run: Run, entry: TimelineEntry, ended: EndedItem | None, kept: Mapping[str, str]) -> ItemComparison:
+def _item(run: Run, entry: TimelineEntry, ended: EndedItem | None, kept: Mapping[str, Reason]) -> ItemComparison:
     flown_s = None if ended is None else _flown_s(ended)
-    reason = ""
-    if kept.get(entry.item_id):
-        flown_s, reason = None, kept[entry.item_id]
+    reason = kept.get(entry.item_id)
+    if reason is not None:
+        flown_s = None
     elif ended is None:
-        reason = f"not flown: the run ended {run.state.value}" if run.is_over else "not flown yet"
+        over = because(ReasonCode.NOT_FLOWN, state=run.state.value)
+        reason = over if run.is_over else because(ReasonCode.NOT_FLOWN_YET)
     elif flown_s is None:
-        reason = "the vehicle was not seen as it began or ended"
+        reason = because(ReasonCode.ENDS_UNSEEN)
     return ItemComparison(
         item_id=entry.item_id,
         type=entry.type,
@@ -144,7 +156,7 @@ def _item(run: Run, entry: TimelineEntry, ended: EndedItem | None, kept: Mapping
     )
 
 
-def _unpredicted(item_id: str, visit: int, ended: EndedItem, why_none: str) -> ItemComparison:
+def _unpredicted(item_id: str, visit: int, ended: EndedItem, why_none: Reason | None) -> ItemComparison:
     return ItemComparison(
         item_id=item_id,
         type="",
@@ -154,28 +166,28 @@ def _unpredicted(item_id: str, visit: int, ended: EndedItem, why_none: str) -> I
         paused_s=ended.paused_s,
         difference_percent=None,
         unsure_s=0.0,
-        reason=why_none or "this visit was not predicted",
+        reason=why_none or because(ReasonCode.VISIT_NOT_PREDICTED),
     )
 
 
-def _why_not_released(drop: DropRecord) -> str:
-    """Why a supervised drop that is over has no time of its own; empty if it has, or may get one."""
+def _why_not_released(drop: DropRecord) -> Reason | None:
+    """Why a supervised drop that is over has no time of its own; None if it has, or may get one."""
     if drop.supervised and drop.phase is DropPhase.DONE and drop.attempts == 0:
-        return f"no release was sent: {drop.reason}"
-    return ""
+        return because(ReasonCode.NO_RELEASE_SENT, drop.reason)
+    return None
 
 
-def _drop(record: DropRecord, predicted: PredictedDrop | None, why_none: str) -> DropComparison:
+def _drop(record: DropRecord, predicted: PredictedDrop | None, why_none: Reason | None) -> DropComparison:
     reason = _why_not_released(record)
     if not reason and predicted is None:
-        reason = why_none or "this drop was not predicted"
+        reason = why_none or because(ReasonCode.DROP_NOT_PREDICTED)
     if not reason and record.phase is not DropPhase.DONE:
-        reason = "not dropped yet"
+        reason = because(ReasonCode.NOT_DROPPED_YET)
     if not reason and record.latitude_deg is None:
-        reason = "the vehicle was not seen at the release"
+        reason = because(ReasonCode.RELEASE_UNSEEN)
     apart_m = _apart_m(record, predicted)
     if not reason and apart_m is None:
-        reason = "on a circle no place is predicted"
+        reason = because(ReasonCode.PLACE_NOT_PREDICTED)
     return DropComparison(
         item_id=record.plan_item_id,
         predicted_latitude_deg=None if predicted is None else predicted.release_latitude_deg,

@@ -9,6 +9,7 @@ from typing import Final
 from pydantic import BaseModel, ConfigDict
 
 from app.domain.errors import ConsentAnsweredError, ConsentNotAskedError, ConsentTooLateError
+from app.domain.reason import Reason, in_words
 from app.domain.vehicle import LandedState
 
 SHORTEST_QUESTION_S: Final = 5.0
@@ -51,7 +52,7 @@ class ConsentRecord(BaseModel):
     """The consent to one drop, as evidence. Times are Unix seconds.
 
     `question` counts how often it was asked: a vehicle that leaves its hold and comes back is asked for anew, and an
-    earlier answer does not count. `reason` is the operator's own words, or why it was withdrawn.
+    earlier answer does not count. `comment` is the operator's own words, `reason` why it was withdrawn.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -63,7 +64,8 @@ class ConsentRecord(BaseModel):
     checked: ConsentChecks | None = None
     answered_at: float | None = None
     answered_by: str | None = None
-    reason: str = ""
+    comment: str = ""
+    reason: Reason | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +78,7 @@ class Answer:
 
     grant: bool
     question: int | None = None
-    reason: str = ""
+    comment: str = ""
 
     def __post_init__(self) -> None:
         if self.grant and self.question is None:
@@ -103,7 +105,7 @@ def is_new_answer(consent: ConsentRecord | None, answer: Answer) -> bool:
             f"question {answer.question} is not the one that is asked", question=consent.question
         )
     if consent.state is ConsentState.WITHDRAWN:
-        raise ConsentNotAskedError(f"the question was withdrawn: {consent.reason}")
+        raise ConsentNotAskedError(f"the question was withdrawn: {in_words(consent.reason)}")
     if consent.state is ConsentState.TIMED_OUT:
         raise ConsentTooLateError("nobody answered in time: that counts as a refusal")
     if consent.state is ConsentState.ASKED:

@@ -8,6 +8,7 @@ from pydantic import BaseModel, ConfigDict
 
 from app.domain.consent import ConsentRecord
 from app.domain.moving_target.report import TargetEvidence
+from app.domain.reason import Reason
 from app.domain.vehicle import GnssFix, LandedState
 
 
@@ -79,7 +80,7 @@ class DropRecord(BaseModel):
     consent: ConsentRecord | None = None
     outcome: DropOutcome = DropOutcome.PENDING
     certainty: Certainty = Certainty.NONE
-    reason: str = ""
+    reason: Reason | None = None
     attempts: int = 0
     commanded_at: float | None = None
     acknowledged_at: float | None = None

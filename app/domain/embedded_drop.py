@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass, replace
 
 from app.domain.drop import Certainty, DropOutcome
+from app.domain.reason import Reason, ReasonCode, because
 from app.domain.supervised.inputs import Finish
 from app.domain.supervised.terms import GRIPPER_CLOSED_US, GRIPPER_OPEN_US
 
@@ -82,16 +83,16 @@ class EmbeddedDrop:
             return drop
         return drop._not_opened(seen)
 
-    def ended(self, reason: str) -> EmbeddedDrop:
+    def ended(self, reason: Reason) -> EmbeddedDrop:
         """The run ends: a drop whose item was not passed is kept, any other that was not seen is unknown."""
         if self.finish is not None:
             return self
         if self.passed_at_s is None and self.strayed_at_s is not None:
-            reason = f"the gripper's output went to release away from its item; {reason}"
+            reason = because(ReasonCode.ITEM_STRAYED, reason)
             return self._over(DropOutcome.UNKNOWN, Certainty.NONE, reason)
         if self.passed_at_s is None:
-            return self._over(DropOutcome.KEPT, Certainty.INFERRED, f"its item was not reached: {reason}")
-        return self._over(DropOutcome.UNKNOWN, Certainty.NONE, f"its item passed unseen: {reason}")
+            return self._over(DropOutcome.KEPT, Certainty.INFERRED, because(ReasonCode.ITEM_NOT_REACHED, reason))
+        return self._over(DropOutcome.UNKNOWN, Certainty.NONE, because(ReasonCode.ITEM_UNSEEN, reason))
 
     @property
     def _alone_from_s(self) -> float:
@@ -100,12 +101,10 @@ class EmbeddedDrop:
     def _opened(self, seen: EmbeddedSight) -> EmbeddedDrop:
         has_passed = self.passed_at_s is not None
         if self.was_closed and (seen.at_item or has_passed) and not seen.reopened:
-            return self._over(DropOutcome.RELEASED, Certainty.INFERRED, "the gripper's output went to release")
+            return self._over(DropOutcome.RELEASED, Certainty.INFERRED, because(ReasonCode.DROP_OUTPUT_RELEASED))
         if has_passed:
-            reason = "the gripper was open before its item"
-            if seen.reopened:
-                reason = "its item passed unseen, and a later release too"
-            return self._over(DropOutcome.UNKNOWN, Certainty.NONE, reason)
+            code = ReasonCode.ITEM_LATER_RELEASE if seen.reopened else ReasonCode.ITEM_OPEN_BEFORE
+            return self._over(DropOutcome.UNKNOWN, Certainty.NONE, because(code))
         if not self.was_closed:
             return self  # open since before the flight, or by an earlier release: nothing is said until the item passes
         strayed_at_s = seen.now_s if self.strayed_at_s is None else self.strayed_at_s
@@ -113,16 +112,15 @@ class EmbeddedDrop:
 
     def _not_opened(self, seen: EmbeddedSight) -> EmbeddedDrop:
         if seen.output == GRIPPER_CLOSED_US and not seen.regrabbed:
-            reason = "its item passed, but the gripper's output stayed at grab"
-            return self._over(DropOutcome.KEPT, Certainty.INFERRED, reason)
-        reason = "its item passed, but the gripper's output is not known"
+            return self._over(DropOutcome.KEPT, Certainty.INFERRED, because(ReasonCode.ITEM_AT_GRAB))
+        code = ReasonCode.ITEM_OUTPUT_UNKNOWN
         if not seen.has_gripper:
-            reason = "its item passed, and nothing on the link shows what a winch does"
+            code = ReasonCode.ITEM_WINCH
         elif seen.has_output is False:
-            reason = "its item passed, but no output is assigned to the gripper: nothing was seen to move"
+            code = ReasonCode.ITEM_NO_OUTPUT
         if seen.output == GRIPPER_CLOSED_US:
-            reason = "its item passed unseen, and a later grab too"
-        return self._over(DropOutcome.UNKNOWN, Certainty.NONE, reason)
+            code = ReasonCode.ITEM_LATER_GRAB
+        return self._over(DropOutcome.UNKNOWN, Certainty.NONE, because(code))
 
-    def _over(self, outcome: DropOutcome, certainty: Certainty, reason: str) -> EmbeddedDrop:
+    def _over(self, outcome: DropOutcome, certainty: Certainty, reason: Reason) -> EmbeddedDrop:
         return replace(self, finish=Finish(outcome, certainty, reason))

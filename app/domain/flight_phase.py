@@ -5,18 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
+from app.domain.reason import Reason, ReasonCode, because
 from app.domain.run import Asked, RunState
 from app.domain.vehicle import FlightMode, LandedState, VehicleState, VehicleType
 
 STOPPED_M_S = 0.3
-_BY_HAND: Final = "flown by hand in offboard mode: the mission waits, and Waydrop drops nothing"
-_AFTER_HANDS: Final = "paused after it was flown by hand: the vehicle holds"
-_AFTER_HANDS_FAILSAFE: Final = "paused after it was flown by hand: a failsafe acts, and the vehicle holds"
-
+_OF_HANDS: Final = frozenset({ReasonCode.BY_HAND, ReasonCode.AFTER_HANDS, ReasonCode.AFTER_HANDS_FAILSAFE})
 _THROUGH_HOLD: Final = {
-    Asked.RETURN: "returning, as asked",
-    Asked.LAND: "landing, as asked",
-    Asked.CONTINGENCY: "a drop failed: returning, as the plan says",
+    Asked.RETURN: ReasonCode.RETURNING_AS_ASKED,
+    Asked.LAND: ReasonCode.LANDING_AS_ASKED,
+    Asked.CONTINGENCY: ReasonCode.RETURNING_AFTER_FAILED_DROP,
 }
 """A vehicle comes down out of OFFBOARD by way of Hold."""
 
@@ -52,65 +50,71 @@ class FlightView:
         return self.state.in_failsafe or self.by_failsafe
 
 
-def phase_of(view: FlightView) -> tuple[RunState, str]:
+def phase_of(view: FlightView) -> tuple[RunState, Reason | None]:
     """The run's state and the reason to show with it. Only for a connected vehicle whose run has started."""
     state = view.state
     if state.armed is False and not view.was_armed:
-        return RunState.FLYING, ""
+        return RunState.FLYING, None
     if state.armed is False:
-        return RunState.LANDED, "" if view.was_airborne else "disarmed before it took off"
+        return RunState.LANDED, None if view.was_airborne else because(ReasonCode.DISARMED_BEFORE_TAKEOFF)
     if view.vehicle_type is VehicleType.ROVER and view.mission_done and _has_stopped(state):
-        return RunState.LANDED, "stopped at its last item"
+        return RunState.LANDED, because(ReasonCode.STOPPED_AT_LAST_ITEM)
     if view.vehicle_type is VehicleType.AIRSHIP and view.mission_done and state.mode is FlightMode.HOLD:
-        return RunState.LANDED, "holds at its last item; it says landed only when its crew disarms it"
+        return RunState.LANDED, because(ReasonCode.HOLDS_AT_LAST_ITEM)
     if state.mode is FlightMode.MISSION and view.was_returning and state.landed is LandedState.ON_GROUND:
-        return RunState.RETURNING, "on the ground"  # PX4 may be in Mission again for a moment before it disarms
+        # PX4 may be in Mission again for a moment before it disarms
+        return RunState.RETURNING, because(ReasonCode.ON_GROUND)
     if state.mode in (FlightMode.MISSION, FlightMode.TAKEOFF):
-        asks = f"waits for an operator's consent to {view.asks_consent_to}" if view.asks_consent_to else ""
-        return (RunState.AT_DROP, asks) if view.at_drop else (RunState.FLYING, "")
+        return (RunState.AT_DROP, _why_at_drop(view)) if view.at_drop else (RunState.FLYING, None)
     if state.mode is FlightMode.RETURN:
         return RunState.RETURNING, _why_returning(view)
     if state.mode is FlightMode.LAND:
-        return RunState.RETURNING, "landing, as asked" if view.asked is Asked.LAND else "the vehicle lands"
+        as_asked = view.asked is Asked.LAND
+        return RunState.RETURNING, because(ReasonCode.LANDING_AS_ASKED if as_asked else ReasonCode.VEHICLE_LANDS)
     if state.mode is FlightMode.HOLD and view.command in _THROUGH_HOLD:
-        return RunState.PAUSED, _THROUGH_HOLD[view.command]
+        return RunState.PAUSED, because(_THROUGH_HOLD[view.command])
     if state.mode is FlightMode.HOLD and view.asked is Asked.RESUME:
-        return RunState.PAUSED, "resuming, as asked"
+        return RunState.PAUSED, because(ReasonCode.RESUMING_AS_ASKED)
     if state.mode is FlightMode.HOLD and view.asked is Asked.REFUSED:
-        return RunState.PAUSED, "the vehicle refused its changed mission, and holds; resume flies the one before"
+        return RunState.PAUSED, because(ReasonCode.CHANGE_REFUSED)
     if state.mode is FlightMode.HOLD and view.asked is Asked.PAUSE:
         return RunState.PAUSED, _why_paused(view)
     is_ending = view.mission_done or view.asked in (Asked.RETURN, Asked.LAND, Asked.CONTINGENCY)
     if state.mode is FlightMode.HOLD and is_ending and state.landed is LandedState.ON_GROUND:
-        return RunState.RETURNING, "on the ground"  # PX4 leaves Return mode as it disarms, and says so one by one
+        # PX4 leaves Return mode as it disarms, and says so one by one
+        return RunState.RETURNING, because(ReasonCode.ON_GROUND)
     if state.mode is FlightMode.HOLD and view.mission_done:
-        return RunState.FLYING, "the mission is finished: the vehicle holds where it ended"
+        return RunState.FLYING, because(ReasonCode.HOLDS_WHERE_IT_ENDED)
     if state.mode is FlightMode.OFFBOARD:
-        return RunState.PAUSED, _BY_HAND
+        return RunState.PAUSED, because(ReasonCode.BY_HAND)
     if state.mode is FlightMode.HOLD and view.at_last_item and not (view.mode_is_settled or view.in_failsafe):
-        return RunState.FLYING, ""  # it may be about to say that the mission is complete
+        return RunState.FLYING, None  # it may be about to say that the mission is complete
     return RunState.PAUSED, _why_stopped(view)
 
 
-def how_it_ended(*, mission_done: bool, asked: Asked | None, reason: str) -> tuple[RunState, str]:
+def how_it_ended(*, mission_done: bool, asked: Asked | None, reason: Reason | None) -> tuple[RunState, Reason | None]:
     """The last state of a run whose vehicle has landed and disarmed (or stopped, a rover; or holds, an airship)."""
     if mission_done:  # it counts as done only if nobody had asked for something else before
         return RunState.COMPLETED, reason
     if asked in (Asked.RETURN, Asked.LAND):
-        return RunState.ABORTED, f"asked to {asked.value} before the mission was done"
+        return RunState.ABORTED, because(ReasonCode.ASKED_BEFORE_DONE, asked=asked.value)
     if asked is Asked.CONTINGENCY:
-        return RunState.ABORTED, "a drop failed: the vehicle returned, as the plan says"
-    return RunState.FAILED, reason or "the vehicle ended its flight before the mission was done"
+        return RunState.ABORTED, because(ReasonCode.RETURNED_AFTER_FAILED_DROP)
+    return RunState.FAILED, reason or because(ReasonCode.ENDED_EARLY)
 
 
-def why_open(last: RunState, reason: str) -> str:
+def why_open(last: RunState, reason: Reason | None) -> Reason:
     """Why a drop that was open until then ends with its run: a run that was completed has no reason of its own."""
-    return reason or ("the mission was flown to its end" if last is RunState.COMPLETED else last.value)
+    if reason is not None:
+        return reason
+    if last is RunState.COMPLETED:
+        return because(ReasonCode.FLOWN_TO_END)
+    return because(ReasonCode.RUN_ENDED, state=last.value)
 
 
-def is_of_hands(reason: str) -> bool:
+def is_of_hands(reason: Reason | None) -> bool:
     """Whether a run's reason says that its vehicle is, or was until then, flown by hand."""
-    return reason in (_BY_HAND, _AFTER_HANDS, _AFTER_HANDS_FAILSAFE)
+    return reason is not None and reason.code in _OF_HANDS
 
 
 def is_airborne(state: VehicleState) -> bool:
@@ -122,27 +126,34 @@ def _has_stopped(state: VehicleState) -> bool:
     return state.ground_speed_m_s is not None and state.ground_speed_m_s < STOPPED_M_S
 
 
-def _why_paused(view: FlightView) -> str:
+def _why_at_drop(view: FlightView) -> Reason | None:
+    if not view.asks_consent_to:
+        return None
+    return because(ReasonCode.WAITS_FOR_CONSENT, plan_item_id=view.asks_consent_to)
+
+
+def _why_paused(view: FlightView) -> Reason:
     """The pause on the way into offboard mode was asked for; that it goes on when control has ended was not."""
     if not view.after_hands:
-        return "paused, as asked"
-    return _AFTER_HANDS_FAILSAFE if view.state.in_failsafe else _AFTER_HANDS
+        return because(ReasonCode.PAUSED_AS_ASKED)
+    return because(ReasonCode.AFTER_HANDS_FAILSAFE if view.state.in_failsafe else ReasonCode.AFTER_HANDS)
 
 
-def _why_stopped(view: FlightView) -> str:
-    mode = view.state.mode.value if view.state.mode is not None else "an unknown"
-    cause = ": somebody else has control" if view.mode_is_settled else ""
-    cause = ": a failsafe acts" if view.in_failsafe else cause
-    return f"the vehicle is in {mode} mode{cause}; Waydrop commands nothing"
+def _why_stopped(view: FlightView) -> Reason:
+    code = ReasonCode.TAKEN_BY_OTHERS if view.mode_is_settled else ReasonCode.NOT_IN_MISSION
+    code = ReasonCode.FAILSAFE_MODE if view.in_failsafe else code
+    return because(code, mode=view.state.mode.value if view.state.mode is not None else "an unknown")
 
 
-def _why_returning(view: FlightView) -> str:
+def _why_returning(view: FlightView) -> Reason | None:
+    if view.asked is Asked.RETURN and view.rally_point is not None:
+        return because(ReasonCode.RETURNING_TO_RALLY_POINT, rally_point=view.rally_point)
     if view.asked is Asked.RETURN:
-        return "returning, as asked" if view.rally_point is None else f"to rally point {view.rally_point}, as asked"
+        return because(ReasonCode.RETURNING_AS_ASKED)
     if view.asked is Asked.CONTINGENCY:
-        return "a drop failed: returning, as the plan says"
+        return because(ReasonCode.RETURNING_AFTER_FAILED_DROP)
     if view.mission_done:
-        return "the mission is done"
+        return because(ReasonCode.MISSION_DONE)
     if view.in_failsafe:
-        return "a failsafe acts"
-    return "somebody else commanded Return mode" if view.mode_is_settled else ""
+        return because(ReasonCode.FAILSAFE)
+    return because(ReasonCode.RETURN_BY_OTHERS) if view.mode_is_settled else None

@@ -13,6 +13,7 @@ from app.domain.events import Event, EventKind
 from app.domain.events.run import RunAttachment, RunChanged, RunContinued, RunCreated, RunMissionChanged
 from app.domain.plan import Order
 from app.domain.plan.identity import document_hash
+from app.domain.reason import Reason
 from app.domain.run import PlanChange, Run, RunState
 from app.domain.run_fold import RunFold
 from app.domain.vehicle import VehicleType
@@ -92,7 +93,7 @@ class Proof(_Part):
     is_final: bool
     run_id: str
     state: RunState
-    reason: str
+    reason: Reason | None
     requested_by: str
     created_at: float
     started_at: float | None
@@ -127,7 +128,7 @@ class Story:
         self.attachments: list[Attachment] = []
         self.earlier_plans: list[EarlierPlan] = []
         self._entries: list[Entry] = []
-        self._state: tuple[RunState, str] | None = None
+        self._state: tuple[RunState, Reason | None] | None = None
 
     def take(self, event: Event) -> None:
         """One event of the run."""
@@ -139,7 +140,8 @@ class Story:
                 self._add(event, {"continued_by": run.continued_by})
             case RunCreated(root=run) | RunChanged(root=run) if (run.state, run.reason) != self._state:
                 self._state = (run.state, run.reason)
-                self._add(event, {"state": run.state.value, "reason": run.reason})
+                told = run.model_dump(mode="json", include={"state", "reason"})
+                self._add(event, told)
             case RunAttachment(root=attachment):
                 self.attachments.append(attachment)
                 self._add(event, attachment.model_dump(mode="json"))

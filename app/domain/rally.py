@@ -16,6 +16,7 @@ from pydantic import BaseModel, ConfigDict
 from app.domain.autopilot.base import RallyReturn, Return
 from app.domain.errors import ConflictError, RallyRefusedError
 from app.domain.geo import distance_m
+from app.domain.reason import Param, Reason, ReasonCode, because
 from app.domain.vehicle import VehicleState, VehicleType
 
 FRESH_POSITION_S: Final = 2.0
@@ -45,7 +46,7 @@ class RallyDestination(BaseModel):
     or_index: tuple[int, ...] = ()
     rtl_type: int
     lands: bool | None
-    reason: str
+    reason: Reason
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,12 +92,16 @@ class ReturnSight:
             reason=self._reason(index, away_m, near),
         )
 
-    def _reason(self, index: int, away_m: float, near: Sequence[int]) -> str:
-        which = "".join(f" or {other + 1}" for other in near)
-        nearly = ", as it is when the return begins" if near else ""
-        stays = f"; it stays in the air there ({self.there.lands_by})" if self.there.lands is False else ""
-        how = f"{self.returns.choice} ({self.returns.setting})"
-        return f"rally point {index + 1}{which}, {away_m:.0f} m away: {how}{nearly}{stays}"
+    def _reason(self, index: int, away_m: float, near: Sequence[int]) -> Reason:
+        told: dict[str, Param] = {"rally_point": index + 1, "distance_m": away_m, "choice": self.returns.choice}
+        told["setting"] = str(self.returns.setting)
+        reason = because(ReasonCode.RALLY_POINT, **told)
+        if near:
+            others = " or ".join(str(other + 1) for other in near)
+            reason = because(ReasonCode.RALLY_POINT_OR, **told, others=others)
+        if self.there.lands is not False:
+            return reason
+        return because(ReasonCode.RALLY_STAYS_IN_AIR, reason, setting=self.there.lands_by)
 
     def _refuse_other(self, name: str, other_m: float, index: int, away_m: float, reach_m: float) -> RallyRefusedError:
         where = f"{name} is {other_m:.0f} m away and rally point {index + 1} {away_m:.0f} m"

@@ -12,6 +12,7 @@ from app.domain.errors import WrongStateError
 from app.domain.in_flight import InFlight
 from app.domain.prediction.wind import Wind
 from app.domain.rally import RallyDestination
+from app.domain.reason import Reason
 from app.domain.vehicle import VehicleType
 
 
@@ -118,7 +119,7 @@ class Run(BaseModel):
     vehicle_type: VehicleType | None = None
     firmware: str | None = None
     state: RunState = RunState.CREATED
-    reason: str = ""
+    reason: Reason | None = None
     item_id: str | None = None
     flown_item_ids: tuple[str, ...] = ()
     reached_seq: int | None = None
@@ -147,7 +148,7 @@ class Run(BaseModel):
         """Whether no further state can follow."""
         return self.state in TERMINAL
 
-    def moved_to(self, state: RunState, *, now: float, reason: str = "") -> Run:
+    def moved_to(self, state: RunState, *, now: float, reason: Reason | None = None) -> Run:
         """The run in its next state.
 
         Raises:

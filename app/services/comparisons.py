@@ -12,6 +12,7 @@ from app.domain.events import Event
 from app.domain.events.run import RunItemEnded, RunMissionChanged, RunPredicted
 from app.domain.item_times import EndedItem
 from app.domain.prediction import Timeline
+from app.domain.reason import Reason, ReasonCode, because
 from app.services.journal import Journal
 from app.services.runs import Runs
 
@@ -44,8 +45,8 @@ class _Told:
         self.flown: list[EndedItem] = []
 
     @property
-    def why_none(self) -> str:
-        return NOT_PREDICTED if self.timeline is None else ""
+    def why_none(self) -> Reason | None:
+        return because(ReasonCode.RUN_NOT_PREDICTED) if self.timeline is None else None
 
     def take(self, events: Sequence[Event]) -> None:
         for event in events:

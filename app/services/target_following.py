@@ -17,6 +17,7 @@ from app.domain.moving_target.aim import Aim, NoAim, aim
 from app.domain.moving_target.moved_plan import Follower, follower_at, moved, speed_towards_m_s
 from app.domain.moving_target.report import TargetEvidence, TargetFix
 from app.domain.plan import Plan, parse_plan
+from app.domain.reason import Reason, because_of_error
 from app.domain.run import Run, RunState
 from app.domain.vehicle import VehicleState
 from app.services.clock import Clock
@@ -120,7 +121,7 @@ class TargetFollower:
         speed_m_s *= state.clock.sure_rate  # the target moves in our time, a simulated vehicle perhaps in a faster one
         wanted = aim(follower.target, follower.planned, fix, place, speed_m_s)
         if isinstance(wanted, NoAim):
-            await self._tell_not_followed(run, followed, follower, fix, wanted.code, wanted.reason)
+            await self._tell_not_followed(run, followed, follower, fix, wanted.reason)
             return
         away_m = follower.distance_m(wanted.latitude_deg, wanted.longitude_deg)
         if fix is None or away_m < min(MOVE_FROM_M, (follower.drop.max_offset_m or DEFAULT_OFFSET_M) / 2):
@@ -130,7 +131,7 @@ class TargetFollower:
         try:
             await self._move(run, followed, follower, fix, wanted)
         except WaydropError as error:
-            await self._tell_not_followed(run, followed, follower, fix, error.code, error.detail)
+            await self._tell_not_followed(run, followed, follower, fix, because_of_error(error.code, error.detail))
 
     async def _move(self, run: Run, followed: _Followed, follower: Follower, fix: TargetFix, to: Aim) -> None:
         plan = moved(await self._plan(run, followed), follower, to.latitude_deg, to.longitude_deg)
@@ -157,8 +158,9 @@ class TargetFollower:
         )
 
     async def _tell_not_followed(
-        self, run: Run, followed: _Followed, follower: Follower, fix: TargetFix | None, code: str, reason: str
+        self, run: Run, followed: _Followed, follower: Follower, fix: TargetFix | None, reason: Reason
     ) -> None:
+        code = str(reason.params.get("error", reason.code))
         if followed.told == code:
             return
         followed.told = code
@@ -168,7 +170,6 @@ class TargetFollower:
                 plan_item_id=follower.drop.id,
                 waypoint_id=follower.waypoint.id,
                 feed=follower.target.feed,
-                code=code,
                 reason=reason,
                 target=None if fix is None else self._evidence(run, fix),
             ),

@@ -54,7 +54,7 @@ async def test_a_grant_counts_once_is_in_the_proof_and_the_other_answer_is_409(
 ) -> None:
     question = await asked(service, plan, run_id)
     assert question["checked"]["battery_percent"] == 90.0
-    granted = {"grant": True, "question": question["question"], "reason": "gate is closed"}
+    granted = {"grant": True, "question": question["question"], "comment": "gate is closed"}
     for _ in range(2):
         status, run = await say(service, run_id, granted)
         consent = run["drops"][0]["consent"]
@@ -63,7 +63,7 @@ async def test_a_grant_counts_once_is_in_the_proof_and_the_other_answer_is_409(
     assert (status, problem["code"]) == (409, "drop.consent_answered")
     await until_run(service, run_id, lambda run: run["drops"][0]["outcome"] == "released")
     _, _, proof = await service.call("GET", f"/api/v1/runs/{run_id}/proof")
-    assert proof["drops"][0]["consent"]["reason"] == "gate is closed"
+    assert proof["drops"][0]["consent"]["comment"] == "gate is closed"
     kinds = [entry["kind"] for entry in proof["entries"]]
     assert kinds.index("drop.consent_asked") < kinds.index("drop.consent_closed")
     _, _, sheet = await service.call("GET", f"/api/v1/runs/{run_id}/proof-sheet")
@@ -73,7 +73,7 @@ async def test_a_grant_counts_once_is_in_the_proof_and_the_other_answer_is_409(
 
 async def test_a_refusal_keeps_the_parcel(service: Service, plan: dict[str, Any], run_id: str) -> None:
     await asked(service, plan, run_id)
-    status, _ = await say(service, run_id, {"grant": False, "reason": "a dog"})
+    status, _ = await say(service, run_id, {"grant": False, "comment": "a dog"})
     assert status == 200
     run = await until_run(service, run_id, lambda run: run["drops"][0]["phase"] == "done")
     assert (run["drops"][0]["outcome"], run["drops"][0]["commanded_at"]) == ("kept", None)

@@ -18,6 +18,7 @@ from app.cli.main import app
 from tests.api.deliveries import TOLD, a_plan, deliver
 from tests.api.service import Service
 from tests.api.test_run_list import a_run, fill
+from tests.reasons import some
 from tests.webhook_receiver import Receiver
 
 
@@ -50,7 +51,7 @@ async def test_a_long_list_is_fetched_page_by_page_and_csv_has_one_heading(
 ) -> None:
     monkeypatch.setattr(run_list, "PAGE", 3)
     plan_id = await a_plan(service, plan)
-    runs = [a_run(number, plan_id, reason='two\r\nlines, "quoted"') for number in range(8)]
+    runs = [a_run(number, plan_id, reason=some('two\r\nlines, "quoted"')) for number in range(8)]
     await service.storage.events.append([], runs)
     expected = [f"run-{number}" for number in range(7, 0, -1)]
     table = await waydrop(service, "runs", "list", "--csv", "--limit", "7")

@@ -15,6 +15,7 @@ from app.domain.drop import Certainty, DropOutcome, DropRecord
 from app.domain.run import Run, RunState
 from tests.api.deliveries import a_plan
 from tests.api.service import Service
+from tests.reasons import some
 
 STATES = (RunState.COMPLETED, RunState.FLYING, RunState.FAILED, RunState.AT_DROP, RunState.COMPLETED)
 
@@ -108,7 +109,7 @@ def test_no_cell_is_a_formula_whatever_was_typed(typed: str) -> None:
     drop = DropRecord(
         plan_item_id=typed, supervised=True, outcome=DropOutcome.RELEASED, certainty=Certainty.ACKNOWLEDGED
     )
-    run = a_run(0, reason=typed, requested_by=typed, vehicle_id=typed, drops=(drop,))
+    run = a_run(0, reason=some(typed), requested_by=typed, vehicle_id=typed, drops=(drop,))
     rows = list(csv.DictReader(io.StringIO(runs_csv([run]), newline="")))
     assert len(rows) == 1
     assert rows[0]["reason"] == rows[0]["requested_by"] == rows[0]["vehicle"] == f"'{typed}"

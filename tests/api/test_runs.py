@@ -9,6 +9,7 @@ import pytest
 
 from app.domain.vehicle import FlightMode, LandedState
 from tests.api.service import LOOK_AGAIN_S, Service
+from tests.reasons import words
 
 
 @pytest.fixture
@@ -73,7 +74,7 @@ async def test_a_flying_run_goes_to_a_rally_point_that_it_names_or_says_why_not(
     service.links[0].parameters["RTL_TYPE"] = 5
     status, _, told = await service.call("POST", path)
     assert (status, told["rally"]["index"], told["rally"]["latitude_deg"]) == (202, 0, 47.3985)
-    assert "the nearest rally point (RTL_TYPE 5)" in told["rally"]["reason"]
+    assert "the nearest rally point (RTL_TYPE 5)" in words(told["rally"]["reason"])
     await reaches(service, run["id"], "returning")
 
 
@@ -187,5 +188,5 @@ async def test_a_comparison_has_every_item_with_its_prediction_and_why_it_was_no
     assert status == 200
     assert [item["item_id"] for item in comparison["items"]] == made["timeline"]["order"]
     assert all(item["predicted_s"] >= 0.0 and item["flown_s"] is None for item in comparison["items"])
-    assert {item["reason"] for item in comparison["items"]} == {"not flown yet"}
+    assert {item["reason"]["code"] for item in comparison["items"]} == {"comparison.not_flown_yet"}
     assert (await service.call("GET", "/api/v1/runs/run-nobody/comparison"))[0] == 404

@@ -119,6 +119,20 @@ def servers_outside_api(sources: Iterable[Source]) -> list[str]:
     return sorted(set(found))
 
 
+def words_inside(sources: Iterable[Source]) -> list[str]:
+    """Reasons turned into sentences anywhere but where people read them: inside, their codes are compared."""
+    edges = {"api", "cli"}
+    told_in_errors = {"app.domain.reason", "app.domain.consent"}
+    return [
+        f"{source.at(node)}: in_words is for what people read; compare the code"
+        for source in sources
+        if source.layer not in edges and source.module not in told_in_errors
+        for node in source.nodes
+        if isinstance(node, ast.ImportFrom) and node.module == "app.domain.reason"
+        if any(name.name == "in_words" for name in node.names)
+    ]
+
+
 def impure_parts(sources: Iterable[Source]) -> list[str]:
     """Imports of I/O, clocks and tasks in the pure parts."""
     return sorted(

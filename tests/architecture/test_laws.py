@@ -45,6 +45,10 @@ def test_only_api_serves_http() -> None:
     held(imports.servers_outside_api(APP))
 
 
+def test_reasons_become_sentences_only_where_people_read_them() -> None:
+    held(imports.words_inside(APP))
+
+
 def test_domain_and_interchange_are_pure() -> None:
     held(imports.impure_parts(APP))
 

@@ -34,7 +34,7 @@ async def fly(case: Case, branch: Branch) -> str:
         and drop["attempts"] in case.attempts
         and case.is_acknowledged in (None, drop["acknowledged_at"] is not None)
         and (drop["commanded_at"] is not None) == (drop["attempts"] > 0)
-        and drop["reason"] != ""
+        and drop["reason"] is not None
         and (drop["consent"] or {}).get("state") == case.consent
         and elsewhere == ([case.at_alternate] if case.at_alternate else [])
         and ("locker" in run["flown_item_ids"]) == (case.at_alternate is not None)

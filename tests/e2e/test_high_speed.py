@@ -31,7 +31,7 @@ async def test_an_embedded_mission_flies_as_predicted_and_a_supervised_one_is_re
             made = await desk.post("/plans", EMBEDDED)
             run = await desk.post("/runs", {"plan": made["id"], "vehicle": "v1", "start": True})
             run = await desk.until_over(run["id"], WITHIN_S)
-            assert (run["state"], run["reason"]) == ("completed", ""), service.log()
+            assert (run["state"], run["reason"]) == ("completed", None), service.log()
             assert [drop["outcome"] for drop in run["drops"]] == ["released"]
             assert run["flown_item_ids"] == made["timeline"]["order"]
             truth = (await desk.get("/simulator"))["vehicles"][0]

@@ -16,6 +16,7 @@ from app.domain.drop import Certainty, DropOutcome, DropRecord, OutputEvidence
 from app.domain.events import EventKind
 from app.domain.moving_target.report import TargetEvidence
 from app.domain.proof import Entry, Proof
+from app.domain.reason import Reason, in_words
 
 _POLICY_OF_A_COPY: Final = (
     "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
@@ -95,7 +96,7 @@ def _head(proof: Proof) -> str:
             ("Order", order and order.id),
             ("Recipient", order and order.recipient),
             ("Notes", order and order.notes),
-            ("Flight", f"{proof.state.value}{': ' + proof.reason if proof.reason else ''}"),
+            ("Flight", f"{proof.state.value}{': ' + in_words(proof.reason) if proof.reason else ''}"),
             ("Asked for by", proof.requested_by or None),
             ("Took off, ended", f"{shown_time(proof.started_at) or 'not'}, {ended or 'not yet'}"),
             (
@@ -128,7 +129,7 @@ def _drop(drop: DropRecord, attachments: str) -> str:
     rows = _list(
         [
             ("Certainty", _CERTAINTIES[drop.certainty]),
-            ("Reason", drop.reason or None),
+            ("Reason", in_words(drop.reason) or None),
             ("How", how),
             ("Consent", _consent(drop.consent)),
             ("Commanded", drop.commanded_at and f"{shown_time(drop.commanded_at)}, attempts: {drop.attempts}"),
@@ -169,6 +170,8 @@ def _entries(proof: Proof) -> str:
 def _row(entry: Entry) -> str:
     named = entry.data if entry.kind is not EventKind.RUN_DROP else {name: entry.data.get(name) for name in _DROP_STEP}
     told = {name: value for name, value in named.items() if value not in (None, "")}
+    if isinstance(reason := told.get("reason"), dict):
+        told["reason"] = in_words(Reason.model_validate(reason))
     data = typed(json.dumps(told, ensure_ascii=False, separators=(", ", ": "))[1:-1])
     return (
         f"<tr><td>{shown_time(entry.time, clock_only=True)}</td>"
@@ -224,7 +227,8 @@ def _consent(consent: ConsentRecord | None) -> str | None:
     by = f" by {consent.answered_by}" if consent.answered_by else ""
     at = f" at {shown_time(consent.answered_at)}" if consent.answered_at is not None else ""
     asked = f"; asked at {shown_time(consent.asked_at)}" if consent.asked_at is not None else ""
-    why = f": {consent.reason}" if consent.reason else ""
+    said = consent.comment or in_words(consent.reason)
+    why = f": {said}" if said else ""
     return f"{_CONSENTS[consent.state]}{by}{at}{why}{asked}"
 
 

@@ -17,6 +17,7 @@ from app.domain.finding import Finding
 from app.domain.moving_target.report import TargetEvidence
 from app.domain.prediction.timeline import Timeline
 from app.domain.rally import RallyDestination
+from app.domain.reason import Reason
 from app.domain.run import PlanChange, Run
 from app.domain.vehicle import FlightMode
 
@@ -104,15 +105,14 @@ class RunTargetMoved(Payload):
 
 
 class RunTargetNotFollowed(Payload):
-    """The waypoint stays where it is. Told once for each new code; `target` is null if nothing was reported yet."""
+    """The waypoint stays where it is. Told once for each new reason's code; `target` null: nothing was reported yet."""
 
     kind: ClassVar = EventKind.RUN_TARGET_NOT_FOLLOWED
 
     plan_item_id: str
     waypoint_id: str
     feed: str
-    code: str
-    reason: str
+    reason: Reason
     target: TargetEvidence | None
 
 
@@ -233,7 +233,8 @@ class DropConsentClosed(Payload):
     question: int
     state: ConsentState
     by: str | None
-    reason: str = ""
+    comment: str = ""
+    reason: Reason | None = None
 
 
 def consent_told(
@@ -254,5 +255,6 @@ def consent_told(
         question=after.question,
         state=after.state,
         by=after.answered_by,
+        comment=after.comment,
         reason=after.reason,
     )

@@ -7,6 +7,8 @@ from typing import Final
 
 from pydantic import BaseModel, ConfigDict
 
+from app.domain.reason import Reason
+
 MOST_REFUSALS: Final = 20
 
 
@@ -43,6 +45,7 @@ class VehicleRefusal(StrEnum):
 
 class Refusal(BaseModel):
     """One reason. `code` is a VehicleRefusal or a rule's; `pointer` leads into the plan, null if it is not about it.
+    `reason` is why the vehicle's queue is stopped, if it is.
 
     `lasting`: waiting alone does not mend it, nor does a full battery, nor a flight to where the plan begins.
     """
@@ -51,6 +54,7 @@ class Refusal(BaseModel):
 
     code: str
     message: str
+    reason: Reason | None = None
     hint: str = ""
     pointer: str | None = None
     lasting: bool = False
@@ -67,7 +71,7 @@ class Candidate(BaseModel):
 
     vehicle_id: str
     chosen: bool = False
-    reason: str = ""
+    reason: Reason | None = None
     distance_m: float | None = None
     battery_percent: float | None = None
     refusals: tuple[Refusal, ...] = ()

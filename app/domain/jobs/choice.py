@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from app.domain.jobs.candidate import Candidate
+from app.domain.reason import ReasonCode, because
 
 NEAR_M: Final = 10.0
 """Who is at most this much farther than the nearest is as near: vehicles of one place are told apart by battery."""
@@ -50,15 +51,9 @@ def _best(able: Sequence[Candidate]) -> Candidate:
 
 def _told(one: Candidate, best: Candidate, *, alone: bool) -> Candidate:
     if one is best:
-        why = "the only one that can" if alone else f"chosen of those that can: {_described(one)}"
+        why = because(ReasonCode.ONLY_CANDIDATE if alone else ReasonCode.CHOSEN)
         return one.model_copy(update={"chosen": True, "reason": why})
-    return one.model_copy(update={"reason": f"it can too ({_described(one)}), but {best.vehicle_id} comes first"})
-
-
-def _described(one: Candidate) -> str:
-    away = "distance not known" if one.distance_m is None else f"{one.distance_m:.0f} m away"
-    battery = "battery not known" if one.battery_percent is None else f"battery {one.battery_percent:.0f} %"
-    return f"{away}, {battery}"
+    return one.model_copy(update={"reason": because(ReasonCode.ANOTHER_CHOSEN, vehicle_id=best.vehicle_id)})
 
 
 def _lasting(one: Candidate) -> str:

@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict
 from app.domain.errors import JobWrongStateError
 from app.domain.jobs.candidate import Candidate
 from app.domain.prediction.wind import Wind
+from app.domain.reason import Reason
 from app.domain.vehicle import VehicleType
 
 ANY: Final = "any"
@@ -96,7 +97,7 @@ class Job(BaseModel):
     priority: int = 0
     rank: int = 0
     state: JobState = JobState.QUEUED
-    reason: str = ""
+    reason: Reason | None = None
     requested_by: str = ""
     vehicle_id: str | None = None
     run_id: str | None = None
@@ -130,7 +131,7 @@ class Job(BaseModel):
         """Whether its latest start is over."""
         return self.deadline is not None and now >= self.deadline
 
-    def moved_to(self, state: JobState, *, now: float, reason: str = "", **changes: object) -> Job:
+    def moved_to(self, state: JobState, *, now: float, reason: Reason | None = None, **changes: object) -> Job:
         """The job in its next state. Raises JobWrongStateError if that may not follow the present one."""
         if state not in NEXT[self.state]:
             raise JobWrongStateError(
@@ -143,11 +144,11 @@ class Job(BaseModel):
 
     def assigned(self, vehicle_id: str, run_id: str, candidates: tuple[Candidate, ...], *, now: float) -> Job:
         """With the vehicle that was chosen, and the id of the run that is made next."""
-        why = next((one.reason for one in candidates if one.vehicle_id == vehicle_id), "")
+        why = next((one.reason for one in candidates if one.vehicle_id == vehicle_id), None)
         given = {"vehicle_id": vehicle_id, "run_id": run_id, "candidates": candidates}
         return self.moved_to(JobState.PREPARING, now=now, reason=why, **given)
 
-    def requeued(self, reason: str, *, now: float) -> Job:
+    def requeued(self, reason: Reason | None, *, now: float) -> Job:
         """Without its vehicle again; its place is kept. One that was to end ends instead."""
         if self.end_asked:
             return self.moved_to(JobState(self.end_asked), now=now, reason=self.reason)

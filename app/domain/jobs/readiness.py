@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from app.domain.autopilot import autopilot
 from app.domain.jobs.candidate import Refusal, VehicleRefusal
 from app.domain.jobs.job import Wish
+from app.domain.reason import Reason
 from app.domain.vehicle import LandedState, VehicleState
 
 
@@ -20,7 +21,7 @@ class VehicleSight:
     quarantined: str | None = None
     held_by: str | None = None
     lease_holder: str | None = None
-    stopped: str | None = None
+    stopped: Reason | None = None
 
 
 def why_not_ready(sight: VehicleSight) -> tuple[Refusal, ...]:
@@ -52,7 +53,8 @@ def _reasons(sight: VehicleSight) -> Iterator[Refusal]:
         yield _refusal(VehicleRefusal.IN_FAILSAFE, "it acts on a failsafe")
     if sight.stopped is not None:
         hint = f"look at the vehicle, then POST /api/v1/job-queues/{sight.vehicle_id}/resume"
-        yield _refusal(VehicleRefusal.QUEUE_STOPPED, f"its queue is stopped: {sight.stopped}", hint)
+        refusal = _refusal(VehicleRefusal.QUEUE_STOPPED, "its queue is stopped", hint)
+        yield refusal.model_copy(update={"reason": sight.stopped})
 
 
 def _unwished(vehicle_id: str, battery_percent: float | None, wish: Wish) -> Iterator[Refusal]:

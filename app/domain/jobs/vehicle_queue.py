@@ -5,6 +5,7 @@ from __future__ import annotations
 from pydantic import BaseModel, ConfigDict
 
 from app.domain.jobs.verdict import why_bad
+from app.domain.reason import Reason
 from app.domain.run import Run
 
 
@@ -15,7 +16,7 @@ class VehicleQueue(BaseModel):
 
     vehicle_id: str
     stopped: bool = False
-    reason: str = ""
+    reason: Reason | None = None
     by: str = ""
     at: float | None = None
     cleared_run_id: str | None = None
@@ -27,14 +28,14 @@ class VehicleQueue(BaseModel):
         bad = why_bad(newest)
         return self if bad is None else self.stopped_by("waydrop", bad, now=now)
 
-    def stopped_by(self, by: str, reason: str, *, now: float) -> VehicleQueue:
+    def stopped_by(self, by: str, reason: Reason, *, now: float) -> VehicleQueue:
         """It stands from now on."""
         return self.model_copy(update={"stopped": True, "reason": reason, "by": by, "at": now})
 
     def resumed_by(self, by: str, newest: Run | None, *, now: float) -> VehicleQueue:
         """It goes on, whatever the newest run was."""
         cleared = newest.id if newest is not None and newest.is_over else self.cleared_run_id
-        given = {"stopped": False, "reason": "", "by": by, "at": now, "cleared_run_id": cleared}
+        given = {"stopped": False, "reason": None, "by": by, "at": now, "cleared_run_id": cleared}
         return self.model_copy(update=given)
 
     def cleared(self, run_id: str) -> VehicleQueue:

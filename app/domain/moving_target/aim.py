@@ -10,6 +10,7 @@ from app.domain.moving_target.intercept import intercept_s
 from app.domain.moving_target.report import TargetFix
 from app.domain.plan.fields import Point
 from app.domain.plan.moving_target import Target
+from app.domain.reason import Reason, ReasonCode, because
 
 SETTLE_S: Final = 4.0
 """The vehicle is there so much before the target: it brakes, comes to rest, is looked at."""
@@ -29,10 +30,9 @@ class Aim:
 
 @dataclass(frozen=True, slots=True)
 class NoAim:
-    """Why the waypoint stays where it is: a stable `code`, and the reason in words."""
+    """The waypoint stays where it is."""
 
-    code: str
-    reason: str
+    reason: Reason
 
 
 def aim(
@@ -43,19 +43,18 @@ def aim(
     Law: never farther than `target.max_move_m` from `planned`.
     """
     if fix is None:
-        return NoAim("target_stale", f"nothing was reported by {target.feed} yet")
+        return NoAim(because(ReasonCode.FEED_SILENT, feed=target.feed))
     if fix.is_stale:
-        return NoAim("target_stale", f"the last report of {target.feed} is {fix.age_s:.0f} s old")
+        return NoAim(because(ReasonCode.FEED_STALE, feed=target.feed, age_s=fix.age_s))
     if fix.report.speed_m_s > target.max_speed_m_s:
-        reason = f"the target moves at {fix.report.speed_m_s:.1f} m/s, and {target.max_speed_m_s:g} m/s are allowed"
-        return NoAim("target_too_fast", reason)
+        speeds = {"speed_m_s": fix.report.speed_m_s, "max_speed_m_s": target.max_speed_m_s}
+        return NoAim(because(ReasonCode.FEED_TOO_FAST, **speeds))
     east_m, north_m = LocalProjection(*vehicle).to_local(*fix.place(SETTLE_S))
     flown_s = intercept_s(north_m, east_m, fix.report.north_m_s, fix.report.east_m_s, speed_m_s)
     if flown_s is None or flown_s > LONGEST_AHEAD_S:
-        return NoAim("target_unreachable", f"at {speed_m_s:.3g} m/s the vehicle does not catch up with the target")
+        return NoAim(because(ReasonCode.FEED_UNREACHABLE, speed_m_s=speed_m_s))
     latitude_deg, longitude_deg = fix.place(flown_s + SETTLE_S)
     moved_m = distance_m(planned.latitude_deg, planned.longitude_deg, latitude_deg, longitude_deg)
     if moved_m > target.max_move_m:
-        reason = f"they would meet {moved_m:.0f} m from the planned point, and {target.max_move_m:g} m are allowed"
-        return NoAim("target_out_of_bounds", reason)
+        return NoAim(because(ReasonCode.FEED_OUT_OF_BOUNDS, moved_m=moved_m, max_move_m=target.max_move_m))
     return Aim(latitude_deg, longitude_deg, flown_s + SETTLE_S, moved_m)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from app.domain.reason import Reason, ReasonCode, because
 from app.domain.supervised.hold import HoldClock
 from app.domain.supervised.inputs import Observation
 from app.domain.supervised.terms import DropTerms
@@ -28,8 +29,8 @@ def is_passed(seen: Observation, terms: DropTerms) -> bool:
     )
 
 
-def reason_against(seen: Observation, terms: DropTerms, hold: HoldClock) -> str | None:
-    """Why a release must not be sent now, in words; None if it may be."""
+def reason_against(seen: Observation, terms: DropTerms, hold: HoldClock) -> Reason | None:
+    """Why a release must not be sent now, or None if it may be."""
     return (
         _link_reason(seen, terms)
         or _place_reason(seen, terms)
@@ -38,51 +39,51 @@ def reason_against(seen: Observation, terms: DropTerms, hold: HoldClock) -> str 
     )
 
 
-def _link_reason(seen: Observation, terms: DropTerms) -> str | None:
+def _link_reason(seen: Observation, terms: DropTerms) -> Reason | None:
     if not seen.connected:
-        return "the link is lost"
+        return because(ReasonCode.LINK_LOST)
     if seen.in_failsafe:
-        return "the vehicle is in a failsafe"
+        return because(ReasonCode.IN_FAILSAFE)
     if seen.armed is not True:
-        return "the vehicle is not armed"
+        return because(ReasonCode.NOT_ARMED)
     if seen.mode is not FlightMode.MISSION:
-        return f"the vehicle is in {seen.mode.value if seen.mode else 'an unknown'} mode"
+        return because(ReasonCode.WRONG_MODE, mode=seen.mode.value if seen.mode else "an unknown")
     if seen.mission_seq not in terms.hold_seqs:
-        return "the drop item is not current"
+        return because(ReasonCode.NOT_CURRENT)
     if seen.position_age_s is None or seen.position_age_s > terms.max_position_age_s:
-        return "the position is too old"
+        return because(ReasonCode.POSITION_OLD)
     return None
 
 
-def _place_reason(seen: Observation, terms: DropTerms) -> str | None:
+def _place_reason(seen: Observation, terms: DropTerms) -> Reason | None:
     if seen.offset_m is None or not seen.offset_m <= terms.max_offset_m:
-        return f"the vehicle is farther than {terms.max_offset_m:g} m from the drop point"
+        return because(ReasonCode.TOO_FAR, max_offset_m=terms.max_offset_m)
     if seen.ground_speed_m_s is None or not seen.ground_speed_m_s <= terms.max_ground_speed_m_s:
-        return f"the vehicle is faster than {terms.max_ground_speed_m_s:g} m/s"
+        return because(ReasonCode.TOO_FAST, max_ground_speed_m_s=terms.max_ground_speed_m_s)
     if terms.landed and seen.landed is not LandedState.ON_GROUND:
-        return "the vehicle is not on the ground"
+        return because(ReasonCode.NOT_ON_GROUND)
     return None
 
 
-def _target_reason(seen: Observation, terms: DropTerms) -> str | None:
+def _target_reason(seen: Observation, terms: DropTerms) -> Reason | None:
     """Of a drop at a moving target: it must be known where it is now, and it must be here."""
     if terms.target_max_speed_m_s is None:
         return None
     target = seen.target
     if target is None:
-        return "target_stale: nothing was reported of the target"
+        return because(ReasonCode.TARGET_UNKNOWN)
     if not target.age_s <= terms.max_target_age_s:
-        return f"target_stale: the target's last report is older than {terms.max_target_age_s:g} s"
+        return because(ReasonCode.TARGET_OLD, max_age_s=terms.max_target_age_s)
     if not target.speed_m_s <= terms.target_max_speed_m_s:
-        return f"target_too_fast: the target is faster than {terms.target_max_speed_m_s:g} m/s"
+        return because(ReasonCode.TARGET_FAST, max_speed_m_s=terms.target_max_speed_m_s)
     if target.distance_m is None or not target.distance_m <= terms.max_offset_m:
-        return f"target_away: the target is farther than {terms.max_offset_m:g} m from the vehicle"
+        return because(ReasonCode.TARGET_AWAY, max_offset_m=terms.max_offset_m)
     return None
 
 
-def _time_reason(seen: Observation, terms: DropTerms, hold: HoldClock) -> str | None:
+def _time_reason(seen: Observation, terms: DropTerms, hold: HoldClock) -> Reason | None:
     if hold.not_begun_at_s is None:
-        return "the start of the hold was not seen, so its end is not known"
+        return because(ReasonCode.HOLD_START_UNSEEN)
     if hold.left_s(seen, terms) <= terms.release_latency_s:
-        return "too little of the hold is left"
+        return because(ReasonCode.HOLD_TOO_SHORT)
     return None

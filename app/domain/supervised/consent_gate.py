@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from app.domain.consent import SHORTEST_QUESTION_S, ConsentState
+from app.domain.reason import Reason, ReasonCode, because
 from app.domain.supervised.hold import HoldClock
 from app.domain.supervised.inputs import Observation
 from app.domain.supervised.terms import DropTerms
@@ -16,8 +17,8 @@ ANSWER_S: Final = 1.0
 """From the last moment for an answer to the command: it is stored, and all checks are made again."""
 
 _AGAINST: Final = {
-    ConsentState.REFUSED: "an operator refused the release",
-    ConsentState.TIMED_OUT: "no operator consented in time",
+    ConsentState.REFUSED: because(ReasonCode.CONSENT_REFUSED),
+    ConsentState.TIMED_OUT: because(ReasonCode.CONSENT_TIMED_OUT),
 }
 
 
@@ -43,8 +44,8 @@ class ConsentGate:
         return self.state in (ConsentState.PENDING, ConsentState.WITHDRAWN)
 
     @property
-    def reason_against(self) -> str | None:
-        """Why there will be no release in this hold, in words; None while there may be one."""
+    def reason_against(self) -> Reason | None:
+        """Why there will be no release in this hold; None while there may be one."""
         return None if self.state is None else _AGAINST.get(self.state)
 
     def asked(self, seen: Observation, terms: DropTerms, hold: HoldClock) -> ConsentGate | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from app.domain.drop import Certainty, DropOutcome, DropPhase
+from app.domain.reason import Reason, ReasonCode, because
 from app.domain.supervised.checks import is_holding
 from app.domain.supervised.inputs import Divert, DropEffect, Finish, Observation, Resume, RunEnding, output_of
 from app.domain.supervised.state import DropMachine
@@ -13,14 +14,14 @@ from app.domain.supervised.terms import GRIPPER_CLOSED_US
 Effects = tuple[DropEffect, ...]
 
 
-def conclude(drop: DropMachine, seen: Observation | None, reason: str) -> tuple[DropMachine, Effects]:
+def conclude(drop: DropMachine, seen: Observation | None, reason: Reason) -> tuple[DropMachine, Effects]:
     """Close a drop that was not accepted: with what was commanded, if anything was, and what the output shows."""
     if drop.opened:
         outcome, certainty = DropOutcome.RELEASED, Certainty.INFERRED
-        reason += "; but the gripper's output went to release"
+        reason = because(ReasonCode.DROP_BUT_RELEASED, reason)
     elif output_of(seen) == GRIPPER_CLOSED_US and seen is not None and seen.connected:
         outcome, certainty = DropOutcome.KEPT, Certainty.INFERRED
-        reason += "; the gripper's output is still at grab"
+        reason = because(ReasonCode.DROP_STILL_AT_GRAB, reason)
     elif drop.unsure:
         outcome, certainty = DropOutcome.UNKNOWN, Certainty.NONE
     else:
@@ -33,9 +34,10 @@ def ended(drop: DropMachine, heard: RunEnding) -> tuple[DropMachine, Effects]:
     if not drop.attempts:
         return finish(drop, DropOutcome.KEPT, Certainty.INFERRED, heard.reason)
     if drop.accepted_at_s is not None:
-        return finish(drop, DropOutcome.RELEASED, Certainty.ACKNOWLEDGED, "acknowledged; then " + heard.reason)
+        reason = because(ReasonCode.DROP_ACKNOWLEDGED_THEN, heard.reason)
+        return finish(drop, DropOutcome.RELEASED, Certainty.ACKNOWLEDGED, reason)
     if drop.opened:
-        reason = f"no final ack, but the gripper's output went to release; {heard.reason}"
+        reason = because(ReasonCode.DROP_ACK_MISSING_RELEASED_THEN, heard.reason)
         return finish(drop, DropOutcome.RELEASED, Certainty.INFERRED, reason)
     if drop.in_flight is not None or drop.unsure:
         return finish(drop, DropOutcome.UNKNOWN, Certainty.NONE, heard.reason)
@@ -48,7 +50,7 @@ def _certainty_kept(drop: DropMachine) -> Certainty:
 
 
 def finish(
-    drop: DropMachine, outcome: DropOutcome, certainty: Certainty, reason: str
+    drop: DropMachine, outcome: DropOutcome, certainty: Certainty, reason: Reason
 ) -> tuple[DropMachine, tuple[Finish]]:
     """The drop is over; the mission goes on by itself."""
     consent = drop.consent.withdrawn(at_end=True)
@@ -56,7 +58,7 @@ def finish(
 
 
 def finish_and_resume(
-    drop: DropMachine, seen: Observation | None, outcome: DropOutcome, certainty: Certainty, reason: str
+    drop: DropMachine, seen: Observation | None, outcome: DropOutcome, certainty: Certainty, reason: Reason
 ) -> tuple[DropMachine, Effects]:
     """Finish, and move on only if the mission surely waits at this drop for as long as that may take: somebody else's
     choice is never undone, and an item that the mission has gone on to by itself is never flown to again. To the

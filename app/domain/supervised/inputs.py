@@ -7,6 +7,7 @@ from typing import Final
 
 from app.domain.commands import CommandAck
 from app.domain.drop import Certainty, DropOutcome
+from app.domain.reason import Reason
 from app.domain.vehicle import FlightMode, LandedState
 
 OUTPUT_FRESH_S: Final = 2.0
@@ -105,7 +106,7 @@ class RunEnding:
     """The run ends now (landed, aborted, lost, rebooted): the drop must end in a known state."""
 
     now_s: float
-    reason: str
+    reason: Reason
 
 
 DropInput = Observation | ReleaseAck | ReleaseTimedOut | ReleaseWithheld | ConsentGiven | Silence | RunEnding
@@ -138,7 +139,7 @@ class Finish:
 
     outcome: DropOutcome
     certainty: Certainty
-    reason: str
+    reason: Reason
 
 
 DropEffect = SendRelease | Resume | Divert | Finish

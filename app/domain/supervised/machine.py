@@ -7,6 +7,7 @@ from typing import Final
 
 from app.domain.commands import MavResult
 from app.domain.drop import Certainty, DropOutcome, DropPhase
+from app.domain.reason import ReasonCode, because
 from app.domain.supervised.checks import is_holding, is_passed, reason_against
 from app.domain.supervised.ending import Effects, conclude, ended, finish, finish_and_resume
 from app.domain.supervised.inputs import (
@@ -93,21 +94,21 @@ def _with_consent(drop: DropMachine, seen: Observation) -> DropMachine:
 
 def _before_attempt(drop: DropMachine, seen: Observation) -> tuple[DropMachine, Effects]:
     if seen.connected and drop.approached and is_passed(seen, drop.terms):
-        reason = drop.consent.reason_against or "the hold was over before a release could be sent"
+        reason = drop.consent.reason_against or because(ReasonCode.DROP_HOLD_OVER_BEFORE_RELEASE)
         if drop.phase is DropPhase.WAITING:
-            reason = "the mission passed the drop without a hold that was seen"
+            reason = because(ReasonCode.DROP_HOLD_NOT_SEEN)
         return finish(drop, DropOutcome.KEPT, Certainty.INFERRED, reason)
     if seen.connected and drop.phase is DropPhase.WAITING and is_holding(seen, drop.terms):
         drop = replace(drop, phase=DropPhase.HOLDING)
     if drop.phase not in _AT_HOLD:
         return drop, ()
     if output_of(seen) == GRIPPER_OPEN_US:
-        reason = "the gripper was open before the release was commanded"
+        reason = because(ReasonCode.DROP_OPEN_BEFORE_COMMAND)
         return finish_and_resume(drop, seen, DropOutcome.UNKNOWN, Certainty.NONE, reason)
     if against := drop.consent.reason_against:
         return conclude(drop, seen, against) if seen.connected else (drop, ())  # then the plan's choice can be sent
     if _is_hopeless(drop, seen):
-        reason = reason_against(seen, drop.terms, drop.hold) or "the hold is over"
+        reason = reason_against(seen, drop.terms, drop.hold) or because(ReasonCode.DROP_HOLD_OVER)
         return finish_and_resume(drop, seen, DropOutcome.KEPT, Certainty.INFERRED, reason)
     return _try_release(drop, seen)
 
@@ -135,7 +136,7 @@ def _ask(drop: DropMachine, seen: Observation) -> tuple[DropMachine, Effects]:
         return drop, ()
     asked = drop.consent.asked(seen, drop.terms, drop.hold)
     if asked is None:
-        return conclude(drop, seen, "too little of the hold was left to ask for consent")
+        return conclude(drop, seen, because(ReasonCode.DROP_TOO_LATE_TO_ASK))
     return replace(drop, consent=asked, phase=DropPhase.ASKING), ()
 
 
@@ -146,11 +147,12 @@ def _acked(drop: DropMachine, heard: ReleaseAck) -> tuple[DropMachine, Effects]:
     drop = replace(drop, in_flight=None, retry_at_s=heard.now_s + drop.terms.retry_pause_s)
     if ack.result is MavResult.ACCEPTED:
         if output_of(drop.last_seen) is None:
-            reason = "acknowledged; no output was seen to move" if drop.terms.has_gripper else "acknowledged"
+            has_gripper = drop.terms.has_gripper
+            reason = because(ReasonCode.DROP_ACKNOWLEDGED_NO_MOVE if has_gripper else ReasonCode.DROP_ACKNOWLEDGED)
             return finish_and_resume(drop, drop.last_seen, DropOutcome.RELEASED, Certainty.ACKNOWLEDGED, reason)
         return replace(drop, accepted_at_s=heard.now_s), ()
     if ack.result in _REFUSALS:
-        return conclude(drop, drop.last_seen, f"the vehicle refused the release: {ack.word}")
+        return conclude(drop, drop.last_seen, because(ReasonCode.DROP_REFUSED, result=ack.word))
     # busy with the same action, or cancelled by an opposite one: whether the gripper moved is open
     return replace(drop, unsure=True), ()
 
@@ -159,15 +161,15 @@ def _watch_output(drop: DropMachine, seen: Observation, accepted_at_s: float) ->
     """After ACCEPTED (a timer): the output must have moved too, where it can be seen."""
     if drop.opened:
         return finish_and_resume(
-            drop, seen, DropOutcome.RELEASED, Certainty.ACKNOWLEDGED, "acknowledged, and the output moved"
+            drop, seen, DropOutcome.RELEASED, Certainty.ACKNOWLEDGED, because(ReasonCode.DROP_ACKNOWLEDGED_MOVED)
         )
     if seen.now_s - accepted_at_s < drop.terms.output_wait_s:
         return drop, ()
     if not seen.connected or not _output_is_newer_than(seen, accepted_at_s):
         return finish_and_resume(
-            drop, seen, DropOutcome.RELEASED, Certainty.ACKNOWLEDGED, "acknowledged; the output was not seen"
+            drop, seen, DropOutcome.RELEASED, Certainty.ACKNOWLEDGED, because(ReasonCode.DROP_ACKNOWLEDGED_UNSEEN)
         )
-    reason = "acknowledged, but the gripper's output did not move"
+    reason = because(ReasonCode.DROP_ACKNOWLEDGED_NOT_MOVED)
     return finish_and_resume(drop, seen, DropOutcome.UNKNOWN, Certainty.NONE, reason)
 
 
@@ -176,14 +178,14 @@ def _after_attempt(drop: DropMachine, seen: Observation) -> tuple[DropMachine, E
     if not seen.connected:
         return drop, ()  # whatever is true on board is true later too: wait for the link or the run's end
     if drop.opened:
-        reason = "no final ack, but the gripper's output went to release"
+        reason = because(ReasonCode.DROP_ACK_MISSING_RELEASED)
         return finish_and_resume(drop, seen, DropOutcome.RELEASED, Certainty.INFERRED, reason)
     if against := drop.consent.reason_against:
         return conclude(drop, seen, against)
     if is_passed(seen, drop.terms) or _is_hopeless(drop, seen):
-        return conclude(drop, seen, "the hold was over before the release was acknowledged")
+        return conclude(drop, seen, because(ReasonCode.DROP_HOLD_OVER_BEFORE_ACK))
     if drop.attempts >= drop.terms.max_attempts:
-        return conclude(drop, seen, f"no final ack in {drop.attempts} attempts")
+        return conclude(drop, seen, because(ReasonCode.DROP_ACK_MISSING, attempts=drop.attempts))
     return _try_release(drop, seen)
 
 

@@ -11,6 +11,7 @@ from app.domain.drop import Certainty, DropOutcome, DropRecord
 from app.domain.events import Event
 from app.domain.jobs.job import Job
 from app.domain.jobs.vehicle_queue import VehicleQueue
+from app.domain.reason import Reason
 from app.domain.run import Run, RunState
 from app.domain.webhooks.lifecycle import DeliveryEvent, News
 
@@ -36,7 +37,7 @@ class RunSummary(_Part):
     order_id: str | None
     vehicle_id: str
     state: RunState
-    reason: str
+    reason: Reason | None
     requested_by: str
     created_at: float
     started_at: float | None

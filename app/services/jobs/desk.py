@@ -14,6 +14,7 @@ from app.domain.jobs.choice import chosen_of
 from app.domain.jobs.job import Job, JobState
 from app.domain.jobs.readiness import why_not_ready
 from app.domain.prediction import CALM
+from app.domain.reason import ReasonCode, because
 from app.services.clock import Clock
 from app.services.jobs.assessment import Assessment
 from app.services.jobs.book import JobBook
@@ -135,7 +136,9 @@ class JobDesk:
             await self._runs.create(given.plan_id, chosen.vehicle_id, start=False, by=by, wind=wind, run_id=run_id)
         except WaydropError as error:
             self._not_before_s[job.id] = self._clock.monotonic() + self._settings.look_again_s
-            reason = f"vehicle {chosen.vehicle_id}: {error.detail}"
+            reason = because(
+                ReasonCode.JOB_VEHICLE_FAILED, vehicle_id=chosen.vehicle_id, error=error.code, detail=error.detail
+            )
             await self._book.change(job.id, lambda current: current.requeued(reason, now=self._clock.now()))
 
     def _given(self, job: Job, chosen: Candidate, run_id: str, candidates: tuple[Candidate, ...]) -> Job:

@@ -9,17 +9,22 @@ from app.domain.jobs.following import after, must_be_taken_off
 from app.domain.jobs.job import Job, JobState
 from app.domain.jobs.readiness import why_not_ready
 from app.domain.jobs.vehicle_queue import VehicleQueue
+from app.domain.reason import Reason, ReasonCode, because, because_of_error
 from app.domain.run import Run, RunState
 from app.services.clock import Clock
 from app.services.jobs.book import JobBook
 from app.services.jobs.sights import VehicleSights
 from app.services.runs import Runs
 
-EXPIRED = "its deadline passed before it was started"
+EXPIRED = because(ReasonCode.JOB_EXPIRED)
 
 
 class _NotNowError(ConflictError):
     """What was looked at before a start is not so any more."""
+
+    def __init__(self, why: Reason) -> None:
+        super().__init__("the run may not be started now")
+        self.why = why
 
 
 class JobFollower:
@@ -51,8 +56,7 @@ class JobFollower:
     async def note_unknown_start(self, job: Job) -> None:
         """After a restart of ours: say of a run that was being started that nobody starts it again by itself."""
         if job.state is JobState.PREPARED and job.start_asked_at is not None:
-            reason = "Waydrop stopped as it told the run to start: it does not do so again, a person may start it"
-            await self._note(job, reason)
+            await self._note(job, because(ReasonCode.JOB_START_UNKNOWN))
 
     def _judged(self, before: Job, job: Job, run: Run | None, queue: VehicleQueue) -> VehicleQueue:
         if run is None or not job.is_over:
@@ -86,37 +90,40 @@ class JobFollower:
         try:
             await self._runs.start(run.id, job.requested_by, last_look=lambda: self._look_again(job.id, run))
         except _NotNowError as error:
-            why = error.detail
+            why = error.why
             await self._book.change(job.id, lambda current: _unasked(current, why, self._clock.now()))
         except WaydropError as error:
-            await self._note(asked, error.detail)
+            await self._note(asked, because_of_error(error.code, error.detail))
 
     def _asked(self, job: Job) -> Job:
         now = self._clock.now()
-        return job.changed(now=now, start_asked_at=now, reason="") if _may_be_started(job) else job
+        return job.changed(now=now, start_asked_at=now, reason=None) if _may_be_started(job) else job
 
     def _look_again(self, job_id: str, run: Run) -> None:
         """The disk, the vehicle's facts and the rules took their time: all that could forbid the start, once more."""
         job = self._book.queue.jobs.get(job_id)
         if job is None or job.state is not JobState.PREPARED or job.end_asked:
-            raise _NotNowError("the job is to end")
+            raise _NotNowError(because(ReasonCode.JOB_IS_TO_END))
         why = EXPIRED if job.is_late(self._clock.now()) else self._why_unready(run)
-        if why:
+        if why is not None:
             raise _NotNowError(why)
 
-    def _why_unready(self, run: Run) -> str:
+    def _why_unready(self, run: Run) -> Reason | None:
         refusals = why_not_ready(self._sights.one(run.vehicle_id, run.id))
-        return f"not started yet: {refusals[0].message}" if refusals else ""
+        if not refusals:
+            return None
+        first = refusals[0]
+        return because(ReasonCode.JOB_NOT_READY, first.reason, code=first.code, refusal=first.message)
 
-    async def _note(self, job: Job, reason: str) -> None:
+    async def _note(self, job: Job, reason: Reason) -> None:
         await self._book.change(job.id, lambda current: _because(current, reason, self._clock.now()))
 
 
-def _because(job: Job, reason: str, now: float) -> Job:
+def _because(job: Job, reason: Reason, now: float) -> Job:
     return job if job.reason == reason else job.changed(now=now, reason=reason)
 
 
-def _unasked(job: Job, reason: str, now: float) -> Job:
+def _unasked(job: Job, reason: Reason, now: float) -> Job:
     """It was not told to start after all, and may be later. Of a job that is to end, the reason of that stays."""
     return job.changed(now=now, start_asked_at=None, reason=job.reason if job.end_asked else reason)
 

@@ -17,6 +17,7 @@ from app.domain.jobs.readiness import VehicleSight, why_not_ready
 from app.domain.jobs.vehicle_queue import VehicleQueue
 from app.domain.plan import Plan, parse_plan
 from app.domain.prediction import CALM
+from app.domain.reason import ReasonCode, because
 from app.services.clock import Clock
 from app.services.fleet import Fleet
 from app.services.jobs.assessment import Assessment
@@ -169,7 +170,7 @@ class Jobs:
         now = self._clock.now()
 
         def stopped(queue: VehicleQueue) -> VehicleQueue:
-            return queue if queue.stopped else queue.stopped_by(by, f"stopped by {by}", now=now)
+            return queue if queue.stopped else queue.stopped_by(by, because(ReasonCode.QUEUE_STOPPED, by=by), now=now)
 
         await self._book.change_vehicle(vehicle_id, stopped, "stopped")
         return self._vehicle_view(self._sights.one(vehicle_id))
@@ -226,7 +227,7 @@ async def _parsed(order: JobOrder) -> Plan:
 
 
 def _cancelled(job: Job, by: str, now: float) -> Job:
-    reason = f"cancelled by {by}"
+    reason = because(ReasonCode.JOB_CANCELLED, by=by)
     if job.state is JobState.QUEUED:
         return job.moved_to(JobState.CANCELLED, now=now, reason=reason)
     if job.state is JobState.FLYING:

@@ -12,6 +12,7 @@ from app.domain.events.run import RunChanged
 from app.domain.mission import Mission, MissionItem
 from app.domain.plan import Plan
 from app.domain.prediction import CALM, Timeline, predict
+from app.domain.reason import ReasonCode, because
 from app.domain.run import PlanChange, Run
 from app.domain.vehicle import VehicleFacts
 from app.services.runs.closing import closed
@@ -20,7 +21,7 @@ from app.services.runs.pending_change import tell_change
 from app.services.runs.recorder import RunRecorder
 from app.services.runs.settings import RECORDED_VISITS
 
-WHILE_AWAY = "the plan was changed in flight, and Waydrop restarted meanwhile"
+WHILE_AWAY = because(ReasonCode.PLAN_CHANGED_WHILE_AWAY)
 
 
 @dataclass(frozen=True, slots=True)

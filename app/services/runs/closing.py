@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from app.domain.drop import Certainty, DropOutcome, DropPhase, DropRecord
+from app.domain.reason import Reason, ReasonCode, because
 from app.domain.run import Run, RunState
 from app.domain.supervised.terms import GRIPPER_OPEN_US
 from app.services.clock import Clock
@@ -13,7 +14,7 @@ from app.services.runs.recorder import RunRecorder
 BEFORE_TAKE_OFF = frozenset({RunState.CREATED, RunState.UPLOADING, RunState.UPLOADED})
 
 
-async def close_unseen(run: Run, state: RunState, reason: str, journal: Journal, clock: Clock) -> Run:
+async def close_unseen(run: Run, state: RunState, reason: Reason, journal: Journal, clock: Clock) -> Run:
     """Store the run's end. Raises StorageError."""
     recorder = RunRecorder(run, journal, clock)
     for drop in run.drops:
@@ -24,7 +25,7 @@ async def close_unseen(run: Run, state: RunState, reason: str, journal: Journal,
     return await recorder.flush()
 
 
-def closed(drop: DropRecord, reason: str, *, took_off: bool) -> DropRecord:
+def closed(drop: DropRecord, reason: Reason, *, took_off: bool) -> DropRecord:
     """A supervised drop that was never commanded is kept; an embedded one may have happened unseen.
 
     One whose output was seen at release is never kept.
@@ -33,7 +34,7 @@ def closed(drop: DropRecord, reason: str, *, took_off: bool) -> DropRecord:
     if drop.output_us == GRIPPER_OPEN_US:
         if drop.commanded_at is not None:
             outcome, certainty = DropOutcome.RELEASED, Certainty.INFERRED
-            reason = f"no final ack, but the gripper's output went to release; {reason}"
+            reason = because(ReasonCode.DROP_ACK_MISSING_RELEASED_THEN, reason)
     elif not took_off or (drop.supervised and drop.attempts == 0):
         outcome, certainty = DropOutcome.KEPT, Certainty.INFERRED
     changes: dict[str, object] = {"phase": DropPhase.DONE, "outcome": outcome, "certainty": certainty, "reason": reason}

@@ -6,6 +6,7 @@ from typing import Final
 
 from app.domain.consent import Answer, ConsentChecks, ConsentRecord, ConsentState
 from app.domain.mission import CompiledDrop
+from app.domain.reason import Reason, ReasonCode, because
 from app.domain.supervised import ConsentGate
 from app.services.runs.evidence import Look, offset_m
 
@@ -13,8 +14,8 @@ _MEASURED: Final = (
     *("ground_speed_m_s", "relative_altitude_m", "landed", "position_age_s"),
     *("battery_percent", "gnss_satellites"),
 )
-LEFT_HOLD: Final = "the vehicle left its hold"
-RESTARTED: Final = "Waydrop restarted: what was asked before does not count any more"
+LEFT_HOLD: Final = because(ReasonCode.CONSENT_LEFT_HOLD)
+RESTARTED: Final = because(ReasonCode.CONSENT_RESTARTED)
 
 
 def asked(gate: ConsentGate, seen: Look, compiled: CompiledDrop, hold_left_s: float) -> ConsentRecord:
@@ -29,7 +30,7 @@ def asked(gate: ConsentGate, seen: Look, compiled: CompiledDrop, hold_left_s: fl
     )
 
 
-def closed(record: ConsentRecord, state: ConsentState | None, reason: str) -> ConsentRecord:
+def closed(record: ConsentRecord, state: ConsentState | None, reason: Reason) -> ConsentRecord:
     """The record of a question to which nobody answers any more."""
     if state is ConsentState.TIMED_OUT and record.state is ConsentState.ASKED:
         return record.model_copy(update={"state": state})
@@ -38,11 +39,11 @@ def closed(record: ConsentRecord, state: ConsentState | None, reason: str) -> Co
 
 def answered(record: ConsentRecord, answer: Answer, by: str, seen: Look) -> ConsentRecord:
     """The record with the answer that counts."""
-    told = {"state": answer.state, "answered_at": seen.time_s, "answered_by": by, "reason": answer.reason}
+    told = {"state": answer.state, "answered_at": seen.time_s, "answered_by": by, "comment": answer.comment}
     return record.model_copy(update=told)
 
 
-def withdrawn(record: ConsentRecord, reason: str) -> ConsentRecord:
+def withdrawn(record: ConsentRecord, reason: Reason) -> ConsentRecord:
     """The record of a question, or of a grant that was not made use of, that does not matter any more."""
     if record.state not in (ConsentState.ASKED, ConsentState.GRANTED):
         return record

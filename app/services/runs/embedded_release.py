@@ -11,6 +11,7 @@ from app.domain.embedded_drop import EmbeddedDrop, EmbeddedSight
 from app.domain.gripper_turns import GripperTurns
 from app.domain.mission import CompiledDrop, MavCmd
 from app.domain.progress import Progress
+from app.domain.reason import Reason, ReasonCode, because
 from app.domain.supervised import Finish
 from app.domain.vehicle import VehicleState
 from app.services.runs.evidence import Look, finished, where, with_output
@@ -20,7 +21,6 @@ SURELY_SEEN_S: Final = 1.2
 """An item shows as passed this much late, in vehicle time: MISSION_CURRENT comes at 1 Hz."""
 LONGEST_BLINK_S: Final = 1.0
 """Looks further apart, or positions older than this, are a gap in which anything may have happened."""
-UNSEEN_WORDS: Final = "; the vehicle was not seen as the item passed"
 
 
 class EmbeddedRelease:
@@ -93,7 +93,7 @@ class EmbeddedRelease:
             return (failure,) if failure else ()
         return ()
 
-    def end(self, reason: str, now_s: float) -> None:
+    def end(self, reason: Reason, now_s: float) -> None:
         """See Release."""
         self._drop = self._drop.ended(reason)
         if self._drop.finish is not None and not self.is_over:
@@ -118,5 +118,5 @@ class EmbeddedRelease:
             {"output_us": output_us, "output_at": seen.time_s - age_s} if has_gripper and age_s is not None else {}
         )
         if not self._where:
-            finish = replace(finish, reason=finish.reason + UNSEEN_WORDS)
+            finish = replace(finish, reason=because(ReasonCode.ITEM_UNSEEN_PLACE, finish.reason))
         self.record = with_output(finished(self.record.model_copy(update=changes), finish), self.compiled, seen.state)

@@ -15,6 +15,7 @@ from app.domain.errors import ChangeUnderWayError, StorageError, WaydropError, W
 from app.domain.events.run import CommandOutcome, RunAck, RunCommand
 from app.domain.ports import LinkFact, VehicleLink
 from app.domain.rally import RallyDestination
+from app.domain.reason import Reason, ReasonCode, because, because_of_error
 from app.domain.run import IN_FLIGHT, NOT_STARTED, Asked, Run, RunState
 from app.domain.vehicle import FlightMode
 from app.services.hold_here import hold_here
@@ -184,7 +185,7 @@ class RunFlight:
             return False
         while True:
             if not await self._wait_for_start():
-                await self._close(RunState.ABORTED, "aborted before take-off")
+                await self._close(RunState.ABORTED, because(ReasonCode.ABORTED_ON_GROUND))
                 return False
             self._forget_facts()  # what happened while it stood there, such as a battery swap, is no part of the flight
             start = partial(self._preparation.start, self._forget_facts)
@@ -215,14 +216,14 @@ class RunFlight:
                 await self._follow_all_the_same(None if task.cancelled() else task.exception())
                 return True
             if task.cancelled():
-                await self._close(RunState.ABORTED, "aborted before take-off")
+                await self._close(RunState.ABORTED, because(ReasonCode.ABORTED_ON_GROUND))
                 return False
             error = task.exception()
             if error is None:
                 return True
             if not isinstance(error, WaydropError):
                 raise error
-            await self._close(on_failure, f"{error.detail}; {error.hint}" if error.hint else error.detail)
+            await self._close(on_failure, because_of_error(error.code, error.detail, error.hint))
             return False
         finally:
             for pending in (task, abort):
@@ -231,12 +232,13 @@ class RunFlight:
 
     async def _follow_all_the_same(self, error: BaseException | None) -> None:
         """It was armed and that could not be undone, so it may be in the air: no end of the run is claimed."""
-        why = "its start was aborted" if error is None else "its start failed"
+        why = because(ReasonCode.START_ABORTED_ARMED)
         if isinstance(error, WaydropError):
-            why += f": {error.detail}"
+            why = because(ReasonCode.START_FAILED_ARMED, error=error.code, detail=error.detail)
         elif error is not None:
             log.error("a defect ended a start", run_id=self._recorder.run.id, exc_info=error)
-        self._recorder.move(RunState.FLYING, f"{why}; the vehicle did not disarm")
+            why = because(ReasonCode.START_BROKE_ARMED)
+        self._recorder.move(RunState.FLYING, why)
         with contextlib.suppress(StorageError):
             await self._recorder.flush()
 
@@ -254,7 +256,7 @@ class RunFlight:
             await asyncio.gather(*waits, return_exceptions=True)
         return not self._abort_asked.is_set()
 
-    async def _close(self, state: RunState, reason: str) -> None:
+    async def _close(self, state: RunState, reason: Reason) -> None:
         """Before the flight: the run's state after a failure, an abort or an unstarted end."""
         if state is not RunState.UPLOADED:
             self._watch.end(state, reason)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from app.domain.flight_phase import is_of_hands
+from app.domain.reason import Reason
 from app.domain.vehicle import FlightMode
 
 
@@ -12,7 +13,7 @@ class HandsSign:
     `reason`: the run's, by which a restart goes on with what an earlier process has recorded.
     """
 
-    def __init__(self, reason: str) -> None:
+    def __init__(self, reason: Reason | None) -> None:
         self._had_it = is_of_hands(reason)
         self._mode: FlightMode | None = None
 

@@ -10,6 +10,7 @@ from app.domain.commands import CommandAck
 from app.domain.drop import DropOutcome, DropPhase, DropRecord
 from app.domain.mission import CompiledDrop
 from app.domain.progress import Progress
+from app.domain.reason import Reason
 from app.domain.supervised import DropMachine, Observation
 from app.domain.vehicle import FlightMode, VehicleState
 from app.services.runs.evidence import Look
@@ -36,7 +37,7 @@ class Release(Protocol):
     def look(self, seen: Look, progress: Progress) -> tuple[Order, ...]:
         """Look at the vehicle; the orders must be carried out."""
 
-    def end(self, reason: str, now_s: float) -> None:
+    def end(self, reason: Reason, now_s: float) -> None:
         """The run ends: close with what is known."""
 
 

@@ -24,6 +24,7 @@ from app.domain.events.run import CommandOutcome, RunAck, RunCommand, RunPlanRef
 from app.domain.mission import NAN, MavCmd, Mission
 from app.domain.mission_port import UploadProgress
 from app.domain.ports import LinkFact, ParametersChanged, VehicleLink
+from app.domain.reason import ReasonCode, because
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode
 from app.services.clock import Clock
@@ -80,7 +81,10 @@ class Preparation:
         if verified is None:
             raise LinkError("the upload ended without being verified", hint="upload again")
         self._recorder.change(mission_id=verified.mission_id, upload_percent=100.0)
-        self._recorder.move(RunState.UPLOADED, f"verified by {verified.verified_by}")
+        read_back = verified.verified_by == "read_back"
+        self._recorder.move(
+            RunState.UPLOADED, because(ReasonCode.UPLOAD_READ_BACK if read_back else ReasonCode.UPLOAD_VERIFIED)
+        )
         await self._recorder.flush()
 
     async def start(self, at_first_item: Callable[[], None]) -> None:

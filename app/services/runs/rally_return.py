@@ -55,7 +55,7 @@ class RallyReturn:
         told, now = chosen.destination, self._destination(chosen.parameters)
         if now.index != told.index or not {*now.or_index} <= {*told.or_index}:
             raise RallyRefusedError(
-                f"the vehicle flew on while the order waited: it would return to {now.reason}",
+                f"the vehicle flew on while the order waited: it would return to rally point {now.index + 1}",
                 hint="order it again",
                 because="flew_on",
             )

@@ -10,6 +10,7 @@ import structlog
 from app.domain.drop import DropRecord
 from app.domain.events import AnyPayload, NewEvent
 from app.domain.events.run import RunChanged, RunContinued, RunDrop, consent_told
+from app.domain.reason import Reason
 from app.domain.run import Run, RunState
 from app.services.clock import Clock
 from app.services.journal import Journal
@@ -53,7 +54,7 @@ class RunRecorder:
         """The run is not to fly this plan after all: if it still waits, it is not stored."""
         self._plans = [plan for plan in self._plans if plan.stored.id != plan_id]
 
-    def move(self, state: RunState, reason: str = "") -> None:
+    def move(self, state: RunState, reason: Reason | None = None) -> None:
         """The run's next state; staying in it only changes the reason. Raises WrongStateError."""
         if state is self.run.state:
             if reason != self.run.reason:

@@ -10,6 +10,7 @@ from app.domain.drop import DropPhase, DropRecord
 from app.domain.mission import CompiledDrop, MavCmd
 from app.domain.plan import Target
 from app.domain.progress import Progress
+from app.domain.reason import Reason
 from app.domain.supervised import (
     ConsentGiven,
     Divert,
@@ -168,7 +169,7 @@ class SupervisedRelease:
         self.record = self.record.model_copy(update={"consent": answered(self.record.consent, answer, by, seen)})
         return True
 
-    def end(self, reason: str, now_s: float) -> None:
+    def end(self, reason: Reason, now_s: float) -> None:
         """See Release."""
         self.machine, effects = step(self.machine, RunEnding(now_s, reason))
         self._take(effects)

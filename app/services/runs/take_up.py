@@ -8,10 +8,10 @@ from functools import partial
 import structlog
 
 from app.domain.errors import LinkError, NotFoundError, VehicleQuarantinedError
-from app.domain.jobs.verdict import NOTHING_STARTED
 from app.domain.mission import MissionItem, MissionType
 from app.domain.plan import Plan, parse_plan
 from app.domain.ports import PlanStore, VehicleLink
+from app.domain.reason import ReasonCode, because
 from app.domain.run import Run, RunState
 from app.domain.vehicle import VehicleFacts
 from app.services.clock import Clock
@@ -26,7 +26,6 @@ from app.services.targets import Targets
 log = structlog.get_logger(__name__)
 NOT_STARTED = frozenset({RunState.CREATED, RunState.UPLOADING})
 LOOK_AGAIN_S = 0.25
-ANOTHER_MISSION = "the vehicle carries another mission than the run's: it restarted empty, or somebody uploaded to it"
 
 
 class TakeUp:
@@ -57,10 +56,10 @@ class TakeUp:
             return None
         carried = await self._carried(run, plan, link) if _is_same_vehicle(run, link) else None
         if carried is None:
-            await self._give_up(run, ANOTHER_MISSION)
+            await self._give_up(run, ReasonCode.OTHER_MISSION_ON_BOARD)
             return None
         if run.state is RunState.STARTING and not link.state().armed:
-            await self._give_up(run, "Waydrop restarted during the start; the vehicle is disarmed")
+            await self._give_up(run, ReasonCode.RESTART_DURING_START_DISARMED)
             return None
         run, plan, mission = carried.run, carried.plan, carried.mission
         facts = partial(self._fleet.facts, run.vehicle_id)
@@ -70,7 +69,7 @@ class TakeUp:
         )
         carried.tell(made.recorder)
         if run.state is RunState.STARTING:
-            made.recorder.move(RunState.FLYING, "Waydrop restarted during the start; the vehicle is armed")
+            made.recorder.move(RunState.FLYING, because(ReasonCode.RESTART_DURING_START_ARMED))
         if run.state is not RunState.UPLOADED:
             made.watch.take_up(run.flown_item_ids, link.state().mission_seq)
         return made
@@ -115,14 +114,12 @@ class TakeUp:
                 log.warning("the vehicle's mission cannot be read yet", error=error.detail)
                 await asyncio.sleep(1.0)
 
-    async def _give_up(self, run: Run, reason: str = "") -> None:
+    async def _give_up(self, run: Run, code: ReasonCode = ReasonCode.NOT_SEEN_AFTER_RESTART) -> None:
         """End a run that cannot be followed. What was commanded and not answered stays unknown."""
-        state = RunState.FAILED
         if run.state in NOT_STARTED:
-            reason = NOTHING_STARTED
-        elif not reason:
-            state, reason = RunState.LOST, "the vehicle was not seen again after Waydrop restarted"
-        await close_unseen(run, state, reason, self._journal, self._clock)
+            code = ReasonCode.RESTART_BEFORE_UPLOAD_ENDED
+        state = RunState.LOST if code is ReasonCode.NOT_SEEN_AFTER_RESTART else RunState.FAILED
+        await close_unseen(run, state, because(code), self._journal, self._clock)
 
 
 def _is_known(link: VehicleLink) -> bool:

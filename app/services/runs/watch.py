@@ -14,6 +14,7 @@ from app.domain.flight_phase import FlightView, how_it_ended, is_airborne, phase
 from app.domain.mode_sign import ModeSign
 from app.domain.ports import ClockRateTold, ItemReached, LinkFact, MissionCurrent, Rebooted, VehicleLink
 from app.domain.progress import Progress
+from app.domain.reason import Reason, ReasonCode, because
 from app.domain.run import NEXT, Asked, RunState
 from app.domain.vehicle import FlightMode, LandedState, VehicleState
 from app.domain.vehicle_clock import VehicleClock
@@ -133,7 +134,7 @@ class FlightWatch:
         ahead = {drop.plan_item_id for drop in change.mission.drops}
         for release in self.leg.releases:
             if not release.is_over and (release.is_busy or release.compiled.plan_item_id not in ahead):
-                release.end("the plan was changed in flight", self._clock.monotonic())
+                release.end(because(ReasonCode.PLAN_CHANGED), self._clock.monotonic())
                 self._recorder.drop(release.record)  # it was not flown: a change took it out
         self.skip_to = change.first_seq(self.leg.plan, self._progress)
         self.leg = change.begin(self._recorder)
@@ -204,7 +205,7 @@ class FlightWatch:
             self._connected_since_s = -math.inf if self._first_look_s is None else seen.now_s
         self._connected_at_s = seen.now_s
         if self._rebooted:
-            self.end(RunState.FAILED, "the vehicle rebooted in flight")
+            self.end(RunState.FAILED, because(ReasonCode.REBOOTED))
             return ()
         self._mode = self._mode.seen(seen.state, seen.now_s)
         self._was_airborne = self._was_airborne or is_airborne(seen.state)
@@ -309,7 +310,7 @@ class FlightWatch:
                 self._recorder.move(phase, reason)
             return
         if phase not in NEXT[self._recorder.run.state] and self._recorder.run.state is not RunState.LANDED:
-            self.end(RunState.FAILED, reason or "the vehicle did not take off")  # taken up during its start
+            self.end(RunState.FAILED, reason or because(ReasonCode.NOT_TAKEN_OFF))  # taken up during its start
             return
         if self._landed_at_s is None:
             self._landed_at_s = seen.now_s
@@ -327,9 +328,9 @@ class FlightWatch:
     def _look_at_silence(self, seen: Look) -> None:
         silent_s = seen.now_s - self._connected_at_s
         if silent_s > self._settings.lost_after_s:
-            self.end(RunState.LOST, f"not heard for {silent_s:.0f} s")
+            self.end(RunState.LOST, because(ReasonCode.NOT_HEARD, silent_s=silent_s))
 
-    def end(self, state: RunState, reason: str) -> None:
+    def end(self, state: RunState, reason: Reason | None) -> None:
         """The run's last state: every drop that is still open ends with it."""
         for release in self.leg.releases:
             if not release.is_over:

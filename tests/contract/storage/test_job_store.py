@@ -7,6 +7,7 @@ from app.domain.jobs.port import ALL_JOBS, JobFilter
 from app.domain.jobs.vehicle_queue import VehicleQueue
 from tests.contract.storage.conftest import Opener, Stores
 from tests.contract.storage.samples import event, plan
+from tests.reasons import some
 from tests.unit.domain.jobs.examples import a_job
 
 
@@ -15,7 +16,7 @@ async def ids(stores: Stores, wanted: JobFilter = ALL_JOBS, limit: int = 50) -> 
 
 
 async def test_jobs_and_queues_survive_a_restart_with_the_events_that_tell_of_them(opener: Opener) -> None:
-    job, queue = a_job(1, not_before=5.5), VehicleQueue(vehicle_id="v1", stopped=True, reason="größe ☂", at=1.5)
+    job, queue = a_job(1, not_before=5.5), VehicleQueue(vehicle_id="v1", stopped=True, reason=some("größe ☂"), at=1.5)
     async with opener() as stores:
         await stores.events.append([], plans=[plan()])
         await stores.events.append([event()], jobs=[job, queue])

@@ -6,6 +6,8 @@ from rich.console import Console
 
 from app.cli.comparison_table import show_comparison
 from app.domain.comparison import Comparison, DropComparison, ItemComparison
+from app.domain.reason import Reason
+from tests.reasons import some
 
 
 def shown(comparison: Comparison) -> list[str]:
@@ -16,7 +18,7 @@ def shown(comparison: Comparison) -> list[str]:
 
 
 def item(
-    item_id: str, flown_s: float | None, *, visit: int = 1, unsure_s: float = 0.0, reason: str = ""
+    item_id: str, flown_s: float | None, *, visit: int = 1, unsure_s: float = 0.0, reason: Reason | None = None
 ) -> ItemComparison:
     percent = None if flown_s is None else 10.0 * (flown_s - 10.0)
     return ItemComparison(
@@ -31,7 +33,7 @@ def item(
     )
 
 
-def drop(apart_m: float | None, reason: str = "") -> DropComparison:
+def drop(apart_m: float | None, reason: Reason | None = None) -> DropComparison:
     return DropComparison(
         item_id="parcel",
         predicted_latitude_deg=47.0,
@@ -48,7 +50,7 @@ def drop(apart_m: float | None, reason: str = "") -> DropComparison:
 
 
 def comparison(*items: ItemComparison, drops: tuple[DropComparison, ...] = ()) -> Comparison:
-    return Comparison(run_id="r1", items=items, drops=drops, predicted_s=10.0, flown_s=11.0, reason="")
+    return Comparison(run_id="r1", items=items, drops=drops, predicted_s=10.0, flown_s=11.0, reason=None)
 
 
 def test_each_visit_has_a_row_with_both_times_and_the_difference() -> None:
@@ -60,7 +62,7 @@ def test_each_visit_has_a_row_with_both_times_and_the_difference() -> None:
 
 
 def test_what_is_missing_says_why() -> None:
-    lines = "\n".join(shown(comparison(item("door", None, reason="not flown: the run ended aborted"))))
+    lines = "\n".join(shown(comparison(item("door", None, reason=some("not flown: the run ended aborted")))))
     assert "not flown: the run ended aborted" in lines
 
 
@@ -72,7 +74,7 @@ def test_a_pause_is_named_beside_the_time_that_does_not_count_it() -> None:
 
 
 def test_a_drop_has_its_distance_from_the_predicted_place_or_its_reason() -> None:
-    lines = shown(comparison(item("door", 11.0), drops=(drop(1.4), drop(None, "no release was sent: kept"))))
+    lines = shown(comparison(item("door", 11.0), drops=(drop(1.4), drop(None, some("no release was sent: kept")))))
     assert "drop parcel: released 1.4 m from the predicted place, offset 1.0 predicted and 0.8 m flown" in lines[-2]
     assert "drop parcel: no release was sent: kept" in lines[-1]
 

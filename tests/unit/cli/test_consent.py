@@ -24,7 +24,7 @@ from tests.api.test_consents import asked
 from tests.api.test_runs import create, reaches
 
 PLAN = Path(__file__).resolve().parents[3] / "plans" / "clinic-run.json"
-GRANT, REFUSE = Answer(grant=True, question=1, reason="clear"), Answer(grant=False)
+GRANT, REFUSE = Answer(grant=True, question=1, comment="clear"), Answer(grant=False)
 
 
 @contextlib.asynccontextmanager

@@ -17,6 +17,7 @@ from app.domain.events import Event, EventKind
 from app.domain.events.run import RunDrop
 from app.domain.plan import Plan, parse_plan
 from app.domain.run import Run, RunState
+from tests.reasons import some
 from tests.unit.cli.scripted_service import CUT, ScriptedService, changed, event
 from tests.unit.cli.test_verdict import ACKNOWLEDGED, INFERRED, a_drop, a_run
 
@@ -108,7 +109,7 @@ async def test_events_of_other_runs_are_not_shown(plan: Plan) -> None:
 
 
 async def test_a_start_that_fails_on_the_ground_is_an_error_that_says_what_to_do(plan: Plan) -> None:
-    starting, back = a_run(RunState.STARTING), a_run(RunState.UPLOADED, reason="arming denied: no GPS")
+    starting, back = a_run(RunState.STARTING), a_run(RunState.UPLOADED, reason=some("arming denied: no GPS"))
     service = ScriptedService([changed(1, starting), changed(2, back)], run=a_run(RunState.CREATED))
     async with service.serving():
         with pytest.raises(StartFailedError, match="arming denied") as failed:

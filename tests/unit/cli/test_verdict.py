@@ -6,10 +6,12 @@ import pytest
 
 from app.cli.verdict import STRICT, verdict
 from app.domain.drop import Certainty, DropOutcome, DropRecord, OutputEvidence
+from app.domain.reason import Reason
 from app.domain.run import Run, RunState
+from tests.reasons import some
 
 
-def a_run(state: RunState = RunState.COMPLETED, *drops: DropRecord, reason: str = "") -> Run:
+def a_run(state: RunState = RunState.COMPLETED, *drops: DropRecord, reason: Reason | None = None) -> Run:
     return Run(
         id="r1",
         plan_id="p1",
@@ -23,7 +25,7 @@ def a_run(state: RunState = RunState.COMPLETED, *drops: DropRecord, reason: str 
     )
 
 
-def a_drop(outcome: DropOutcome, certainty: Certainty = Certainty.NONE, reason: str = "") -> DropRecord:
+def a_drop(outcome: DropOutcome, certainty: Certainty = Certainty.NONE, reason: Reason | None = None) -> DropRecord:
     return DropRecord(plan_item_id="clinic", supervised=True, outcome=outcome, certainty=certainty, reason=reason)
 
 
@@ -42,13 +44,13 @@ def test_a_run_without_drops_is_achieved_when_it_completed() -> None:
 
 @pytest.mark.parametrize("state", [state for state in RunState if state is not RunState.COMPLETED])
 def test_no_other_end_is_achieved(state: RunState) -> None:
-    judged = verdict(a_run(state, SENSED, reason="low battery"), least=Certainty.INFERRED)
+    judged = verdict(a_run(state, SENSED, reason=some("low battery")), least=Certainty.INFERRED)
     assert judged.reasons == (f"the run is {state.value}: low battery",)
 
 
 @pytest.mark.parametrize("outcome", [DropOutcome.KEPT, DropOutcome.UNKNOWN, DropOutcome.PENDING])
 def test_a_drop_not_released_is_named_with_its_reason(outcome: DropOutcome) -> None:
-    judged = verdict(a_run(RunState.COMPLETED, SENSED, a_drop(outcome, reason="stuck")), least=Certainty.INFERRED)
+    judged = verdict(a_run(RunState.COMPLETED, SENSED, a_drop(outcome, reason=some("stuck"))), least=Certainty.INFERRED)
     assert judged.reasons == (f"drop clinic is {outcome.value}: stuck",)
 
 

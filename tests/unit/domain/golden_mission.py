@@ -15,6 +15,8 @@ ROOT = Path(__file__).parents[3]
 PLANS = sorted((ROOT / "plans").glob("*.json"))
 GOLDEN = ROOT / "tests" / "data" / "golden"
 RULES_PAGE = ROOT / "docs" / "rules.md"
+REASONS_PAGE = ROOT / "docs" / "reasons.md"
+REASON_WORDS = ROOT / "web" / "src" / "format" / "reasons.json"
 OFFBOARD_PAGE = ROOT / "docs" / "offboard.md"
 
 

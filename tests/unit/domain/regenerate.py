@@ -1,13 +1,25 @@
-"""Writes golden missions, docs/rules.md and docs/offboard.md anew: `python -m tests.unit.domain.regenerate`.
+"""Writes what is generated from the domain anew: `python -m tests.unit.domain.regenerate`.
+
+Golden missions, docs/rules.md, docs/reasons.md, docs/offboard.md and the page's words of reasons.
 
 Read the difference.
 """
 
 from __future__ import annotations
 
+from app.domain.reason_document import reason_words, reasons_page
 from app.domain.rules.document import rules_page
 from app.domain.setpoint.document import with_tables
-from tests.unit.domain.golden_mission import GOLDEN, OFFBOARD_PAGE, PLANS, RULES_PAGE, golden_path, golden_text
+from tests.unit.domain.golden_mission import (
+    GOLDEN,
+    OFFBOARD_PAGE,
+    PLANS,
+    REASON_WORDS,
+    REASONS_PAGE,
+    RULES_PAGE,
+    golden_path,
+    golden_text,
+)
 
 
 def main() -> None:
@@ -15,6 +27,8 @@ def main() -> None:
     for plan in PLANS:
         golden_path(plan).write_text(golden_text(plan), encoding="utf-8")
     RULES_PAGE.write_text(rules_page(), encoding="utf-8")
+    REASONS_PAGE.write_text(reasons_page(), encoding="utf-8")
+    REASON_WORDS.write_text(reason_words(), encoding="utf-8")
     OFFBOARD_PAGE.write_text(with_tables(OFFBOARD_PAGE.read_text(encoding="utf-8")), encoding="utf-8")
 
 

@@ -10,7 +10,9 @@ from app.domain.comparison import Comparison, compare
 from app.domain.drop import DropOutcome, DropPhase, DropRecord
 from app.domain.item_times import EndedItem
 from app.domain.prediction import Timeline, predict
+from app.domain.reason import ReasonCode, because
 from app.domain.run import Run, RunState
+from tests.reasons import some
 from tests.unit.domain.plan_pieces import facts, fixed_wing, gripper, loiter, multicopter, waypoint
 
 PLAN = multicopter(waypoint(id="door"), gripper(id="drop"))
@@ -50,7 +52,7 @@ def test_each_item_has_both_times_and_their_difference() -> None:
     assert [item.predicted_s for item in comparison.items] == predicted
     assert [item.difference_percent for item in comparison.items] == [pytest.approx(10.0)] * 4
     assert comparison.flown_s == pytest.approx(1.1 * TIMELINE.duration_s)
-    assert {item.reason for item in comparison.items} == {""}
+    assert {item.reason for item in comparison.items} == {None}
 
 
 def test_a_pause_is_told_and_counts_in_no_time() -> None:
@@ -66,24 +68,27 @@ def test_a_pause_is_told_and_counts_in_no_time() -> None:
 
 def test_what_was_not_flown_is_null_and_says_so() -> None:
     aborted = by_id(compare(run(RunState.ABORTED), TIMELINE, flown(15.0)))
-    assert aborted["item-1"] == (pytest.approx(15.0), "")
-    assert aborted["door"] == (None, "not flown: the run ended aborted")
-    assert by_id(compare(run(RunState.FLYING), TIMELINE, flown(15.0)))["door"] == (None, "not flown yet")
+    assert aborted["item-1"] == (pytest.approx(15.0), None)
+    assert aborted["door"] == (None, because(ReasonCode.NOT_FLOWN, state="aborted"))
+    assert by_id(compare(run(RunState.FLYING), TIMELINE, flown(15.0)))["door"] == (
+        None,
+        because(ReasonCode.NOT_FLOWN_YET),
+    )
 
 
 def test_what_ended_unseen_is_null_and_says_so() -> None:
     ended = [*flown(15.0), EndedItem("door", 115.0, None)]
     flown_s, reason = by_id(compare(run(), TIMELINE, ended))["door"]
     assert flown_s is None
-    assert "not seen" in reason
+    assert reason == because(ReasonCode.ENDS_UNSEEN)
 
 
 def test_a_parcel_that_was_kept_has_no_time_of_a_release() -> None:
-    kept = run(attempts=0, outcome=DropOutcome.KEPT, reason="the gripper is open")
+    kept = run(attempts=0, outcome=DropOutcome.KEPT, reason=some("the gripper is open"))
     comparison = compare(kept, TIMELINE, flown(15.0, 30.0, 0.0))
-    assert by_id(comparison)["drop"] == (None, "no release was sent: the gripper is open")
+    assert by_id(comparison)["drop"] == (None, because(ReasonCode.NO_RELEASE_SENT, some("the gripper is open")))
     assert comparison.drops[0].apart_m is None
-    assert comparison.drops[0].reason == "no release was sent: the gripper is open"
+    assert comparison.drops[0].reason == by_id(comparison)["drop"][1]
 
 
 def test_a_drop_stands_beside_its_prediction() -> None:
@@ -98,7 +103,7 @@ def test_a_drop_stands_beside_its_prediction() -> None:
     (drop,) = compare(run(**there), TIMELINE, []).drops
     assert drop.apart_m == pytest.approx(1.0, abs=0.01)
     assert (drop.predicted_offset_m, drop.flown_offset_m, drop.flown_ground_speed_m_s) == (1.0, 1.0, 0.2)
-    assert drop.reason == ""
+    assert drop.reason is None
 
 
 def test_on_a_circle_only_offset_and_speed_are_compared() -> None:
@@ -106,14 +111,14 @@ def test_on_a_circle_only_offset_and_speed_are_compared() -> None:
     record = {"supervised": False, "latitude_deg": 47.0, "longitude_deg": 8.0, "offset_m": 72.0}
     (drop,) = compare(run(**record), circling, []).drops
     assert (drop.apart_m, drop.predicted_offset_m, drop.flown_offset_m) == (None, 70, 72.0)
-    assert drop.reason == "on a circle no place is predicted"
+    assert drop.reason == because(ReasonCode.PLACE_NOT_PREDICTED)
 
 
 def test_without_a_prediction_the_flown_times_are_told_all_the_same() -> None:
-    comparison = compare(run(), None, flown(15.0, 30.0), "it was not recorded")
+    comparison = compare(run(), None, flown(15.0, 30.0), some("it was not recorded"))
     assert [(item.item_id, item.predicted_s) for item in comparison.items] == [("item-1", None), ("door", None)]
-    assert {item.reason for item in comparison.items} == {"it was not recorded"}
-    assert comparison.reason == "it was not recorded"
+    assert [item.reason for item in comparison.items] == [some("it was not recorded")] * len(comparison.items)
+    assert comparison.reason == some("it was not recorded")
 
 
 def test_of_a_long_prediction_the_first_visits_are_kept() -> None:

@@ -19,7 +19,9 @@ from app.domain.plan import Plan
 from app.domain.plan.parse import PlanInvalid
 from app.domain.prediction import predict
 from app.domain.progress import Progress
+from app.domain.reason import ReasonCode, because
 from app.domain.run import Run, RunState
+from tests.reasons import some
 from tests.unit.domain.plan_pieces import at, gripper, multicopter, plan, rover, waypoint
 from tests.unit.domain.plan_strategies import PLANS, sensible_plans
 
@@ -164,7 +166,9 @@ def test_the_timeline_names_an_alternate_and_leaves_it_out() -> None:
 
 def run_over_the_alternate() -> Run:
     drops = (
-        DropRecord(plan_item_id="drop", supervised=True, phase=DropPhase.DONE, outcome=DropOutcome.KEPT, reason="no"),
+        DropRecord(
+            plan_item_id="drop", supervised=True, phase=DropPhase.DONE, outcome=DropOutcome.KEPT, reason=some("no")
+        ),
         DropRecord(
             plan_item_id="locker",
             supervised=True,
@@ -191,8 +195,8 @@ def test_what_was_flown_from_an_alternate_is_not_compared() -> None:
     timeline = predict(DELIVERY, default_facts(DELIVERY.vehicle_type))
     flown = [EndedItem(name, 0.0, 10.0) for name in ("item-1", "door", "drop", "locker", "gate", "item-5")]
     items = {item.item_id: item for item in compare(run_over_the_alternate(), timeline, flown).items}
-    assert items["locker"].reason == "the alternate of drop"
-    assert (items["gate"].flown_s, items["gate"].reason) == (None, "flown from locker")
+    assert items["locker"].reason == because(ReasonCode.ALTERNATE_OF, item_id="drop")
+    assert (items["gate"].flown_s, items["gate"].reason) == (None, because(ReasonCode.FLOWN_FROM, item_id="locker"))
     assert items["item-5"].flown_s == 10.0
 
 

@@ -8,11 +8,12 @@ import pytest
 
 from app.domain.flight_phase import FlightView, phase_of
 from app.domain.mode_sign import CAUSE_TOLD_S, ModeSign
+from app.domain.reason import Reason, in_words
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode, LandedState, VehicleState, VehicleType
 
 
-def words(state: VehicleState, sign: ModeSign, now_s: float, **more: bool) -> tuple[RunState, str]:
+def phase(state: VehicleState, sign: ModeSign, now_s: float, **more: bool) -> tuple[RunState, Reason | None]:
     """The phase at a look, with nothing asked for."""
     view = FlightView(
         state=state,
@@ -39,7 +40,7 @@ def test_a_failsafe_is_nobody_else_whichever_is_seen_first_and_though_it_ends(
         seen |= {"mode": {"mode": mode}, "failsafe": {"failsafe": True}, "ended": {"failsafe": False}}[what]
         state = VehicleState(connected=True, mode=seen["mode"], armed=True, in_failsafe=bool(seen["failsafe"]))
         sign = sign.seen(state, float(at_s))
-        said.append(words(state, sign, float(at_s))[1])
+        said.append(in_words(phase(state, sign, float(at_s))[1]))
     assert not [one for one in said if "somebody else" in one], said
     assert "a failsafe acts" in said[-1]
 
@@ -48,14 +49,14 @@ def test_it_was_somebody_else_when_nothing_else_was_told_in_time() -> None:
     for mode in (FlightMode.RETURN, FlightMode.HOLD, FlightMode.POSITION):
         state = VehicleState(connected=True, mode=mode, armed=True)
         sign = ModeSign().seen(state, 1.0).seen(state, 1.5)
-        assert "somebody else" not in words(state, sign, 1.5)[1]
-        assert "somebody else" in words(state, sign, 1.1 + CAUSE_TOLD_S)[1]
+        assert "somebody else" not in in_words(phase(state, sign, 1.5)[1])
+        assert "somebody else" in in_words(phase(state, sign, 1.1 + CAUSE_TOLD_S)[1])
 
 
 def test_a_mission_that_ends_in_hold_is_not_paused_before_it_says_complete() -> None:
     """The mode comes at once or with a HEARTBEAT, "complete" with MISSION_CURRENT: up to a second apart."""
     state = VehicleState(connected=True, mode=FlightMode.HOLD, armed=True, landed=LandedState.IN_AIR)
     sign = ModeSign().seen(state, 1.0)
-    assert words(state, sign, 1.9, at_last_item=True) == (RunState.FLYING, "")
-    assert words(state, sign, 1.9, at_last_item=True, mission_done=True)[0] is RunState.FLYING
-    assert words(state, sign, 1.1 + CAUSE_TOLD_S, at_last_item=True)[0] is RunState.PAUSED
+    assert phase(state, sign, 1.9, at_last_item=True) == (RunState.FLYING, None)
+    assert phase(state, sign, 1.9, at_last_item=True, mission_done=True)[0] is RunState.FLYING
+    assert phase(state, sign, 1.1 + CAUSE_TOLD_S, at_last_item=True)[0] is RunState.PAUSED

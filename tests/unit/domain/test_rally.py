@@ -9,6 +9,7 @@ import pytest
 from app.domain.autopilot import Behaviour, behaviour
 from app.domain.errors import ConflictError, RallyRefusedError
 from app.domain.rally import RallyDestination, ReturnSight
+from app.domain.reason import in_words
 from app.domain.vehicle import GlobalPosition, VehicleFacts, VehicleState, VehicleType
 
 HOME = GlobalPosition(47.0, 8.0, 400.0)
@@ -48,14 +49,16 @@ def told(rtl_type: int, at_m: float, *rally_m: float) -> RallyDestination:
 def test_the_nearest_rally_point_is_named_with_its_distance_and_the_rule_that_chooses_it() -> None:
     found = told(0, 300.0, 60.0, 350.0)
     assert (found.index, found.or_index, found.rtl_type, found.lands) == (1, (), 0, True)
-    assert found.reason == "rally point 2, 50 m away: the nearest of home and the rally points (RTL_TYPE 0)"
+    assert in_words(found.reason) == "rally point 2, 50 m away: the nearest of home and the rally points (RTL_TYPE 0)"
     assert (found.latitude_deg, found.longitude_deg) == north(350.0)
 
 
 def test_one_that_is_nearly_as_near_is_named_too() -> None:
     found = told(5, 300.0, 250.0, 360.0)
     assert (found.index, found.or_index) == (0, (1,))
-    assert found.reason.startswith("rally point 1 or 2, 50 m away: the nearest rally point (RTL_TYPE 5), as it is when")
+    assert in_words(found.reason).startswith(
+        "rally point 1 or 2, 50 m away: the nearest rally point (RTL_TYPE 5), as it is when"
+    )
 
 
 def test_a_fast_vehicle_is_less_sure_of_what_is_nearest() -> None:
@@ -73,7 +76,7 @@ def test_what_it_flies_until_the_last_try_of_the_order_may_decide_so_home_must_b
 
 def test_a_vehicle_that_does_not_land_there_is_told_of() -> None:
     found = replace(sight(5, 300.0, 250.0), there=as_set(5, -1.0).rally_return).destination()
-    assert (found.lands, found.reason.endswith("it stays in the air there (RTL_LAND_DELAY)")) == (False, True)
+    assert (found.lands, in_words(found.reason).endswith("it stays in the air there (RTL_LAND_DELAY)")) == (False, True)
     assert replace(sight(5, 300.0, 250.0), there=as_set(5, None).rally_return).destination().lands is None
 
 

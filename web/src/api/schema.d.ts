@@ -1911,11 +1911,8 @@ export interface components {
              * @default false
              */
             chosen: boolean;
-            /**
-             * Reason
-             * @default
-             */
-            reason: string;
+            /** @default null */
+            reason: components["schemas"]["Reason"] | null;
             /**
              * Distance M
              * @default null
@@ -2086,8 +2083,7 @@ export interface components {
              * @default 0
              */
             paused_s: number;
-            /** Reason */
-            reason: string;
+            reason: components["schemas"]["Reason"] | null;
         };
         /**
          * ConsentChecks
@@ -2139,7 +2135,7 @@ export interface components {
          * @description The consent to one drop, as evidence. Times are Unix seconds.
          *
          *     `question` counts how often it was asked: a vehicle that leaves its hold and comes back is asked for anew, and an
-         *     earlier answer does not count. `reason` is the operator's own words, or why it was withdrawn.
+         *     earlier answer does not count. `comment` is the operator's own words, `reason` why it was withdrawn.
          */
         ConsentRecord: {
             /** @default pending */
@@ -2172,17 +2168,19 @@ export interface components {
              */
             answered_by: string | null;
             /**
-             * Reason
+             * Comment
              * @default
              */
-            reason: string;
+            comment: string;
+            /** @default null */
+            reason: components["schemas"]["Reason"] | null;
         };
         /**
          * ConsentRequest
          * @description Consent to a drop that asks for it, or refuse it.
          *
          *     `question` is the number of the question that is answered (the drop's `consent.question`). A grant needs it, so that
-         *     it counts for nothing that the person has not seen; a refusal without it refuses whatever is asked now. `reason`
+         *     it counts for nothing that the person has not seen; a refusal without it refuses whatever is asked now. `comment`
          *     goes into the proof of delivery.
          */
         ConsentRequest: {
@@ -2194,10 +2192,10 @@ export interface components {
              */
             question: number | null;
             /**
-             * Reason
+             * Comment
              * @default
              */
-            reason: string;
+            comment: string;
         };
         /**
          * ConsentState
@@ -2325,8 +2323,7 @@ export interface components {
             flown_ground_speed_m_s: number | null;
             /** Apart M */
             apart_m: number | null;
-            /** Reason */
-            reason: string;
+            reason: components["schemas"]["Reason"] | null;
         };
         /**
          * DropConsentAsked
@@ -2383,10 +2380,12 @@ export interface components {
             /** By */
             by: string | null;
             /**
-             * Reason
+             * Comment
              * @default
              */
-            reason: string;
+            comment: string;
+            /** @default null */
+            reason: components["schemas"]["Reason"] | null;
         };
         /**
          * DropConsentClosedEvent
@@ -2464,11 +2463,8 @@ export interface components {
             outcome: components["schemas"]["DropOutcome"];
             /** @default none */
             certainty: components["schemas"]["Certainty"];
-            /**
-             * Reason
-             * @default
-             */
-            reason: string;
+            /** @default null */
+            reason: components["schemas"]["Reason"] | null;
             /**
              * Attempts
              * @default 0
@@ -3093,8 +3089,7 @@ export interface components {
             difference_percent: number | null;
             /** Unsure S */
             unsure_s: number;
-            /** Reason */
-            reason: string;
+            reason: components["schemas"]["Reason"] | null;
         };
         /**
          * Job
@@ -3155,11 +3150,8 @@ export interface components {
             rank: number;
             /** @default queued */
             state: components["schemas"]["JobState"];
-            /**
-             * Reason
-             * @default
-             */
-            reason: string;
+            /** @default null */
+            reason: components["schemas"]["Reason"] | null;
             /**
              * Requested By
              * @default
@@ -4812,8 +4804,7 @@ export interface components {
             /** Run Id */
             run_id: string;
             state: components["schemas"]["RunState"];
-            /** Reason */
-            reason: string;
+            reason: components["schemas"]["Reason"] | null;
             /** Requested By */
             requested_by: string;
             /** Created At */
@@ -4893,8 +4884,7 @@ export interface components {
             rtl_type: number;
             /** Lands */
             lands: boolean | null;
-            /** Reason */
-            reason: string;
+            reason: components["schemas"]["Reason"];
         };
         /**
          * RallyPoint
@@ -4935,6 +4925,25 @@ export interface components {
             };
         };
         /**
+         * Reason
+         * @description A code, what it is about, and the reason behind it. Compare the code; never the words.
+         */
+        Reason: {
+            code: components["schemas"]["ReasonCode"];
+            /** Params */
+            params?: {
+                [key: string]: string | number | null;
+            };
+            /** @default null */
+            cause: components["schemas"]["Reason"] | null;
+        };
+        /**
+         * ReasonCode
+         * @description Each code with its words. `{name}` stands for a parameter, `{cause}` for the reason behind this one.
+         * @enum {string}
+         */
+        ReasonCode: "error" | "error_with_hint" | "run.upload_verified" | "run.upload_read_back" | "run.aborted_on_ground" | "run.start_aborted_armed" | "run.start_failed_armed" | "run.start_broke_armed" | "run.restart_before_upload_ended" | "run.restart_during_start_armed" | "run.restart_during_start_disarmed" | "run.not_seen_after_restart" | "run.other_mission_on_board" | "run.disarmed_before_takeoff" | "run.not_taken_off" | "run.rebooted" | "run.not_heard" | "run.stopped_at_last_item" | "run.holds_at_last_item" | "run.asked_before_done" | "run.returned_after_failed_drop" | "run.ended_early" | "run.flown_to_end" | "run.ended" | "run.waits_for_consent" | "run.on_ground" | "run.mission_done" | "run.holds_where_it_ended" | "run.paused_as_asked" | "run.resuming_as_asked" | "run.returning_as_asked" | "run.returning_to_rally_point" | "run.returning_after_failed_drop" | "run.landing_as_asked" | "run.vehicle_lands" | "run.change_refused" | "run.by_hand" | "run.after_hands" | "run.after_hands_failsafe" | "run.failsafe" | "run.failsafe_mode" | "run.return_by_others" | "run.taken_by_others" | "run.not_in_mission" | "drop.output_released" | "drop.acknowledged" | "drop.acknowledged_moved" | "drop.acknowledged_no_move" | "drop.acknowledged_unseen" | "drop.acknowledged_not_moved" | "drop.acknowledged_then" | "drop.ack_missing" | "drop.ack_missing_released" | "drop.ack_missing_released_then" | "drop.refused" | "drop.but_released" | "drop.still_at_grab" | "drop.open_before_command" | "drop.hold_not_seen" | "drop.hold_over" | "drop.hold_over_before_release" | "drop.hold_over_before_ack" | "drop.too_late_to_ask" | "drop.link_lost" | "drop.in_failsafe" | "drop.not_armed" | "drop.wrong_mode" | "drop.not_current" | "drop.position_old" | "drop.too_far" | "drop.too_fast" | "drop.not_on_ground" | "drop.hold_start_unseen" | "drop.hold_too_short" | "drop.target_unknown" | "drop.target_stale" | "drop.target_too_fast" | "drop.target_away" | "drop.consent_refused" | "drop.consent_timed_out" | "drop.left_hold" | "drop.restarted" | "drop.item_not_reached" | "drop.item_unseen" | "drop.item_unseen_place" | "drop.item_strayed" | "drop.item_open_before" | "drop.item_later_release" | "drop.item_later_grab" | "drop.item_at_grab" | "drop.item_output_unknown" | "drop.item_winch" | "drop.item_no_output" | "drop.plan_changed" | "drop.plan_changed_while_away" | "rally.nearest" | "rally.nearest_or" | "rally.stays_in_air" | "target.feed_silent" | "target.stale" | "target.too_fast" | "target.unreachable" | "target.out_of_bounds" | "comparison.no_release_sent" | "comparison.not_flown" | "comparison.not_flown_yet" | "comparison.ends_unseen" | "comparison.visit_not_predicted" | "comparison.drop_not_predicted" | "comparison.not_dropped_yet" | "comparison.release_unseen" | "comparison.place_not_predicted" | "comparison.flown_from" | "comparison.alternate_of" | "comparison.run_not_predicted" | "job.cancelled" | "job.expired" | "job.run_never_made" | "job.started_first" | "job.waits_for_start" | "job.start_unknown" | "job.is_to_end" | "job.not_ready" | "job.run_ended" | "job.vehicle_failed" | "job.run_bad" | "job.run_bad_because" | "job.drop_bad" | "job.drop_bad_because" | "job.queue_stopped" | "job.only_candidate" | "job.chosen" | "job.another_chosen";
+        /**
          * RebootFault
          * @description Restarts the autopilot once.
          */
@@ -4956,6 +4965,7 @@ export interface components {
         /**
          * Refusal
          * @description One reason. `code` is a VehicleRefusal or a rule's; `pointer` leads into the plan, null if it is not about it.
+         *     `reason` is why the vehicle's queue is stopped, if it is.
          *
          *     `lasting`: waiting alone does not mend it, nor does a full battery, nor a flight to where the plan begins.
          */
@@ -4964,6 +4974,8 @@ export interface components {
             code: string;
             /** Message */
             message: string;
+            /** @default null */
+            reason: components["schemas"]["Reason"] | null;
             /**
              * Hint
              * @default
@@ -5061,11 +5073,8 @@ export interface components {
             firmware: string | null;
             /** @default created */
             state: components["schemas"]["RunState"];
-            /**
-             * Reason
-             * @default
-             */
-            reason: string;
+            /** @default null */
+            reason: components["schemas"]["Reason"] | null;
             /**
              * Item Id
              * @default null
@@ -5748,7 +5757,7 @@ export interface components {
         };
         /**
          * RunTargetNotFollowed
-         * @description The waypoint stays where it is. Told once for each new code; `target` is null if nothing was reported yet.
+         * @description The waypoint stays where it is. Told once for each new reason's code; `target` null: nothing was reported yet.
          */
         RunTargetNotFollowed: {
             /** Plan Item Id */
@@ -5757,15 +5766,12 @@ export interface components {
             waypoint_id: string;
             /** Feed */
             feed: string;
-            /** Code */
-            code: string;
-            /** Reason */
-            reason: string;
+            reason: components["schemas"]["Reason"];
             target: components["schemas"]["TargetEvidence"] | null;
         };
         /**
          * RunTargetNotFollowedEvent
-         * @description The waypoint stays where it is. Told once for each new code; `target` is null if nothing was reported yet.
+         * @description The waypoint stays where it is. Told once for each new reason's code; `target` null: nothing was reported yet.
          */
         RunTargetNotFollowedEvent: {
             /**
@@ -7171,11 +7177,8 @@ export interface components {
              * @default false
              */
             stopped: boolean;
-            /**
-             * Reason
-             * @default
-             */
-            reason: string;
+            /** @default null */
+            reason: components["schemas"]["Reason"] | null;
             /**
              * By
              * @default

@@ -1,6 +1,6 @@
 import { afterEach, describe, expect, it } from "vitest";
 import type { EventKind } from "../api/types";
-import { type EventFields, sampleDrop, sampleEvent, sampleRun } from "../testing/samples";
+import { because, type EventFields, sampleDrop, sampleEvent, sampleRun } from "../testing/samples";
 import { sentence } from "./sentences";
 import { age, altitude, besides, climbRate, distance, heading, linkAge, percent, roundDistance, seconds, speed, systemName, wholeAltitude } from "./units";
 import { asSentence, landedName, modeTone, plain } from "./words";
@@ -86,12 +86,12 @@ describe("sentences", () => {
     expect(say("vehicle.parameters", { parameters: { NAV_ACC_RAD: 3.5, PD_GRIPPER_TYPE: -1 } }).text).toBe("Parameters of v1 were changed: NAV_ACC_RAD 3.5, PD_GRIPPER_TYPE -1.");
     expect(say("run.plan_refused", { code: "plan.rejected", findings: [] }).text).toBe("Run r1 was not started: v1, as it is set now, would not fly its plan.");
     expect(say("run.upload_progress", { mission_type: "fence", sent: 2, total: 4 }).text).toBe("Uploading the fence to v1: 2 of 4.");
-    expect(say("run.changed", { ...sampleRun({ state: "failed", reason: "no answer" }) })).toEqual({ text: "Run r1 of v1: failed. No answer.", tone: "danger" });
-    expect(say("run.changed", { ...sampleRun({ state: "uploaded", reason: "verified by mission_id" }) }).text).toBe("Run r1 of v1: ready to start. Verified: the vehicle names the same mission.");
-    expect(say("run.changed", { ...sampleRun({ state: "paused", reason: "resuming, as asked" }) })).toEqual({ text: "Run r1 of v1 is told to go on.", tone: "info" });
-    expect(say("run.changed", { ...sampleRun({ state: "paused", reason: "paused, as asked" }) }).tone).toBe("warn");
-    expect(say("run.changed", { ...sampleRun({ state: "returning", reason: "on the ground" }) }).tone).toBe("info");
-    expect(say("run.changed", { ...sampleRun({ state: "returning", reason: "a failsafe acts" }) }).tone).toBe("warn");
+    expect(say("run.changed", { ...sampleRun({ state: "failed", reason: because("error", { error: "link", detail: "no answer" }) }) })).toEqual({ text: "Run r1 of v1: failed. No answer.", tone: "danger" });
+    expect(say("run.changed", { ...sampleRun({ state: "uploaded", reason: because("run.upload_verified") }) }).text).toBe("Run r1 of v1: ready to start. The vehicle names the same mission.");
+    expect(say("run.changed", { ...sampleRun({ state: "paused", reason: because("run.resuming_as_asked") }) })).toEqual({ text: "Run r1 of v1 is told to go on.", tone: "info" });
+    expect(say("run.changed", { ...sampleRun({ state: "paused", reason: because("run.paused_as_asked") }) }).tone).toBe("warn");
+    expect(say("run.changed", { ...sampleRun({ state: "returning", reason: because("run.on_ground") }) }).tone).toBe("info");
+    expect(say("run.changed", { ...sampleRun({ state: "returning", reason: because("run.failsafe") }) }).tone).toBe("warn");
   });
 
   it("name a run by its plan, and by its id where the plan is not known", () => {
@@ -116,10 +116,10 @@ describe("sentences", () => {
     expect(alone).toEqual({ text: "v1 acknowledged the release of “drop”; no output was seen to move.", tone: "warn" });
     expect(say("run.drop", { ...sampleDrop({ outcome: "released", certainty: "acknowledged" }) }).text).toBe("v1 released “drop”, acknowledged by the vehicle.");
     expect(say("drop.consent_asked", { plan_item_id: "drop" }).text).toBe("v1 holds at “drop” and waits for an operator's consent.");
-    expect(say("drop.consent_closed", { plan_item_id: "drop", state: "granted", by: "anna", reason: "gate is closed" }).text).toBe("“drop”: Consent granted by anna: gate is closed.");
-    expect(say("drop.consent_closed", { plan_item_id: "drop", state: "timed_out", by: null, reason: "" })).toEqual({ text: "“drop”: No consent in time.", tone: "warn" });
-    expect(say("run.drop", { ...sampleDrop({ outcome: "unknown", reason: "the link died" }) })).toEqual({
-      text: "Whether v1 released “drop” is not known. The link died.",
+    expect(say("drop.consent_closed", { plan_item_id: "drop", state: "granted", by: "anna", comment: "gate is closed", reason: null }).text).toBe("“drop”: Consent granted by anna: gate is closed.");
+    expect(say("drop.consent_closed", { plan_item_id: "drop", state: "timed_out", by: null, comment: "", reason: null })).toEqual({ text: "“drop”: No consent in time.", tone: "warn" });
+    expect(say("run.drop", { ...sampleDrop({ outcome: "unknown", reason: because("drop.link_lost") }) })).toEqual({
+      text: "Whether v1 released “drop” is not known. The link is lost.",
       tone: "danger",
     });
   });

@@ -1,6 +1,7 @@
 /** Events of jobs and of vehicles' queues as sentences. Pure. */
 
 import type { EventOf, JobState } from "../api/types";
+import { reasonWords } from "./reasons";
 import type { Sentence } from "./sentences";
 import type { Tone } from "./words";
 
@@ -15,10 +16,10 @@ export function sayJob(event: EventOf<"job.changed">): Sentence {
   const what = change === "ended" ? `is ${job.state}` : WORDS[change];
   const vehicle = WITH_VEHICLE.has(change) ? ` ${event.vehicle_id ?? "its vehicle"}` : "";
   const tone = change === "ended" ? (END_TONES[job.state] ?? "neutral") : "info";
-  return { text: `Job “${job.plan_name}” ${what}${vehicle}${job.reason === "" ? "" : `: ${job.reason}`}.`, tone };
+  return { text: `Job “${job.plan_name}” ${what}${vehicle}${job.reason === null ? "" : `: ${reasonWords(job.reason)}`}.`, tone };
 }
 
 export function sayJobQueue({ data: { change, queue } }: EventOf<"job.queue_changed">, vehicle: string): Sentence {
-  if (queue.stopped) return { text: `The job queue of ${vehicle} is stopped: ${queue.reason}.`, tone: "danger" };
+  if (queue.stopped) return { text: `The job queue of ${vehicle} is stopped: ${reasonWords(queue.reason)}.`, tone: "danger" };
   return { text: `The job queue of ${vehicle} goes on${change === "resumed" && queue.by !== "" ? `, says ${queue.by}` : ""}.`, tone: "info" };
 }

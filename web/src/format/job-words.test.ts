@@ -1,9 +1,9 @@
 import { describe, expect, it } from "vitest";
-import { sampleJob } from "../testing/samples";
+import { because, sampleJob } from "../testing/samples";
 import { candidateWords, jobStateName, startWords, vehicleWords } from "./job-words";
 
-const refusal = { code: "vehicle.battery_low", message: "12 % battery, and the job asks for 30 %", hint: "charge it", pointer: null, lasting: false };
-const candidate = { vehicle_id: "v1", chosen: false, reason: "", distance_m: null, battery_percent: null, refusals: [], refusals_left_out: 0, lasting: false };
+const refusal = { code: "vehicle.battery_low", message: "12 % battery, and the job asks for 30 %", reason: null, hint: "charge it", pointer: null, lasting: false };
+const candidate = { vehicle_id: "v1", chosen: false, reason: null, distance_m: null, battery_percent: null, refusals: [], refusals_left_out: 0, lasting: false };
 
 describe("a job in words", () => {
   it("says which vehicle it has, or may have", () => {
@@ -26,7 +26,7 @@ describe("a job in words", () => {
 
   it("tells every reason against a vehicle, with its hint", () => {
     expect(candidateWords({ ...candidate, refusals: [refusal], refusals_left_out: 3 })).toEqual(["12 % battery, and the job asks for 30 %. Charge it.", "And 3 more."]);
-    expect(candidateWords({ ...candidate, reason: "the nearest", distance_m: 30 })).toEqual(["The nearest, 30 m from the start."]);
+    expect(candidateWords({ ...candidate, reason: because("job.chosen"), distance_m: 30 })).toEqual(["Chosen of those that can, 30 m from the start."]);
     expect(candidateWords(candidate)).toEqual(["Nothing speaks against it."]);
   });
 });

@@ -1,6 +1,7 @@
 /** A job in words: its state, what it asks for, when it may start. Pure. */
 
 import type { Job, JobCandidate, JobState } from "../api/types";
+import { reasonWords } from "./reasons";
 import { clockTime, distance, percent, seconds } from "./units";
 import { fullSentence, plain, vehicleTypeName, type Tone } from "./words";
 
@@ -52,6 +53,6 @@ function left(deadline: number, now: number | null): string {
 /** Why a vehicle was chosen or may be, or each reason why it cannot have the job. */
 export function candidateWords(candidate: JobCandidate): string[] {
   const { refusals, refusals_left_out: more, reason, distance_m: away } = candidate;
-  if (refusals.length > 0) return [...refusals.map(({ message, hint }) => fullSentence(message) + (hint === "" ? "" : ` ${fullSentence(hint)}`)), ...(more > 0 ? [`And ${more} more.`] : [])];
-  return [fullSentence([reason || "nothing speaks against it", away === null ? "" : `${distance(away)} from the start`].filter((part) => part !== "").join(", "))];
+  if (refusals.length > 0) return [...refusals.map(({ message, reason: behind, hint }) => fullSentence(message + (behind ? `: ${reasonWords(behind)}` : "")) + (hint === "" ? "" : ` ${fullSentence(hint)}`)), ...(more > 0 ? [`And ${more} more.`] : [])];
+  return [fullSentence([reasonWords(reason) || "nothing speaks against it", away === null ? "" : `${distance(away)} from the start`].filter((part) => part !== "").join(", "))];
 }

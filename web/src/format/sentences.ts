@@ -1,10 +1,11 @@
 /** Each event of the stream as a sentence that can be read aloud. Unknown kinds still say what they are. Pure. */
 
-import type { EventKind, EventOf, Run, StreamEvent } from "../api/types";
+import type { EventKind, EventOf, ReasonCode, Run, StreamEvent } from "../api/types";
 import { sayJob, sayJobQueue } from "./job-sentences";
 import { taskSummary, taskTitle, toldTask } from "../tasks/words";
+import { reasonWords } from "./reasons";
 import { distance, percent, seconds } from "./units";
-import { asSentence, certaintyName, consentWords, plain, restsOnAckAlone, runReason, runStateName, runStateTone, type Tone } from "./words";
+import { asSentence, certaintyName, consentWords, plain, restsOnAckAlone, runStateName, runStateTone, type Tone } from "./words";
 
 export interface Sentence {
   readonly text: string;
@@ -40,7 +41,7 @@ const SAY: { readonly [K in EventKind]: Say<K> } = {
   "run.mission_changed": (e, v) => ({ text: `${v} flies on with a changed plan, from “${str(e.data.change.continue_at)}”${after(", ordered by ", e.data.change.by)}.`, tone: "info" }),
   "run.continued": (e, v, name) => ({ text: `What was left of ${lowerFirst(runWords(e.data, name))} of ${v} is flown by run ${short(str(e.data.continued_by))}.`, tone: "info" }),
   "run.target_moved": (e, v) => ({ text: `${v} follows a moving target: “${str(e.data.waypoint_id)}” is now ${distance(e.data.from_planned_m)} from where it was planned.`, tone: "info" }),
-  "run.target_not_followed": (e, v) => ({ text: `${v} does not follow its moving target: ${str(e.data.reason)}.`, tone: "warn" }),
+  "run.target_not_followed": (e, v) => ({ text: `${v} does not follow its moving target: ${reasonWords(e.data.reason)}.`, tone: "warn" }),
   "run.plan_refused": (e, v) => ({ text: `Run ${short(e.run_id)} was not started: ${v}, as it is set now, would not fly its plan.`, tone: "danger" }),
   "run.item": (e, v) => ({ text: `${v} ${e.data.what === "reached" ? "has done" : "is on its way to"} “${str(e.data.item_id)}”.`, tone: "info" }),
   "run.predicted": (e, v) => ({ text: `Predicted for ${v}: ${seconds(e.data.duration_s)} in flight.`, tone: "neutral" }),
@@ -112,10 +113,7 @@ function sayChanged(event: EventOf<"vehicle.changed">, vehicle: string): Sentenc
 }
 
 /** A return for one of these is how a flight should end. */
-const PLANNED_ENDS: ReadonlySet<string> = new Set(["the mission is done", "on the ground"]);
-
-/** Of a paused run: somebody wishes it, and the vehicle does not fly on yet. */
-const RESUMING = "resuming, as asked";
+const PLANNED_ENDS: ReadonlySet<ReasonCode> = new Set<ReasonCode>(["run.mission_done", "run.on_ground"]);
 
 /** Of an event with the whole run. */
 function runWords({ id, plan_id }: Run, planName: PlanName): string {
@@ -125,9 +123,10 @@ function runWords({ id, plan_id }: Run, planName: PlanName): string {
 
 function sayRun({ data: run }: EventOf<"run.changed">, _: string, planName: PlanName): Sentence {
   const of = `${runWords(run, planName)} of ${run.vehicle_id}`;
-  if (run.state === "paused" && run.reason === RESUMING) return { text: `${of} is told to go on.`, tone: "info" };
-  const reason = run.reason ? ` ${ended(asSentence(runReason(run.reason)))}` : "";
-  return { text: `${of}: ${runStateName(run.state).toLowerCase()}.${reason}`, tone: run.state === "returning" && PLANNED_ENDS.has(run.reason) ? "info" : runStateTone(run.state) };
+  if (run.state === "paused" && run.reason?.code === "run.resuming_as_asked") return { text: `${of} is told to go on.`, tone: "info" };
+  const reason = run.reason ? ` ${ended(asSentence(reasonWords(run.reason)))}` : "";
+  const planned = run.state === "returning" && run.reason !== null && PLANNED_ENDS.has(run.reason.code);
+  return { text: `${of}: ${runStateName(run.state).toLowerCase()}.${reason}`, tone: planned ? "info" : runStateTone(run.state) };
 }
 
 function sayUpload({ data: { mission_type: list, sent, total } }: EventOf<"run.upload_progress">, vehicle: string): Sentence {
@@ -145,7 +144,7 @@ function sayAck({ data }: EventOf<"run.ack">, vehicle: string): Sentence {
 const OUTCOMES = { done: "done", failed: "failed", not_sent: "not sent", unknown: "nobody saw whether it was done" } as const;
 
 function sayDrop({ data: drop }: EventOf<"run.drop">, vehicle: string): Sentence {
-  const reason = drop.reason ? ` ${ended(asSentence(drop.reason))}` : "";
+  const reason = drop.reason ? ` ${ended(asSentence(reasonWords(drop.reason)))}` : "";
   const item = drop.plan_item_id;
   switch (drop.outcome) {
     case "released":
@@ -162,8 +161,8 @@ function sayDrop({ data: drop }: EventOf<"run.drop">, vehicle: string): Sentence
 }
 
 function sayConsent(event: EventOf<"drop.consent_closed">): Sentence {
-  const { plan_item_id: item, state, by, reason } = event.data;
-  const words = consentWords({ state, answered_by: by, reason });
+  const { plan_item_id: item, state, by, comment, reason } = event.data;
+  const words = consentWords({ state, answered_by: by, comment, reason });
   return { text: `“${str(item)}”: ${ended(words)}`, tone: state === "granted" ? "ok" : "warn" };
 }
 

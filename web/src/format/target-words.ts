@@ -2,6 +2,7 @@
 
 import type { ShownTarget } from "../state/targets";
 import { courseOf, speedOf, type Seen } from "../targets/following";
+import { reasonWords } from "./reasons";
 import { age, distance, heading, seconds, speed } from "./units";
 import { fullSentence } from "./words";
 
@@ -18,7 +19,7 @@ export function motionWords({ target, age_s, stale }: Seen): string {
 /** `now` in Unix seconds; null if the service's time is not known. */
 export function followedWords({ word }: ShownTarget, now: number | null): string {
   if (word === null) return "The waypoint is where it was planned.";
-  if (word.kind === "stays") return fullSentence(`The waypoint stays: ${word.reason}`);
+  if (word.kind === "stays") return fullSentence(`The waypoint stays: ${reasonWords(word.reason)}`);
   const left_s = now === null ? 0 : Math.round(word.meets_at - now);
   return `The waypoint was moved ${distance(word.from_planned_m)} from where it was planned${left_s > 0 ? `; they meet there in ${seconds(left_s)}` : ""}.`;
 }

@@ -1,6 +1,7 @@
 /** The API's words in plain English. Unknown ones are shown as they are, never hidden. Pure. */
 
 import type { ConsentRecord, DropRecord, RunState, VehicleType } from "../api/types";
+import { reasonWords } from "./reasons";
 
 export type Tone = "neutral" | "info" | "ok" | "warn" | "danger" | "drop";
 
@@ -38,16 +39,6 @@ export function runStateName(state: RunState): string {
 
 export function runStateTone(state: RunState): Tone {
   return RUN_STATES[state]?.[1] ?? "neutral";
-}
-
-const VERIFIED: Readonly<Record<string, string>> = {
-  "verified by mission_id": "verified: the vehicle names the same mission",
-  "verified by read_back": "verified: each item was read back from the vehicle",
-};
-
-/** Why a run is in its state. */
-export function runReason(reason: string): string {
-  return VERIFIED[reason] ?? reason;
 }
 
 const OUTCOMES: Readonly<Record<DropRecord["outcome"], readonly [string, Tone]>> = {
@@ -114,8 +105,9 @@ const CONSENTS: Readonly<Record<ConsentRecord["state"], string>> = {
 };
 
 /** "Consent granted by anna: gate is closed". */
-export function consentWords({ state, answered_by: by, reason }: Pick<ConsentRecord, "state" | "answered_by" | "reason">): string {
-  return (CONSENTS[state] ?? plain(state)) + (by === null ? "" : ` by ${by}`) + (reason === "" ? "" : `: ${reason}`);
+export function consentWords({ state, answered_by: by, comment, reason }: Pick<ConsentRecord, "state" | "answered_by" | "comment" | "reason">): string {
+  const said = comment || reasonWords(reason);
+  return (CONSENTS[state] ?? plain(state)) + (by === null ? "" : ` by ${by}`) + (said === "" ? "" : `: ${said}`);
 }
 
 const LANDED: Readonly<Record<string, string>> = {

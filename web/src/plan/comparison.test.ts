@@ -1,9 +1,10 @@
 import { expect, test } from "vitest";
 import type { DropComparison, ItemComparison } from "../api/types";
+import { because } from "../testing/samples";
 import { differenceTone, differenceWords, hasSentence, isTold, pausedWords, visitName } from "./comparison";
 
 function item(fields: Partial<ItemComparison>): ItemComparison {
-  return { item_id: "door", type: "waypoint", visit: 1, predicted_s: 20, flown_s: 22, paused_s: 0, difference_percent: 10, unsure_s: 0, reason: "", ...fields };
+  return { item_id: "door", type: "waypoint", visit: 1, predicted_s: 20, flown_s: 22, paused_s: 0, difference_percent: 10, unsure_s: 0, reason: null, ...fields };
 }
 
 test("a visit has a name of its own", () => {
@@ -21,18 +22,18 @@ test("a pause is named, and that no time counts it", () => {
 });
 
 test("what was not flown says why", () => {
-  expect(differenceWords(item({ flown_s: null, difference_percent: null, reason: "not flown yet" }))).toBe("not flown yet");
+  expect(differenceWords(item({ flown_s: null, difference_percent: null, reason: because("comparison.not_flown_yet") }))).toBe("not flown yet");
   expect(differenceTone(item({ flown_s: null }))).toBe("neutral");
 });
 
 test("a sentence needs more room than a column", () => {
-  expect(hasSentence(item({ flown_s: null, reason: "not flown yet" }))).toBe(false);
-  expect(hasSentence(item({ flown_s: null, reason: "no release was sent: the vehicle was not stopped" }))).toBe(true);
-  const why = "no release was sent: the vehicle was not stopped";
+  expect(hasSentence(item({ flown_s: null, reason: because("comparison.not_flown_yet") }))).toBe(false);
+  const why = because("comparison.no_release_sent", {}, because("drop.too_fast", { max_ground_speed_m_s: 0.5 }));
+  expect(hasSentence(item({ flown_s: null, reason: why }))).toBe(true);
   const drop = { item_id: "door", apart_m: null, reason: why } as DropComparison;
   expect(isTold(drop, [item({ flown_s: null, reason: why })])).toBe(true);
   expect(isTold(drop, [item({})])).toBe(false);
-  expect(hasSentence(item({ reason: "a link that was lost in between" }))).toBe(false);
+  expect(hasSentence(item({ reason: because("comparison.visit_not_predicted") }))).toBe(false);
 });
 
 test("fifteen percent are promised, and a second for what is shorter", () => {

@@ -1,11 +1,11 @@
 /** Predicted against flown in words. Pure. */
 
 import type { DropComparison, ItemComparison } from "../api/types";
+import { reasonWords } from "../format/reasons";
 import { seconds } from "../format/units";
 import type { Tone } from "../format/words";
 
 const PROMISED_PERCENT = 15;
-const SHORT = "not flown yet".length;
 const RESOLVED_S = 1; // a link shows the current item once a second
 
 export function visitName(item: ItemComparison): string {
@@ -14,7 +14,7 @@ export function visitName(item: ItemComparison): string {
 
 /** A difference that a link cannot show is none. */
 export function differenceWords(item: ItemComparison): string {
-  if (item.flown_s === null) return item.reason;
+  if (item.flown_s === null) return reasonWords(item.reason);
   if (item.difference_percent === null) return "";
   const rounded = Math.round(item.difference_percent);
   const unsure = item.unsure_s > 0 ? ` ± ${Math.round(item.unsure_s)} s` : "";
@@ -26,14 +26,14 @@ export function pausedWords(paused_s: number): string {
   return paused_s < RESOLVED_S / 2 ? "" : `Paused for ${seconds(Math.round(paused_s))}, not counted.`;
 }
 
-/** Whether an item was not flown for a reason that takes more than a word or two. */
+/** Whether an item was not flown, for a reason that needs a line of its own. */
 export function hasSentence(item: ItemComparison): boolean {
-  return item.flown_s === null && item.reason.length > SHORT;
+  return item.flown_s === null && item.reason !== null && item.reason.code !== "comparison.not_flown_yet";
 }
 
 /** Whether the table says already why there is nothing to compare of a drop. */
 export function isTold(drop: DropComparison, items: readonly ItemComparison[]): boolean {
-  return drop.apart_m === null && items.some((item) => item.item_id === drop.item_id && hasSentence(item) && item.reason === drop.reason);
+  return drop.apart_m === null && items.some((item) => item.item_id === drop.item_id && hasSentence(item) && reasonWords(item.reason) === reasonWords(drop.reason));
 }
 
 export function differenceTone(item: ItemComparison): Tone {

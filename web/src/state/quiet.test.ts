@@ -1,5 +1,5 @@
 import { expect, it } from "vitest";
-import { type EventFields, sampleDrop, sampleEvent, sampleRun } from "../testing/samples";
+import { because, type EventFields, sampleDrop, sampleEvent, sampleRun } from "../testing/samples";
 import { quietSeqs } from "./quiet";
 
 const told = (...events: EventFields[]) => events.map((fields, i) => sampleEvent(i + 1, { run_id: "r1", ...fields })).toReversed();
@@ -10,7 +10,7 @@ it("a run that changed in nothing that is said is quiet, and each new state is n
 });
 
 it("a new reason is news", () => {
-  expect(quietSeqs(told(changed("flying"), changed("flying", { reason: "the link is back" }))).size).toBe(0);
+  expect(quietSeqs(told(changed("flying"), changed("flying", { reason: because("run.resuming_as_asked") }))).size).toBe(0);
 });
 
 it("runs and drops are told apart", () => {

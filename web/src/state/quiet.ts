@@ -1,6 +1,7 @@
 /** Which events of the feed say nothing new, so that they are shown only to whoever asks for every event. Pure. */
 
 import type { StreamEvent } from "../api/types";
+import { reasonWords } from "../format/reasons";
 
 /** The seqs of quiet events. `feed` is newest first, as the world keeps it. */
 export function quietSeqs(feed: readonly StreamEvent[]): ReadonlySet<number> {
@@ -22,11 +23,11 @@ function newsOf(event: StreamEvent): { about: string; text: string } | null {
   switch (event.kind) {
     case "run.changed": {
       const { state, reason } = event.data;
-      return { about: "", text: `${state} ${reason}` };
+      return { about: "", text: `${state} ${reasonWords(reason)}` };
     }
     case "run.drop": {
       const drop = event.data;
-      return { about: drop.plan_item_id, text: [drop.phase, drop.outcome, drop.certainty, drop.reason, drop.output_evidence ?? ""].join(" ") };
+      return { about: drop.plan_item_id, text: [drop.phase, drop.outcome, drop.certainty, reasonWords(drop.reason), drop.output_evidence ?? ""].join(" ") };
     }
     case "run.upload_progress": {
       const { mission_type: list, sent, total, attempt } = event.data;

@@ -5,7 +5,7 @@ import { metresBetween } from "../map/geometry";
 import { targetFeatures } from "../map/target-features";
 import { viewPlan } from "../plan/document";
 import type { ShownTarget } from "../state/targets";
-import { sampleEvent } from "../testing/samples";
+import { because, sampleEvent } from "../testing/samples";
 import { courseOf, followersOf, lastWord, placeAfter } from "./following";
 
 const DECK = { type: "waypoint", id: "deck", latitude_deg: 47.4, longitude_deg: 8.55 };
@@ -16,7 +16,7 @@ function event(kind: EventKind, data: object): StreamEvent {
   return sampleEvent(1, { kind, time: 1000, vehicle_id: "v1", run_id: "r1", data: { plan_item_id: "drop", ...data } });
 }
 const MOVED = event("run.target_moved", { moved_to: { latitude_deg: 47.4, longitude_deg: 8.5502 }, after_s: 20, from_planned_m: 15 });
-const STAYS = event("run.target_not_followed", { reason: "the last report of ship-1 is 7 s old" });
+const STAYS = event("run.target_not_followed", { reason: because("target.stale", { feed: "ship-1", age_s: 7 }) });
 
 function shown(fields: Partial<ShownTarget> = {}): ShownTarget {
   const follower = { dropId: "drop", feed: "ship-1", planned: [8.55, 47.4] as [number, number], max_move_m: 40 };

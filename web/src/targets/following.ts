@@ -1,6 +1,6 @@
 /** The moving targets of a run: which drops follow one, where it is by now, and what was last said of it. Pure. */
 
-import type { StreamEvent, Target, TaskPoint } from "../api/types";
+import type { Reason, StreamEvent, Target, TaskPoint } from "../api/types";
 import { offset, type Point } from "../map/geometry";
 import type { PlanView } from "../plan/document";
 import { isRecord } from "../plan/pointer";
@@ -46,7 +46,7 @@ export function targetNow({ target, stale, place }: Seen): TargetNow | null {
 }
 
 /** What became of the newest look: the waypoint was moved to a meeting, or it stays, and why. */
-export type Word = { readonly kind: "moved"; readonly at: Point; readonly meets_at: number; readonly from_planned_m: number } | { readonly kind: "stays"; readonly reason: string };
+export type Word = { readonly kind: "moved"; readonly at: Point; readonly meets_at: number; readonly from_planned_m: number } | { readonly kind: "stays"; readonly reason: Reason };
 
 export function followersOf(plan: PlanView): Follower[] {
   let last: Point | null = null;

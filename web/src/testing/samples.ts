@@ -1,6 +1,6 @@
 /** Vehicles, runs, drops and events for tests, with the few fields that a test cares for. */
 
-import type { ConsentRecord, DropRecord, Job, Run, Vehicle, VehicleState } from "../api/types";
+import type { ConsentRecord, DropRecord, Job, Reason, ReasonCode, Run, Vehicle, VehicleState } from "../api/types";
 import type { EventKind, StreamEvent } from "../api/types";
 
 export function sampleState(fields: Partial<VehicleState> = {}): VehicleState {
@@ -68,7 +68,7 @@ export function sampleJob(fields: Partial<Job> = {}): Job {
     priority: 0,
     rank: 0,
     state: "queued",
-    reason: "",
+    reason: null,
     requested_by: "desk",
     vehicle_id: null,
     run_id: null,
@@ -82,6 +82,10 @@ export function sampleJob(fields: Partial<Job> = {}): Job {
   };
 }
 
+export function because(code: ReasonCode, params: Reason["params"] = {}, cause: Reason | null = null): Reason {
+  return { code, params, cause };
+}
+
 export function sampleDrop(fields: Partial<DropRecord> = {}): DropRecord {
   return {
     plan_item_id: "drop",
@@ -90,7 +94,7 @@ export function sampleDrop(fields: Partial<DropRecord> = {}): DropRecord {
     phase: "waiting",
     outcome: "pending",
     certainty: "none",
-    reason: "",
+    reason: null,
     consent: null,
     attempts: 0,
     commanded_at: null,
@@ -120,7 +124,7 @@ export function sampleDrop(fields: Partial<DropRecord> = {}): DropRecord {
 }
 
 export function sampleConsent(fields: Partial<ConsentRecord> = {}): ConsentRecord {
-  return { state: "asked", question: 1, asked_at: 180, deadline_at: 200, checked: null, answered_at: null, answered_by: null, reason: "", ...fields };
+  return { state: "asked", question: 1, asked_at: 180, deadline_at: 200, checked: null, answered_at: null, answered_by: null, comment: "", reason: null, ...fields };
 }
 
 export function sampleRun(fields: Partial<Run> = {}): Run {
@@ -133,7 +137,7 @@ export function sampleRun(fields: Partial<Run> = {}): Run {
     vehicle_type: null,
     firmware: null,
     state: "flying",
-    reason: "",
+    reason: null,
     item_id: null,
     flown_item_ids: [],
     reached_seq: null,

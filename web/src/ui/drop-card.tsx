@@ -1,4 +1,5 @@
 import type { DropRecord } from "../api/types";
+import { reasonWords } from "../format/reasons";
 import { age, clockTime, distance, fullTime, speed } from "../format/units";
 import { asSentence, certaintyName, consentWords, dropName, dropTone, outputWords, plain } from "../format/words";
 import { Badge } from "./badge";
@@ -33,7 +34,7 @@ export function DropCard({ run, drop, allowed_m }: { run: string; drop: DropReco
           )}
           {drop.target && <p class="drop-result">{`Target ${drop.target.feed}${drop.target.distance_m === null ? "" : ` was ${distance(drop.target.distance_m)} away`}, reported ${age(drop.target.age_s)} before`}</p>}
           {drop.output_evidence === "not_assigned" && <p class="drop-result tone-warn">No output is assigned to the gripper: its acknowledgement proves nothing. A gripper on CAN looks alike.</p>}
-          {drop.reason !== "" && <p class="drop-reason">{asSentence(drop.reason)}</p>}
+          {drop.reason !== null && <p class="drop-reason">{asSentence(reasonWords(drop.reason))}</p>}
         </div>
         <OffsetPicture drop={drop} allowed_m={allowed_m} />
       </div>

@@ -1,5 +1,6 @@
 import type { Job, JobCandidate } from "../api/types";
 import { candidateWords, jobStateName, jobStateTone, startWords, vehicleWords } from "../format/job-words";
+import { reasonWords } from "../format/reasons";
 import { fullSentence } from "../format/words";
 import { isCancellable } from "../jobs/lists";
 import { cancelJob, candidatesNow, jobsNow, openedJob, openRunOf } from "../state/jobs";
@@ -18,7 +19,7 @@ export function JobCard({ job }: { job: Job }) {
         <Badge tone={jobStateTone(job)}>{jobStateName(job)}</Badge>
         <JobFacts job={job} />
       </button>
-      {job.reason !== "" && <p class="job-reason">{fullSentence(job.reason)}</p>}
+      {job.reason !== null && <p class="job-reason">{fullSentence(reasonWords(job.reason))}</p>}
       {(job.run_id !== null || open) && (
         <div class="actions job-actions">
           {job.run_id !== null && (

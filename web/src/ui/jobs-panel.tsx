@@ -1,4 +1,5 @@
 import type { Job, JobQueue } from "../api/types";
+import { reasonWords } from "../format/reasons";
 import { fullSentence } from "../format/words";
 import { jobLists, stoppedQueues } from "../jobs/lists";
 import { jobsRead, resumeQueue } from "../state/jobs";
@@ -45,7 +46,7 @@ function StoppedQueue({ queue }: { queue: JobQueue }) {
   return (
     <section class="job-stop tone-warn" aria-label={`The jobs of ${queue.vehicle_id} are stopped`}>
       <b>No more jobs on {queue.vehicle_id}</b>
-      <p>{fullSentence(queue.reason)}</p>
+      <p>{fullSentence(reasonWords(queue.reason))}</p>
       {may("pilot") ? (
         <HoldButton verb="Go on with" vehicle={queue.vehicle_id} tone="warn" disabled={!live.value} onConfirm={() => void resumeQueue(queue.vehicle_id)} />
       ) : (

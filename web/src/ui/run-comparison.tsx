@@ -1,6 +1,7 @@
 import { useEffect, useState } from "preact/hooks";
 import { api } from "../api/client";
 import type { Comparison, DropComparison, ItemComparison, Run } from "../api/types";
+import { reasonWords } from "../format/reasons";
 import { distance, seconds, speed, UNKNOWN } from "../format/units";
 import { asSentence } from "../format/words";
 import { differenceTone, differenceWords, hasSentence, isTold, pausedWords, visitName } from "../plan/comparison";
@@ -65,7 +66,7 @@ function Row({ item }: { item: ItemComparison }) {
         </tr>
         <tr>
           <td class="why" colSpan={4}>
-            {asSentence(item.reason)}
+            {asSentence(reasonWords(item.reason))}
           </td>
         </tr>
       </>
@@ -76,7 +77,7 @@ function Row({ item }: { item: ItemComparison }) {
       <tr class={pausedWords(item.paused_s) === "" ? "" : "explained"}>
         <th scope="row">{visitName(item)}</th>
         <td>{seconds(item.predicted_s)}</td>
-        <td>{item.flown_s === null ? <span title={asSentence(item.reason)}>{UNKNOWN}</span> : seconds(item.flown_s)}</td>
+        <td>{item.flown_s === null ? <span title={asSentence(reasonWords(item.reason))}>{UNKNOWN}</span> : seconds(item.flown_s)}</td>
         <td class={`tone-${differenceTone(item)}`}>{differenceWords(item)}</td>
       </tr>
       <Paused seconds={item.paused_s} />
@@ -99,7 +100,7 @@ function Paused({ seconds: paused_s }: { seconds: number }) {
 
 function Release({ drop }: { drop: DropComparison }) {
   const parts = [
-    drop.apart_m === null ? asSentence(drop.reason) : `${distance(drop.apart_m)} from the predicted place`,
+    drop.apart_m === null ? asSentence(reasonWords(drop.reason)) : `${distance(drop.apart_m)} from the predicted place`,
     drop.flown_offset_m === null ? "" : `${distance(drop.flown_offset_m)} from the point (predicted ${distance(drop.predicted_offset_m)})`,
     drop.flown_ground_speed_m_s === null ? "" : `at ${speed(drop.flown_ground_speed_m_s)} (predicted ${speed(drop.predicted_ground_speed_m_s)})`,
   ];

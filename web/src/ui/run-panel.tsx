@@ -1,6 +1,7 @@
 import type { Run } from "../api/types";
+import { reasonWords } from "../format/reasons";
 import { clockTime, percent, seconds } from "../format/units";
-import { asSentence, runReason, runStateName, runStateTone } from "../format/words";
+import { asSentence, runStateName, runStateTone } from "../format/words";
 import { itemProgress } from "../map/features";
 import { viewPlan } from "../plan/document";
 import { questionsOf } from "../state/consents";
@@ -108,9 +109,9 @@ function RunHead({ run }: { run: Run }) {
         {run.vehicle_id} · created {clockTime(run.created_at)}
         {took !== null && ` · ${run.ended_at === null ? "flying for" : "flew for"} ${seconds(Math.round(took))}`}
       </small>
-      {run.reason !== "" && <p class="run-reason">{asSentence(runReason(run.reason))}</p>}
+      {run.reason !== null && <p class="run-reason">{asSentence(reasonWords(run.reason))}</p>}
       <RunContinuation run={run} />
-      {run.rally !== null && <p class="run-rally">{asSentence(run.rally.reason)}</p>}
+      {run.rally !== null && <p class="run-rally">{asSentence(reasonWords(run.rally.reason))}</p>}
     </header>
   );
 }

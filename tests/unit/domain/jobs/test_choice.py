@@ -42,7 +42,7 @@ def test_one_that_can_is_chosen_if_there_is_any_and_each_that_can_has_a_reason(c
     chosen = [one for one in told if one.chosen]
     able = [one for one in told if one.can]
     assert len(chosen) == min(1, len(able))
-    assert all((one.reason != "") is one.can for one in told)
+    assert all((one.reason is not None) is one.can for one in told)
     if chosen and chosen[0].distance_m is not None:
         known = [one.distance_m for one in able if one.distance_m is not None]
         assert chosen[0].distance_m <= min(known) + NEAR_M

@@ -12,6 +12,7 @@ from app.domain.jobs.following import after
 from app.domain.jobs.job import NEXT, OVER, Job, JobState
 from app.domain.jobs.queue import JobQueue, Place
 from app.domain.run import RunState
+from tests.reasons import some
 from tests.unit.domain.jobs.examples import a_job, a_run
 
 CAPACITY = 4
@@ -104,7 +105,7 @@ class QueueAndModel(RuleBasedStateMachine):
         if ids := self._ids():
             job = self.queue.jobs[ids[which % len(ids)]]
             self._leave(job.id)
-            self._end(job.moved_to(state, now=self.now, reason="because"))
+            self._end(job.moved_to(state, now=self.now, reason=some("because")))
 
     @invariant()
     def it_is_the_model(self) -> None:

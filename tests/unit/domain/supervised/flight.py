@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from app.domain.commands import CommandAck, MavResult
 from app.domain.consent import ConsentState
 from app.domain.mission import MavCmd
+from app.domain.reason import Reason, ReasonCode, because
 from app.domain.supervised import (
     ConsentGiven,
     Divert,
@@ -23,6 +24,8 @@ from app.domain.supervised import (
 )
 from app.domain.supervised.inputs import DropEffect, DropInput
 from app.domain.vehicle import FlightMode, LandedState
+
+LANDED = because(ReasonCode.ENDED_EARLY)
 
 TERMS = DropTerms(hold_seqs=(2,), resume_seq=3, hold_s=20.0, acceptance_radius_m=1.0, max_offset_m=2.0)
 STEP_S = 0.2
@@ -136,7 +139,7 @@ class Flight:
     def time_out(self) -> tuple[DropEffect, ...]:
         return self.hear(ReleaseTimedOut(self.now_s, self.machine.attempts))
 
-    def end(self, reason: str = "the vehicle landed") -> tuple[DropEffect, ...]:
+    def end(self, reason: Reason = LANDED) -> tuple[DropEffect, ...]:
         return self.hear(RunEnding(self.now_s, reason))
 
     def until_sent(self, count: int = 1, limit_s: float = 60.0) -> None:

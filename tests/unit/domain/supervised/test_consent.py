@@ -7,6 +7,7 @@ from dataclasses import replace
 from app.domain.commands import MavResult
 from app.domain.consent import ConsentState
 from app.domain.drop import Certainty, DropOutcome, DropPhase
+from app.domain.reason import in_words
 from app.domain.supervised import ConsentGiven, DropMachine, DropTerms, ReleaseWithheld
 from app.domain.supervised.consent_gate import ANSWER_S
 from app.domain.vehicle import FlightMode
@@ -51,7 +52,7 @@ def test_a_refusal_keeps_the_parcel_at_once_and_flies_on() -> None:
     flight.tick()
     assert flight.finish is not None
     assert (flight.finish.outcome, flight.finish.certainty) == (DropOutcome.KEPT, Certainty.INFERRED)
-    assert "refused" in flight.finish.reason
+    assert "refused" in in_words(flight.finish.reason)
     assert flight.resumed
 
 
@@ -149,7 +150,7 @@ def test_the_question_times_out_over_a_lost_link_and_the_drop_ends_when_it_is_ba
     flight.connected = True
     flight.tick()
     assert flight.finish is not None
-    assert "in time" in flight.finish.reason
+    assert "in time" in in_words(flight.finish.reason)
     assert not flight.sends_s
 
 
@@ -158,7 +159,7 @@ def test_it_is_not_asked_when_too_little_of_the_hold_is_left() -> None:
     flight.tick(25.0)
     assert flight.machine.consent.question == 0
     assert flight.finish is not None
-    assert "too little" in flight.finish.reason
+    assert "too little" in in_words(flight.finish.reason)
 
 
 def test_after_our_restart_in_the_question_nothing_is_released_and_nothing_is_asked_in_that_hold() -> None:

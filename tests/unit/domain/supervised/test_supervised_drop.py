@@ -6,6 +6,7 @@ import dataclasses
 
 from app.domain.commands import MavResult
 from app.domain.drop import Certainty, DropOutcome, DropPhase
+from app.domain.reason import in_words
 from app.domain.supervised import DropMachine, SendRelease
 from app.domain.vehicle import FlightMode
 from tests.unit.domain.supervised.flight import TERMS, Flight
@@ -58,7 +59,7 @@ def test_a_refusal_keeps_the_parcel_and_flies_on() -> None:
     flight.ack(MavResult.FAILED)
     assert ended(flight) == (DropOutcome.KEPT, Certainty.ACKNOWLEDGED)
     assert flight.resumed
-    assert "FAILED" in flight.finish.reason if flight.finish else False
+    assert "FAILED" in in_words(flight.finish.reason) if flight.finish else False
 
 
 def test_a_lost_ack_is_retried_and_a_second_accepted_is_a_release() -> None:
@@ -102,7 +103,7 @@ def test_an_output_that_went_to_release_counts_although_it_is_off_again_at_the_e
     flight.tick(1.0)
     flight.end()
     assert ended(flight) == (DropOutcome.RELEASED, Certainty.INFERRED)
-    assert "went to release" in (flight.finish.reason if flight.finish else "")
+    assert "went to release" in (in_words(flight.finish.reason) if flight.finish else "")
 
 
 def test_all_acks_lost_and_the_output_still_at_grab_is_kept_by_inference() -> None:

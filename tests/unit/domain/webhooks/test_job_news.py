@@ -11,6 +11,7 @@ from app.domain.jobs.change import JobChangeWord
 from app.domain.jobs.job import JobState
 from app.domain.jobs.vehicle_queue import VehicleQueue
 from app.domain.webhooks.job_news import job_messages
+from tests.reasons import some
 from tests.unit.domain.jobs.examples import a_job
 
 
@@ -44,12 +45,12 @@ def test_each_change_that_is_news_is_told_once(change: JobChangeWord, state: Job
 
 
 def test_the_whole_job_goes_with_it() -> None:
-    job = a_job(reason="because", vehicle_id="v1")
+    job = a_job(reason=some("because"), vehicle_id="v1")
     assert job_messages(event_of(JobChanged(change="queued", by="desk", job=job)))[0].job == job
 
 
 def test_a_queue_that_stops_or_goes_on_is_told() -> None:
-    queue = VehicleQueue(vehicle_id="v1", stopped=True, reason="run r failed")
+    queue = VehicleQueue(vehicle_id="v1", stopped=True, reason=some("run r failed"))
     assert told(JobQueueChanged(change="stopped", queue=queue)) == ["queue.stopped"]
     assert told(JobQueueChanged(change="resumed", queue=queue)) == ["queue.resumed"]
     assert told(JobQueueChanged(change="cleared", queue=queue)) == []

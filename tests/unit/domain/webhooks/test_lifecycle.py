@@ -13,6 +13,7 @@ from app.domain.events.run import RunAttachment, RunUploadProgress
 from app.domain.run import RunState
 from app.domain.webhooks.lifecycle import Lifecycle
 from app.domain.webhooks.message import messages_of
+from tests.reasons import some
 from tests.unit.domain.webhooks.stories import Teller, new_run
 
 
@@ -81,7 +82,7 @@ def test_a_run_told_whole_after_events_were_left_out_tells_all_that_is_new_in_it
     created = teller.created()
     for name in ("a", "b"):
         teller.dropped(name, DropOutcome.KEPT)
-    whole = teller.changed(state=RunState.ABORTED, reason="called back")
+    whole = teller.changed(state=RunState.ABORTED, reason=some("called back"))
     lifecycle = Lifecycle()
     lifecycle.take(created)
     messages = messages_of(whole, lifecycle.take(whole), "order-7")
@@ -97,7 +98,7 @@ def test_each_question_for_consent_is_told_once() -> None:
         teller.asked("drop", 0, ConsentState.PENDING),
         teller.asked("drop", 1),
         teller.asked("drop", 1),
-        teller.changed(reason="waits"),
+        teller.changed(reason=some("waits")),
         teller.asked("drop", 1, ConsentState.WITHDRAWN),
         teller.asked("drop", 2),
         teller.asked("drop", 2, ConsentState.GRANTED),

@@ -7,12 +7,15 @@ from collections.abc import Callable
 
 from app.domain.errors import StorageError
 from app.domain.jobs.job import Job, JobState
-from app.domain.jobs.verdict import NOTHING_STARTED
+from app.domain.reason import ReasonCode, because, in_words
 from app.domain.run import RunState
 from tests.unit.services.jobs.yard import Yard, a_yard
 
 SOME_LOOKS_S = 0.1
 """Ten looks of the queue and more: what must not happen has its chance to."""
+
+STOPPED = because(ReasonCode.QUEUE_STOPPED, by="ward 3")
+BROKEN_OFF = because(ReasonCode.RESTART_BEFORE_UPLOAD_ENDED)
 
 
 async def _events_until_it_flies() -> int:
@@ -27,7 +30,7 @@ def _has_settled(yard: Yard, job: Job) -> Callable[[], bool]:
 
     def settled() -> bool:
         now = yard.job(job)
-        waits = now.state is JobState.PREPARED and now.start_asked_at is not None and now.reason != ""
+        waits = now.state is JobState.PREPARED and now.start_asked_at is not None and now.reason is not None
         return waits or now.is_over or now.state is JobState.FLYING
 
     return settled
@@ -50,7 +53,7 @@ async def test_killed_after_any_event_a_job_is_not_lost_and_not_started_twice() 
             await yard.until(_has_settled(yard, job), f"killed at event {event} it must settle")
             await asyncio.sleep(SOME_LOOKS_S)
             assert yard.armed() <= 1, f"killed at event {event}: armed twice"
-            runs = [run for run in yard.events.runs.values() if run.reason != NOTHING_STARTED]
+            runs = [run for run in yard.events.runs.values() if run.reason != BROKEN_OFF]
             assert len(runs) == 1, "one job is one run, but for what a restart broke off on the ground"
             if asked is not None:
                 assert yard.job(job).start_asked_at == asked, "a start is asked once"
@@ -66,7 +69,7 @@ async def test_after_a_restart_a_start_that_was_asked_is_left_to_a_person() -> N
         assert yard.armed() == 0, "what is not stored is not done"
         yard.revive()
         await yard.restart()
-        await yard.until(lambda: "a person may start it" in yard.job(job).reason, "the reason must be told")
+        await yard.until(lambda: "a person may start it" in in_words(yard.job(job).reason), "the reason must be told")
         await asyncio.sleep(SOME_LOOKS_S)
         assert (yard.job(job).state, yard.armed()) == (JobState.PREPARED, 0)
         run_id = yard.job(job).run_id or ""
@@ -109,6 +112,9 @@ async def test_the_order_and_a_stopped_queue_survive() -> None:
         await yard.restart()
         view = yard.jobs.queues()
         assert [job.id for job in view.waiting] == [made[1].id, made[0].id, made[2].id]
-        assert (view.vehicles[0].queue.stopped, view.vehicles[0].queue.reason) == (True, "stopped by ward 3")
+        assert (view.vehicles[0].queue.stopped, view.vehicles[0].queue.reason) == (
+            True,
+            because(ReasonCode.QUEUE_STOPPED, by="ward 3"),
+        )
         later = await yard.order(vehicle="v1")
         assert yard.jobs.queues().waiting[-1].id == later.id, "who comes after a restart comes last"

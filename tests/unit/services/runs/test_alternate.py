@@ -14,6 +14,7 @@ from app.domain.drop import DropOutcome, DropPhase
 from app.domain.errors import DropInProgressError, LinkTimeoutError
 from app.domain.events import NewEvent
 from app.domain.moving_target.report import TargetReport
+from app.domain.reason import ReasonCode, because
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode
 from app.services.runs.leg import concluded_drops
@@ -220,7 +221,7 @@ async def test_a_vehicle_heard_again_after_its_mission_tells_why_the_parcel_was_
     unheard.vehicle.touch_down(complete=True, last_seq=len(unheard.mission.items) - 1)
     await unheard.until(lambda: unheard.run.is_over, "the run must end")
     assert (unheard.run.state, _outcomes(unheard)[1]) == (RunState.COMPLETED, ("locker", "kept"))
-    assert unheard.run.drops[1].reason == "the mission was flown to its end"
+    assert unheard.run.drops[1].reason == because(ReasonCode.FLOWN_TO_END)
 
 
 async def test_a_failsafe_on_the_way_to_the_alternate_keeps_the_parcel_and_the_vehicle(unheard: Desk) -> None:

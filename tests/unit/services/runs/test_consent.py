@@ -23,6 +23,7 @@ from app.domain.errors import (
 from app.domain.events import EventKind
 from app.domain.plan import parse_plan
 from app.domain.progress import Progress
+from app.domain.reason import in_words
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode, VehicleState, VehicleType
 from app.services.runs.evidence import Look
@@ -34,7 +35,7 @@ from tests.unit.services.runs.desk import PLANS, Desk, desk, restarted
 MISSION = compile_plan(parse_plan((PLANS / "clinic-run.json").read_text()), default_facts(VehicleType.MULTICOPTER))
 COMPILED = MISSION.drops[0]
 
-GRANT, REFUSE = Answer(grant=True, question=1), Answer(grant=False, reason="children in the yard")
+GRANT, REFUSE = Answer(grant=True, question=1), Answer(grant=False, comment="children in the yard")
 
 
 @asynccontextmanager
@@ -70,7 +71,7 @@ async def ends(at: Desk) -> None:
 async def test_the_question_says_what_was_checked_and_until_when_it_can_be_answered() -> None:
     async with asked_desk() as at:
         (asked,) = told(at, EventKind.DROP_CONSENT_ASKED)
-        await at.until(lambda: "consent" in at.run.reason, "the run must say what it waits for")
+        await at.until(lambda: "consent" in in_words(at.run.reason), "the run must say what it waits for")
         assert (at.run.state, at.drop.phase) == (RunState.AT_DROP, DropPhase.ASKING)
         assert asked["plan_item_id"] == "drop"
         assert asked["question"] == 1
@@ -102,8 +103,8 @@ async def test_a_refusal_keeps_the_parcel_and_does_what_the_plan_says(on_failure
         await at.runs.answer_consent(at.run_id, "drop", REFUSE, "anna")
         await ends(at)
         assert at.drop.outcome is DropOutcome.KEPT
-        assert "refused" in at.drop.reason
-        assert (consent(at).reason, consent(at).answered_by) == ("children in the yard", "anna")
+        assert "refused" in in_words(at.drop.reason)
+        assert (consent(at).comment, consent(at).answered_by) == ("children in the yard", "anna")
         await at.until(lambda: at.vehicle.sent[-1] == sent, "the plan's choice must be sent")
         assert at.vehicle.releases == []
 
@@ -249,7 +250,7 @@ async def test_a_restart_in_the_question_or_after_a_grant_never_releases(granted
         await ends(at)
         assert (at.drop.outcome, at.vehicle.releases) == (DropOutcome.KEPT, [])
         assert consent(at).state is ConsentState.WITHDRAWN
-        assert "restarted" in consent(at).reason
+        assert "restarted" in in_words(consent(at).reason)
         await at.until(lambda: at.vehicle.sent[-1] == "return", "the plan's choice must be sent")
         with pytest.raises(ConsentNotAskedError):
             await at.runs.answer_consent(at.run_id, "drop", GRANT, "anna")

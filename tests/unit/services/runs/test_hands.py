@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from app.domain.events import EventKind
+from app.domain.reason import ReasonCode, because, in_words
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode, LandedState
 from tests.events import data_of
@@ -14,20 +15,22 @@ async def test_who_pauses_a_run_is_said_as_it_is_when_its_vehicle_was_flown_by_h
         await at.create()
         await at.until_state(RunState.FLYING)
         await at.runs.pause(at.run_id, "the way into offboard control")
-        await at.until(lambda: at.run.reason == "paused, as asked", "it was asked for")
+        await at.until(lambda: at.run.reason == because(ReasonCode.PAUSED_AS_ASKED), "it was asked for")
         await at.vehicle.enter_offboard()
-        await at.until(lambda: "flown by hand" in at.run.reason, "it must be told")
+        await at.until(lambda: "flown by hand" in in_words(at.run.reason), "it must be told")
         at.vehicle.put(mode=FlightMode.HOLD, in_failsafe=True)  # the stream has ended, and nobody asked for this
-        await at.until(lambda: at.run.reason.endswith("a failsafe acts, and the vehicle holds"), "the vehicle says so")
+        await at.until(
+            lambda: in_words(at.run.reason).endswith("a failsafe acts, and the vehicle holds"), "the vehicle says so"
+        )
         at.vehicle.put(in_failsafe=False)
-        after = "paused after it was flown by hand: the vehicle holds"
+        after = because(ReasonCode.AFTER_HANDS)
         await at.until(lambda: at.run.reason == after, "nobody asked for this pause")
         await at.vehicle.enter_offboard()
-        await at.until(lambda: "in offboard mode" in at.run.reason, "it must be told again")
+        await at.until(lambda: "in offboard mode" in in_words(at.run.reason), "it must be told again")
         await at.runs.pause(at.run_id, "who leaves to Hold")
-        await at.until(lambda: at.run.reason == "paused, as asked", "this was asked for")
+        await at.until(lambda: at.run.reason == because(ReasonCode.PAUSED_AS_ASKED), "this was asked for")
         reasons = [data_of(event)["reason"] for event in at.events.events if event.kind == EventKind.RUN_CHANGED]
-        assert reasons.count(after) == 1, "nothing else was said on the way out"
+        assert reasons.count(after.model_dump(mode="json")) == 1, "nothing else was said on the way out"
 
 
 async def test_after_a_restart_a_run_flown_by_hand_until_then_is_not_said_to_be_paused_as_asked() -> None:
@@ -37,7 +40,7 @@ async def test_after_a_restart_a_run_flown_by_hand_until_then_is_not_said_to_be_
         at.vehicle.put(mission_seq=1, landed=LandedState.IN_AIR)
         await at.runs.pause(at.run_id, "the way into offboard control")
         await at.vehicle.enter_offboard()
-        await at.until(lambda: "flown by hand" in at.run.reason, "it must be told")
+        await at.until(lambda: "flown by hand" in in_words(at.run.reason), "it must be told")
         await restarted(at, meanwhile=lambda: at.vehicle.put(mode=FlightMode.HOLD))
-        after = "paused after it was flown by hand: the vehicle holds"
+        after = because(ReasonCode.AFTER_HANDS)
         await at.until(lambda: at.run.reason == after, "the process that flew it is gone")

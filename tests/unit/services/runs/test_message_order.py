@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from app.domain.ports import ItemReached, MissionCurrent
+from app.domain.reason import in_words
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode
 from tests.unit.services.runs.desk import Desk, desk
@@ -74,7 +75,7 @@ async def test_a_return_whose_mode_is_seen_first_is_the_plan_s_own_although_its_
         seq = at.mission.seqs_of("home")[0]
         at.vehicle.put(mode=FlightMode.RETURN)
         await at.until_state(RunState.RETURNING)
-        assert at.run.reason == "", "nobody is named before the item of the return has had time to come"
+        assert at.run.reason is None, "nobody is named before the item of the return has had time to come"
         at.vehicle.put(mission_seq=seq)
         await at.until(lambda: at.run.item_id == "home", "it flies home")
         at.vehicle.touch_down(complete=True, last_seq=seq)
@@ -88,11 +89,11 @@ async def test_what_was_asked_explains_one_obedience_only(asked: str, mode: Flig
     async with desk() as at:
         await fly(at, "corner")
         await (at.runs.pause if asked == "pause" else at.runs.return_to_launch)(at.run_id, "ann")
-        await at.until(lambda: "as asked" in at.run.reason, "it obeys")
+        await at.until(lambda: "as asked" in in_words(at.run.reason), "it obeys")
         at.vehicle.put(mode=FlightMode.MISSION)
         await at.until(lambda: at.run.asked is None, "what was asked is over")
         at.vehicle.put(mode=mode)
-        await at.until(lambda: "somebody else" in at.run.reason, "nobody asked for this")
+        await at.until(lambda: "somebody else" in in_words(at.run.reason), "nobody asked for this")
 
 
 async def test_a_mission_that_is_flown_on_by_its_pilot_after_a_return_that_was_asked_for_is_completed() -> None:
@@ -106,4 +107,4 @@ async def test_a_mission_that_is_flown_on_by_its_pilot_after_a_return_that_was_a
         at.vehicle.put(mission_seq=seq)
         at.vehicle.touch_down(complete=True, last_seq=seq)
         await at.until(lambda: at.run.is_over, "it ends")
-        assert (at.run.state, at.run.reason) == (RunState.COMPLETED, "")
+        assert (at.run.state, at.run.reason) == (RunState.COMPLETED, None)

@@ -16,6 +16,7 @@ from app.domain.errors import (
     VehicleRefusedError,
     WrongStateError,
 )
+from app.domain.reason import in_words
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode, GlobalPosition, LandedState
 from tests.events import data_of
@@ -45,9 +46,13 @@ async def test_the_run_names_the_rally_point_and_why_and_keeps_its_parcel() -> N
         run = await at.runs.go_to_rally(at.run_id, "ann")
         assert run.rally is not None
         assert (run.rally.index, run.asked, run.rally.lands) == (0, "return", True)
-        assert run.rally.reason.startswith("rally point 1, 20 m away: the nearest of home and the rally points")
+        assert in_words(run.rally.reason).startswith(
+            "rally point 1, 20 m away: the nearest of home and the rally points"
+        )
         assert at.vehicle.sent[-1] == "return"
-        await at.until(lambda: at.run.reason == "to rally point 1, as asked", "it must be told while it returns")
+        await at.until(
+            lambda: in_words(at.run.reason) == "to rally point 1, as asked", "it must be told while it returns"
+        )
         command = next(event for event in reversed(at.events.events) if event.kind == "run.command")
         assert (data_of(command)["command"], data_of(command)["rally"]["index"]) == ("return", 0)
         at.vehicle.put(armed=False, landed=LandedState.ON_GROUND)
@@ -138,7 +143,7 @@ async def test_a_return_or_abort_amid_it_does_not_turn_the_vehicle_and_the_run_g
         await at.until(lambda: at.run.state is RunState.RETURNING, "the vehicle must be seen to return")
         for order in (at.runs.return_to_launch, at.runs.abort):
             assert (await order(at.run_id, "ann")).rally == chosen is not None
-            assert at.run.reason == "to rally point 1, as asked"
+            assert in_words(at.run.reason) == "to rally point 1, as asked"
         await at.runs.pause(at.run_id, "ann")
         assert (await at.runs.return_to_launch(at.run_id, "ann")).rally is None  # it chooses anew
 

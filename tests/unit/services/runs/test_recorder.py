@@ -18,6 +18,7 @@ from app.services.journal import Journal
 from app.services.plans import NewPlan, PlanCheck
 from app.services.runs.recorder import MOST_WAITING, RunRecorder
 from tests.events import item
+from tests.reasons import some
 from tests.unit.services.fakes import ManualClock, MemoryEventStore
 
 DROP = DropRecord(plan_item_id="drop", supervised=True)
@@ -44,7 +45,7 @@ async def test_after_a_full_disk_the_events_tell_the_run_as_it_is_stored(meanwhi
     journal = Journal(events, clock)
     await journal.start()
     recorder = RunRecorder(RUN, journal, clock)
-    recorder.change(reason="before")
+    recorder.change(reason=some("before"))
     for seq in range(MOST_WAITING + 5):
         recorder.note(item(seq))
     recorder.drop(DROP.model_copy(update={"outcome": DropOutcome.RELEASED}))
@@ -57,7 +58,7 @@ async def test_after_a_full_disk_the_events_tell_the_run_as_it_is_stored(meanwhi
     await asyncio.sleep(0)
     await asyncio.sleep(0)
     if meanwhile:
-        recorder.change(reason="later")
+        recorder.change(reason=some("later"))
     events.open.set()
     await storing
     stored = await recorder.flush()

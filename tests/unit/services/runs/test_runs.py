@@ -21,6 +21,7 @@ from app.domain.errors import (
 from app.domain.events import EventKind
 from app.domain.events.run import CommandOutcome, RunAck
 from app.domain.ports import DuplicateSystem, Rebooted
+from app.domain.reason import in_words
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode, LandedState, MissionState
 from tests.events import data_of
@@ -101,7 +102,7 @@ async def test_an_upload_that_fails_starts_nothing() -> None:
         await at.create()
         await at.until_state(RunState.FAILED)
         assert at.vehicle.sent == []
-        assert "item 2" in at.run.reason
+        assert "item 2" in in_words(at.run.reason)
         assert at.drop.outcome is DropOutcome.KEPT
 
 
@@ -129,7 +130,7 @@ async def test_what_the_vehicle_says_stands_once_in_the_reason() -> None:
         at.vehicle.infeasible = 1
         await at.create()
         await at.until_state(RunState.FAILED)
-        assert at.run.reason == "the mission is infeasible: Geofence violation"
+        assert in_words(at.run.reason) == "the mission is infeasible: Geofence violation"
 
 
 async def test_a_start_that_fails_on_the_ground_disarms() -> None:
@@ -139,7 +140,7 @@ async def test_a_start_that_fails_on_the_ground_disarms() -> None:
         await at.until_state(RunState.FAILED)
         assert at.vehicle.sent[-1] == "disarm"
         assert not at.vehicle.truth.armed
-        assert "denied" in at.run.reason
+        assert "denied" in in_words(at.run.reason)
 
 
 async def test_a_start_asked_later_may_fail_and_be_asked_again() -> None:
@@ -149,7 +150,7 @@ async def test_a_start_asked_later_may_fail_and_be_asked_again() -> None:
         await at.until_state(RunState.UPLOADED)
         assert "arm" not in at.vehicle.sent, "an upload alone must not arm"
         await at.runs.start(at.run_id, "test")
-        await at.until(lambda: "not now" in at.run.reason, "the failed start must be told")
+        await at.until(lambda: "not now" in in_words(at.run.reason), "the failed start must be told")
         assert at.run.state is RunState.UPLOADED
         at.vehicle.start_error = None
         await at.runs.start(at.run_id, "test")
@@ -226,7 +227,7 @@ async def test_another_pilots_mode_freezes_the_run() -> None:
         before = list(at.vehicle.sent)
         at.vehicle.put(mode=FlightMode.POSITION, landed=LandedState.IN_AIR)
         await at.until_state(RunState.PAUSED)
-        await at.until(lambda: "somebody else" in at.run.reason, "nobody else can have done it")
+        await at.until(lambda: "somebody else" in in_words(at.run.reason), "nobody else can have done it")
         assert at.vehicle.sent == before, "Waydrop never fights for a mode"
 
 
@@ -294,7 +295,7 @@ async def test_a_reboot_in_flight_fails_the_run_and_starts_nothing_again() -> No
         before = list(at.vehicle.sent)
         at.vehicle.put(Rebooted(), armed=False, mission_seq=0)
         await at.until_state(RunState.FAILED)
-        assert "rebooted" in at.run.reason
+        assert "rebooted" in in_words(at.run.reason)
         assert at.vehicle.sent == before
 
 

@@ -13,6 +13,7 @@ from app.domain.drop import Certainty, DropOutcome, DropPhase, DropRecord, Outpu
 from app.domain.mission import CompiledDrop, MavCmd
 from app.domain.plan import parse_plan
 from app.domain.progress import Progress
+from app.domain.reason import ReasonCode, because, in_words
 from app.domain.run import Run, RunState
 from app.domain.supervised import Finish
 from app.domain.vehicle import FlightMode, LandedState, VehicleState, VehicleType
@@ -20,6 +21,7 @@ from app.services.journal import Journal
 from app.services.runs.closing import close_unseen
 from app.services.runs.evidence import Look, finished, output_evidence
 from app.services.runs.supervised_release import SupervisedRelease
+from tests.reasons import some
 from tests.unit.services.fakes import ManualClock, MemoryEventStore
 from tests.unit.services.runs.desk import PLANS
 
@@ -114,12 +116,14 @@ def test_an_ack_alone_is_released_and_says_in_a_word_that_no_output_was_seen_to_
     record = acknowledged(has_gripper_output=has_output)
     assert (record.outcome, record.certainty) == (DropOutcome.RELEASED, Certainty.ACKNOWLEDGED)
     assert (record.output_evidence, record.rests_on_an_ack_alone) == (evidence, True)
-    assert record.reason == "acknowledged; no output was seen to move"
+    assert record.reason == because(ReasonCode.DROP_ACKNOWLEDGED_NO_MOVE)
 
 
 def test_a_winch_says_nothing_of_an_output() -> None:
     record = acknowledged(replace(DROP, command=MavCmd.DO_WINCH), has_gripper_output=False)
-    assert (record.output_evidence, record.rests_on_an_ack_alone, record.reason) == (None, False, "acknowledged")
+    assert (record.output_evidence, record.rests_on_an_ack_alone, record.reason) == (
+        *(None, False, because(ReasonCode.DROP_ACKNOWLEDGED)),
+    )
 
 
 def test_before_the_release_it_is_said_that_no_output_is_assigned() -> None:
@@ -133,7 +137,7 @@ def test_before_the_release_it_is_said_that_no_output_is_assigned() -> None:
 @pytest.mark.parametrize(("output_us", "evidence"), [(1000, OutputEvidence.MOVED), (2000, OutputEvidence.NOT_MOVED)])
 def test_what_the_output_showed_is_a_word(output_us: int, evidence: OutputEvidence) -> None:
     opened = looked_at(0.1, output_us=output_us)
-    done = finished(opened, Finish(DropOutcome.UNKNOWN, Certainty.NONE, "why"))
+    done = finished(opened, Finish(DropOutcome.UNKNOWN, Certainty.NONE, some()))
     assert output_evidence(done, DROP, VehicleState(has_gripper_output=True)) is evidence
 
 
@@ -146,7 +150,9 @@ async def closed(record: DropRecord) -> DropRecord:
     run = Run(id="r", plan_id="p", plan_hash="h", vehicle_id="v", drops=drops, created_at=0.0, updated_at=0.0)
     run = run.model_copy(update={"state": RunState.FLYING})
     try:
-        return (await close_unseen(run, RunState.LOST, "not seen again", journal, clock)).drops[0]
+        return (
+            await close_unseen(run, RunState.LOST, because(ReasonCode.NOT_SEEN_AFTER_RESTART), journal, clock)
+        ).drops[0]
     finally:
         await journal.close()
 
@@ -154,7 +160,7 @@ async def closed(record: DropRecord) -> DropRecord:
 async def test_a_run_that_ends_unseen_says_released_of_a_drop_whose_output_went_to_release() -> None:
     done = await closed(OPENED)
     assert (done.outcome, done.certainty) == (DropOutcome.RELEASED, Certainty.INFERRED)
-    assert "went to release" in done.reason
+    assert "went to release" in in_words(done.reason)
     assert (await closed(COMMANDED)).outcome is DropOutcome.UNKNOWN
 
 
