@@ -93,15 +93,15 @@ class ReturnSight:
         )
 
     def _reason(self, index: int, away_m: float, near: Sequence[int]) -> Reason:
-        told: dict[str, Param] = {"rally_point": index + 1, "distance_m": away_m, "choice": self.returns.choice}
-        told["setting"] = str(self.returns.setting)
-        reason = because(ReasonCode.RALLY_POINT, **told)
+        told: dict[str, Param] = {"rally_point": index + 1, "distance_m": away_m}
+        how: dict[str, Param] = {"choice": self.returns.choice, "setting": str(self.returns.setting)}
+        reason = because(ReasonCode.RALLY_POINT, **told, **how)
         if near:
             others = " or ".join(str(other + 1) for other in near)
-            reason = because(ReasonCode.RALLY_POINT_OR, **told, others=others)
-        if self.there.lands is not False:
-            return reason
-        return because(ReasonCode.RALLY_STAYS_IN_AIR, reason, setting=self.there.lands_by)
+            reason = because(ReasonCode.RALLY_POINT_OR, **told, **how, others=others)
+        if self.there.lands is False:
+            reason = because(ReasonCode.RALLY_STAYS_IN_AIR, reason, setting=str(self.there.lands_by))
+        return reason
 
     def _refuse_other(self, name: str, other_m: float, index: int, away_m: float, reach_m: float) -> RallyRefusedError:
         where = f"{name} is {other_m:.0f} m away and rally point {index + 1} {away_m:.0f} m"

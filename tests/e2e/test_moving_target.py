@@ -127,8 +127,8 @@ async def miss_the_ferry(desk: Dispatcher) -> None:
         promise = "it must be told that the ferry is not followed"
         await until(lambda: told(desk, run_id, "run.target_not_followed"), bool, promise, WITHIN_S)
     run = await desk.until_over(run_id, WITHIN_S)
-    codes = [data["code"] for data in await told(desk, run_id, "run.target_not_followed")]
-    assert "target_out_of_bounds" in codes
+    codes = [data["reason"]["code"] for data in await told(desk, run_id, "run.target_not_followed")]
+    assert "target.out_of_bounds" in codes
     drop = run["drops"][0]
     assert (run["state"], run["changes"], drop["outcome"], drop["attempts"]) == ("completed", 1, "kept", 0)
     assert drop["reason"]["code"] == "drop.target_stale"

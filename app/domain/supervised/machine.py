@@ -63,6 +63,8 @@ def _observed(drop: DropMachine, seen: Observation) -> tuple[DropMachine, Effect
         and seen.mission_seq <= max(drop.terms.hold_seqs)
     )
     opened = drop.opened or (drop.attempts > 0 and output_of(seen) == GRIPPER_OPEN_US)
+    if drop.last_seen is None and drop.attempts:  # taken up: a release may have left a moment ago
+        drop = replace(drop, settles_at_s=seen.now_s + drop.terms.output_wait_s)
     hold = drop.hold.observed(seen, drop.terms)
     drop = replace(drop, hold=hold, approached=approached, opened=opened, last_seen=seen)
     drop = _with_consent(_with_calm(drop, seen), seen)
@@ -180,6 +182,8 @@ def _after_attempt(drop: DropMachine, seen: Observation) -> tuple[DropMachine, E
     if drop.opened:
         reason = because(ReasonCode.DROP_ACK_MISSING_RELEASED)
         return finish_and_resume(drop, seen, DropOutcome.RELEASED, Certainty.INFERRED, reason)
+    if seen.now_s < drop.settles_at_s:
+        return drop, ()
     if against := drop.consent.reason_against:
         return conclude(drop, seen, against)
     if is_passed(seen, drop.terms) or _is_hopeless(drop, seen):

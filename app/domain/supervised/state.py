@@ -21,7 +21,8 @@ class DropMachine:
     parcel may be gone. `opened`: the output was seen at release after one; a later output (900 when disarmed) takes
     nothing from that. `withheld` counts attempts that were never sent. `approached` is set once the mission was seen
     before or at the hold, so that a stale index from an earlier flight does not count as passed. `accepted_at_s` is
-    set while the gripper's output is watched after an ACCEPTED.
+    set while the gripper's output is watched after an ACCEPTED. `settles_at_s`: after a restart of ours, when the
+    output has had its time to move for a release that had just left.
 
     Laws (tests/unit/domain/supervised/test_supervised_laws.py): no release is sent unless every check holds at that
     moment; none after an ACCEPTED; one at a time; one Finish; `kept` never while unsure; `released` never without
@@ -42,6 +43,7 @@ class DropMachine:
     opened: bool = False
     accepted_at_s: float | None = None
     retry_at_s: float = 0.0
+    settles_at_s: float = 0.0
     last_seen: Observation | None = None
 
     @property

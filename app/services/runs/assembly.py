@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from app.domain.flight.flight import Flight
+from app.domain.flight.leg import leg_of
 from app.domain.mission import Mission
 from app.domain.plan import Gripper, Plan
 from app.domain.ports import VehicleLink
@@ -15,7 +17,6 @@ from app.services.journal import Journal
 from app.services.runs.changing import MissionChanger
 from app.services.runs.consents import Consents
 from app.services.runs.flight import RunFlight
-from app.services.runs.leg import leg_of
 from app.services.runs.plan_gate import FactsRead, refuse_changed_vehicle
 from app.services.runs.prepare import Preparation
 from app.services.runs.rally_return import RallyReturn
@@ -49,8 +50,10 @@ def assemble(
 ) -> Assembled:
     """One flight, ready to `fly`. `then`: what the mission was compiled for; `facts` reads what is now."""
     recorder = RunRecorder(run, journal, clock)
-    leg = leg_of(run, plan, mission, settings)
-    watch = FlightWatch(link, leg, recorder, settings, clock, targets)
+    leg = leg_of(run, plan, mission, settings.default_max_offset_m)
+    now_s = clock.monotonic()
+    flown = Flight.of(run, leg, now_s, settings.lost_after_s, settings.default_max_offset_m)
+    watch = FlightWatch(link, flown, recorder, clock, targets)
 
     async def check() -> None:
         now, uploaded = await facts(fresh=True), link.mission_id_of(mission)

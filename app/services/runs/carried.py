@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 from app.domain.compiler import compile_plan
 from app.domain.continuation import rest_of
 from app.domain.drop import DropPhase
-from app.domain.events.run import RunChanged
+from app.domain.events.run import RunChanged, RunMissionChanged
+from app.domain.flight.leg import changed_to
 from app.domain.mission import Mission, MissionItem
 from app.domain.plan import Plan
 from app.domain.prediction import CALM, Timeline, predict
@@ -16,8 +17,6 @@ from app.domain.reason import ReasonCode, because
 from app.domain.run import PlanChange, Run
 from app.domain.vehicle import VehicleFacts
 from app.services.runs.closing import closed
-from app.services.runs.leg import changed_to
-from app.services.runs.pending_change import tell_change
 from app.services.runs.recorder import RunRecorder
 from app.services.runs.settings import RECORDED_VISITS
 
@@ -37,7 +36,7 @@ class Carried:
     def tell(self, recorder: RunRecorder) -> None:
         """Record what a restart has shown of a change."""
         if self.arrived is not None and self.timeline is not None:
-            tell_change(recorder, self.arrived, self.timeline)
+            recorder.note(RunMissionChanged(change=self.arrived, timeline=self.timeline))
             recorder.note(RunChanged(self.run))
         else:
             recorder.change(changing=None)

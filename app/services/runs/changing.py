@@ -21,6 +21,9 @@ from app.domain.errors import (
 )
 from app.domain.events.run import CommandOutcome, RunAck, RunCommand
 from app.domain.finding import Finding, Severity
+from app.domain.flight.inputs import ChangeArrived, ChangeBegun, ChangeSent, ChangeWithdrawn
+from app.domain.flight.leg import concluded_drops
+from app.domain.flight.pending_change import PendingChange
 from app.domain.mission import Mission, mission_hash
 from app.domain.plan import Plan, parse_plan
 from app.domain.plan.walk import carried_in_flight
@@ -32,8 +35,6 @@ from app.domain.vehicle import FlightMode, VehicleFacts
 from app.services.clock import Clock
 from app.services.plans import NewPlan
 from app.services.runs.clock_gate import refuse_fast_clock
-from app.services.runs.leg import concluded_drops
-from app.services.runs.pending_change import PendingChange
 from app.services.runs.plan_gate import FactsRead
 from app.services.runs.recorder import RunRecorder
 from app.services.runs.settings import RECORDED_VISITS, RunSettings
@@ -71,7 +72,7 @@ class MissionChanger:
     @property
     def is_open(self) -> bool:
         """Whether a change is under way, or it is not known yet whether it arrived."""
-        return self._turn.locked() or (self._watch.change is not None and self._watch.change.is_open)
+        return self._turn.locked() or self._watch.flight.is_changing
 
     async def change(
         self, plan: StoredPlan | NewPlan, continue_at: str | None, by: str, needed: Collection[str] = ()
@@ -114,7 +115,9 @@ class MissionChanger:
         """What is left of the plan that is flown now; None if that cannot be told, in the middle of a loop."""
         undeclared = replace(facts, performance=None)  # it flies that already, whatever its battery has left
         try:
-            return await self._prepare(_stored(self._recorder.run, self._watch.leg.plan), undeclared, None, by, ())
+            return await self._prepare(
+                _stored(self._recorder.run, self._watch.flight.leg.plan), undeclared, None, by, ()
+            )
         except PlanRejectedError:
             return None
 
@@ -129,17 +132,17 @@ class MissionChanger:
             raise _broken_off()
 
     def _terms(self) -> ChangeTerms:
-        watch = self._watch
-        if watch.is_done:
+        flight = self._watch.flight
+        if flight.mission_done:
             raise ConflictError("the mission was flown to its end", hint="create another run")
         return ChangeTerms(
             run=self._recorder.run,
-            plan=watch.leg.plan,
-            mission=watch.leg.mission,
+            plan=flight.leg.plan,
+            mission=flight.leg.mission,
             state=self._link.state(),
-            current=watch.progress.current,
-            drop_is_busy=watch.drop_is_busy,
-            item_is_heard=watch.item_is_heard,
+            current=flight.progress.current,
+            drop_is_busy=flight.drop_is_busy,
+            item_is_heard=flight.item_is_heard(self._clock.monotonic()),
         )
 
     async def _prepare(
@@ -151,7 +154,7 @@ class MissionChanger:
         needed: Collection[str],
     ) -> PendingChange:
         plan, run, now = parse_plan(stored.document), self._recorder.run, self._terms().in_flight()
-        flown = Flown(self._watch.leg.plan, run.flown_item_ids, run.item_id, concluded_drops(run.drops))
+        flown = Flown(self._watch.flight.leg.plan, run.flown_item_ids, run.item_id, concluded_drops(run.drops))
         rest = continued(flown, plan, continue_at, carried_in_flight(flown.plan.vehicle_type, now), needed)
         wanted = continue_at or run.item_id or rest.begins_at
         speed_m_s = asked_speed_before(plan, wanted, carried_in_flight(plan.vehicle_type, now))
@@ -179,7 +182,7 @@ class MissionChanger:
             at=self._clock.now(),
         )
         follows, is_same = continue_at is None, run.mission_id == mission_id == self._link.state().mission_id
-        return PendingChange(change, plan, mission, timeline.first(RECORDED_VISITS), self._settings, follows, is_same)
+        return PendingChange(change, plan, mission, timeline.first(RECORDED_VISITS), follows, is_same)
 
     async def _announce(self, pending: PendingChange, orders: int, fit: Callable[[], None]) -> None:
         """Stored before it is sent or followed: after a restart it must be known what may be on board.
@@ -188,8 +191,7 @@ class MissionChanger:
         vehicle may be in another mode, or at an embedded drop. A simulation's speed is looked at too: from here on it
         is held.
         """
-        self._watch.change = pending
-        self._recorder.change(changing=pending.change)
+        self._watch.feed(ChangeBegun(self._watch.sight(), pending))
         self._recorder.note(RunCommand(command=CHANGE, change=pending.change))
         try:
             await self._recorder.flush()
@@ -209,7 +211,7 @@ class MissionChanger:
     async def _adopt(self, pending: PendingChange, orders: int) -> None:
         """The mission that is flown is the changed plan's too, item for item: nothing is sent. Raises as `change`."""
         await self._announce(pending, orders, self._refuse_unfit)
-        self._watch.take_change(pending)
+        self._watch.feed(ChangeArrived(self._watch.sight()))
         self._note(CommandOutcome.DONE)
         with suppress(StorageError):
             await self._recorder.flush()
@@ -222,7 +224,7 @@ class MissionChanger:
             await asyncio.wait({self._sending})
             await self._settle(pending, self._sending)
         finally:
-            pending.ended_s = self._clock.monotonic()
+            self._watch.feed(ChangeSent(self._watch.sight()))
             self._sending.cancel()
             self._sending = None
 
@@ -236,9 +238,10 @@ class MissionChanger:
 
     async def _settle(self, pending: PendingChange, sending: asyncio.Task[None]) -> None:
         error = None if sending.cancelled() else sending.exception()
-        if error is None and not sending.cancelled() and self._watch.change is pending:
-            self._watch.take_change(pending)
-        arrived = self._watch.change is not pending
+        if error is None and not sending.cancelled():
+            self._watch.feed(ChangeArrived(self._watch.sight()))
+        change = self._watch.flight.change
+        arrived = change is None or change.change != pending.change
         self._note(CommandOutcome.DONE if arrived else CommandOutcome.UNKNOWN)
         with suppress(StorageError):
             await self._recorder.flush()
@@ -246,8 +249,10 @@ class MissionChanger:
             raise _broken_off()
         if error is not None:
             raise error
-        if self._watch.skip_to > 0 and self._link.state().mode is FlightMode.MISSION:
-            await self._link.set_current(self._watch.skip_to)  # else it would fly back to an item that it has passed
+        if self._watch.flight.skip_to > 0 and self._link.state().mode is FlightMode.MISSION:
+            await self._link.set_current(
+                self._watch.flight.skip_to
+            )  # else it would fly back to an item that it has passed
 
     async def _restore(self, refused: PendingChange, back: PendingChange) -> None:
         """The vehicle took the upload and found it infeasible: it holds, and what it flew before is gone from it."""
@@ -260,9 +265,8 @@ class MissionChanger:
             await self._send(back, self._orders, lambda: None)  # it holds, with no mission: nothing is to be missed
 
     def _withdraw(self, pending: PendingChange, why: str) -> None:
-        self._watch.change = None
         self._recorder.take_back(pending.change.plan_id)
-        self._recorder.change(changing=None)
+        self._watch.feed(ChangeWithdrawn(self._watch.sight()))
         self._note(CommandOutcome.NOT_SENT, why)
 
     def _note(self, outcome: CommandOutcome, detail: str = "") -> None:

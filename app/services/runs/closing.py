@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from app.domain.drop import Certainty, DropOutcome, DropPhase, DropRecord
+from app.domain.flight.consent_evidence import withdrawn
 from app.domain.reason import Reason, ReasonCode, because
 from app.domain.run import Run, RunState
 from app.domain.supervised.terms import GRIPPER_OPEN_US
 from app.services.clock import Clock
 from app.services.journal import Journal
-from app.services.runs.consent_evidence import withdrawn
 from app.services.runs.recorder import RunRecorder
 
 BEFORE_TAKE_OFF = frozenset({RunState.CREATED, RunState.UPLOADING, RunState.UPLOADED})

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from app.domain.consent import Answer, is_new_answer
+from app.domain.consent import Answer, ConsentRecord, is_new_answer
 from app.domain.errors import ConsentNotAskedError, ConsentTooLateError, NotFoundError
+from app.domain.flight.inputs import ConsentAnswered
+from app.domain.flight.supervised_release import SupervisedRelease
 from app.domain.run import Run
 from app.services.runs.recorder import RunRecorder
 from app.services.runs.watch import FlightWatch
@@ -24,14 +26,16 @@ class Consents:
             StorageError: it counts, and is stored later; no release is sent before that.
         """
         refuse_unknown(self._recorder.run, plan_item_id)
-        drops = {release.record.plan_item_id: release for release in self._watch.leg.supervised}
-        release = drops.get(plan_item_id)
-        consent = None if release is None else release.record.consent
-        if is_new_answer(consent, answer) and release is not None:
-            if not release.answer(answer, by, self._watch.now()):
+        consent = self._consent(plan_item_id)
+        if is_new_answer(consent, answer):
+            self._watch.feed(ConsentAnswered(self._watch.sight(), plan_item_id, answer, by))
+            if self._consent(plan_item_id) == consent:
                 raise ConsentTooLateError("the time to answer is over: that counts as a refusal")
-            self._watch.record(release)
         return await self._recorder.flush()
+
+    def _consent(self, plan_item_id: str) -> ConsentRecord | None:
+        release = self._watch.flight.leg.find(plan_item_id)
+        return release.record.consent if isinstance(release, SupervisedRelease) else None
 
 
 def without_flight(run: Run, plan_item_id: str, answer: Answer) -> Run:

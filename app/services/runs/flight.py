@@ -13,6 +13,7 @@ import structlog
 from app.domain.arming import armed_by_others
 from app.domain.errors import ChangeUnderWayError, StorageError, WaydropError, WrongStateError
 from app.domain.events.run import CommandOutcome, RunAck, RunCommand
+from app.domain.flight.inputs import AskedFor, Ends, NotDone
 from app.domain.ports import LinkFact, VehicleLink
 from app.domain.rally import RallyDestination
 from app.domain.reason import Reason, ReasonCode, because, because_of_error
@@ -117,9 +118,7 @@ class RunFlight:
                 raise self._wrong(asked.value)
             self.changer.break_off()  # one may have begun while an earlier command was under way
             run = self._recorder.run
-            before = {"asked": run.asked, "rally": run.rally}
-            self._watch.hands.asked()
-            self._recorder.change(asked=asked, rally=rally)
+            self._watch.feed(AskedFor(self._watch.sight(), asked, rally))
             self._recorder.note(RunCommand(command=asked.value, rally=rally))
             try:
                 with contextlib.suppress(StorageError):  # a person's command does not wait for the disk
@@ -127,11 +126,11 @@ class RunFlight:
                 with self._watch.commanding(asked):
                     await command()
             except asyncio.CancelledError:
-                self._recorder.change(**before)
+                self._watch.feed(NotDone(self._watch.sight(), asked, run.asked, run.rally))
                 self._recorder.note(RunAck(command=asked.value, outcome=CommandOutcome.UNKNOWN, detail="broken off"))
                 raise
             except WaydropError as error:
-                self._recorder.change(**before)
+                self._watch.feed(NotDone(self._watch.sight(), asked, run.asked, run.rally))
                 self._recorder.note(RunAck(command=asked.value, outcome=CommandOutcome.FAILED, detail=error.detail))
                 with contextlib.suppress(StorageError):
                     await self._recorder.flush()
@@ -259,7 +258,7 @@ class RunFlight:
     async def _close(self, state: RunState, reason: Reason) -> None:
         """Before the flight: the run's state after a failure, an abort or an unstarted end."""
         if state is not RunState.UPLOADED:
-            self._watch.end(state, reason)
+            self._watch.feed(Ends(self._watch.sight(), state, reason))
         else:
             self._recorder.move(state, reason)
         await self._flush_at_last()

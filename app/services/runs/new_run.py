@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import secrets
 
+from app.domain.flight.leg import drop_records
 from app.domain.mission import Mission, mission_hash
 from app.domain.ports import StoredPlan, VehicleIdentity
 from app.domain.prediction import Wind
 from app.domain.run import Run
-from app.services.runs.leg import drop_records
 
 
 def new_run_id() -> str:

@@ -40,7 +40,8 @@ class RallyReturn:
             returns already. LinkError: it does not tell how it returns.
         """
         self._refuse_unfit(self._link.state())
-        names = autopilot(self._link.identity.autopilot).return_parameters(self._watch.leg.plan.vehicle_type)
+        vehicle_type = self._watch.flight.leg.plan.vehicle_type
+        names = autopilot(self._link.identity.autopilot).return_parameters(vehicle_type)
         found = await self._link.read_parameters(names)
         if names[0] not in found:
             raise LinkTimeoutError(f"the vehicle does not tell its {names[0]}", hint="order it again, or return")
@@ -62,7 +63,7 @@ class RallyReturn:
         await self._link.return_to_launch()
 
     def _destination(self, found: Mapping[str, float | int]) -> RallyDestination:
-        state, leg, change = self._link.state(), self._watch.leg, self._watch.change
+        state, leg, change = self._link.state(), self._watch.flight.leg, self._watch.flight.change
         self._refuse_unfit(state)
         self._refuse_others_points(state, leg.mission)
         does = behaviour(VehicleFacts(leg.plan.vehicle_type, parameters=found, autopilot=self._link.identity.autopilot))
@@ -80,7 +81,7 @@ class RallyReturn:
     def _refuse_unfit(self, state: VehicleState) -> None:
         if not state.connected:
             raise ConflictError("the link to the vehicle is lost", hint="wait until it is connected")
-        if state.landed is not LandedState.IN_AIR and self._watch.leg.plan.vehicle_type is not VehicleType.ROVER:
+        if state.landed is not LandedState.IN_AIR and self._watch.flight.leg.plan.vehicle_type is not VehicleType.ROVER:
             raise ConflictError("the vehicle is not in the air, or takes off or lands", hint="wait, or return")
         if state.mode is FlightMode.RETURN:
             raise ConflictError(

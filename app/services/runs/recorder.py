@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Sequence
 from typing import Any, Final
 
 import structlog
@@ -45,6 +46,12 @@ class RunRecorder:
             log.error("run event not recorded: the journal is stuck", run_id=self.run.id, kind=payload.kind.value)
             return
         self._waiting.append(self._event(payload))
+
+    def take(self, run: Run, payloads: Sequence[AnyPayload]) -> None:
+        """The run as a flight has it now, and the events that tell of it."""
+        self.run = run
+        for payload in payloads:
+            self.note(payload)
 
     def bring(self, plan: NewPlan) -> None:
         """A plan that this run is to fly: it is stored in one step with what waits."""

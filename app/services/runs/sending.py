@@ -7,15 +7,26 @@ import contextlib
 import math
 from collections.abc import Callable, Coroutine, Sequence
 
-from app.domain.commands import CommandAck, CommandRequest
+from app.domain.commands import CommandRequest
 from app.domain.errors import CommandExpiredError, ConflictError, LinkError, StorageError, WaydropError
 from app.domain.events.run import CommandOutcome, RunAck, RunCommand, answer
+from app.domain.flight.inputs import (
+    Diverting,
+    DropFailed,
+    FlightInput,
+    MovingOn,
+    NotDone,
+    ReleaseAnswered,
+    ReleaseNotSent,
+    ReleaseUnanswered,
+)
+from app.domain.flight.orders import DivertOrder, FailureOrder, Order, ReleaseOrder, ResumeOrder
+from app.domain.flight.supervised_release import SupervisedRelease
 from app.domain.mission import NAN
 from app.domain.ports import VehicleLink
 from app.domain.run import Asked
 from app.domain.supervised import still_waits
 from app.domain.vehicle import FlightMode
-from app.services.runs.orders import DivertOrder, FailureOrder, Order, ReleaseOrder, ResumeOrder
 from app.services.runs.recorder import RunRecorder
 from app.services.runs.settings import RunSettings
 from app.services.runs.watch import FlightWatch
@@ -42,14 +53,15 @@ class OrderSender:
 
     def carry_out(self, orders: Sequence[Order]) -> None:
         """Begin to send."""
+        leg = self._watch.flight.run.changes
         for order in orders:
             match order:
                 case ReleaseOrder():
-                    self._spawn(self._release(order), f"release {order.drop.record.plan_item_id} #{order.attempt}")
+                    self._spawn(self._release(order, leg), f"release {order.plan_item_id} #{order.attempt}")
                 case ResumeOrder():
                     self._spawn(self._resume_at(order.seq, order.waiting_at), f"resume at {order.seq}")
                 case DivertOrder():
-                    self._spawn(self._divert(order), f"to the alternate of {order.drop.record.plan_item_id}")
+                    self._spawn(self._divert(order, leg), f"to the alternate of {order.plan_item_id}")
                 case FailureOrder():
                     self._spawn(self._on_failure(order), f"{order.action} after {order.plan_item_id}")
 
@@ -68,8 +80,8 @@ class OrderSender:
         """Do what the plan says of a failed drop. If that fails too, the mission on board goes on."""
         self._break_off()
         returns = order.action == "return"
-        before, asked = self._recorder.run.asked, Asked.CONTINGENCY if returns else Asked.PAUSE
-        self._recorder.change(asked=asked)
+        run, asked = self._recorder.run, Asked.CONTINGENCY if returns else Asked.PAUSE
+        self._watch.feed(DropFailed(self._watch.sight(), asked))
         self._recorder.note(RunCommand(command=order.action, failed_drop_id=order.plan_item_id))
         try:
             with self._watch.commanding(asked):
@@ -77,30 +89,30 @@ class OrderSender:
             ack = RunAck(command=order.action, outcome=CommandOutcome.DONE)
         except WaydropError as error:
             ack = RunAck(command=order.action, outcome=CommandOutcome.FAILED, detail=error.detail)
-            if self._recorder.run.asked == asked:  # a person may have asked for something else meanwhile
-                self._recorder.change(asked=before)
+            self._watch.feed(NotDone(self._watch.sight(), asked, run.asked, run.rally))
         self._recorder.note(ack)
 
-    async def _release(self, order: ReleaseOrder) -> None:
-        drop = order.drop
+    async def _release(self, order: ReleaseOrder, leg: int) -> None:
+        drop = self._watch.supervised(order.plan_item_id, leg)
+        if drop is None:
+            return
         params = tuple(None if math.isnan(p) else p for p in drop.compiled.params)
         self._recorder.note(RunCommand(command=drop.compiled.command.name, params=params, attempt=order.attempt))
         try:
             await self._recorder.flush()
         except StorageError:
-            self._withhold(order)
+            self._withhold(order, leg, drop)
             return
         # the disk may have taken its time: what was right when it was ordered must be right now
-        seen = drop.observe(self._watch.now())
-        if not drop.machine.may_send(seen):
-            self._withhold(order)
+        now, look = self._watch.supervised(order.plan_item_id, leg), self._watch.see()
+        if now is None or not now.machine.may_send(now.observe(look)):
+            self._withhold(order, leg, drop)
             return
-        await self._send(order, drop.machine.send_before_s(seen))
+        await self._send(order, leg, now, now.machine.send_before_s(now.observe(look)))
         with contextlib.suppress(StorageError):  # it waits for the next flush
             await self._recorder.flush()
 
-    async def _send(self, order: ReleaseOrder, send_before_s: float) -> None:
-        drop = order.drop
+    async def _send(self, order: ReleaseOrder, leg: int, drop: SupervisedRelease, send_before_s: float) -> None:
         p1, p2, p3, p4, p5, p6, p7 = (*drop.compiled.params, *([NAN] * 7))[:7]
         request = CommandRequest(
             drop.compiled.command,
@@ -110,61 +122,57 @@ class OrderSender:
             in_progress_timeout_s=self._settings.gripper_s,
             send_before_s=send_before_s,
         )
+        about = (leg, order.plan_item_id, order.attempt)
         try:
             async for ack in self._link.command(request):
-                self._answered(order, ack)
+                self._recorder.note(answer(drop.compiled.command.name, ack, order.attempt))
+                self._feed(ReleaseAnswered(self._watch.sight(), *about, ack))
         except (CommandExpiredError, ConflictError):  # nothing was sent
-            self._withhold(order)
+            self._withhold(order, leg, drop)
         except LinkError as error:
-            self._note_ack(order, CommandOutcome.FAILED, detail=error.detail)
-            self._take(order, drop.timed_out(order.attempt, self._watch.now()))
+            self._note_ack(order, drop, CommandOutcome.FAILED, detail=error.detail)
+            self._feed(ReleaseUnanswered(self._watch.sight(), *about))
 
-    def _answered(self, order: ReleaseOrder, ack: CommandAck) -> None:
-        self._recorder.note(answer(order.drop.compiled.command.name, ack, order.attempt))
-        self._take(order, order.drop.acked(order.attempt, ack, self._watch.now()))
+    def _withhold(self, order: ReleaseOrder, leg: int, drop: SupervisedRelease) -> None:
+        self._note_ack(order, drop, CommandOutcome.NOT_SENT, detail="its moment was over before it was recorded")
+        self._feed(ReleaseNotSent(self._watch.sight(), leg, order.plan_item_id, order.attempt))
 
-    def _withhold(self, order: ReleaseOrder) -> None:
-        self._note_ack(order, CommandOutcome.NOT_SENT, detail="its moment was over before it was recorded")
-        self._take(order, order.drop.withheld(order.attempt, self._watch.now()))
-
-    def _note_ack(self, order: ReleaseOrder, outcome: CommandOutcome, detail: str) -> None:
-        command = order.drop.compiled.command.name
+    def _note_ack(self, order: ReleaseOrder, drop: SupervisedRelease, outcome: CommandOutcome, detail: str) -> None:
+        command = drop.compiled.command.name
         self._recorder.note(RunAck(command=command, outcome=outcome, attempt=order.attempt, detail=detail))
 
-    def _take(self, order: ReleaseOrder, following: Sequence[Order]) -> None:
-        self._watch.record(order.drop)
-        self.carry_out(following)
+    def _feed(self, heard: FlightInput) -> None:
+        self.carry_out(self._watch.feed(heard))
 
-    async def _divert(self, order: DivertOrder) -> None:
+    async def _divert(self, order: DivertOrder, leg: int) -> None:
         """Send the vehicle to the alternate, once that is stored, and only if it surely waits until the last try of the
         command: one that comes later would turn it back. If it fails, the bounded hold ends by itself, and the drop at
         the alternate ends as one that was passed.
         """
-        drop = order.drop
-        self._watch.divert(drop.record.plan_item_id)
+        self._watch.feed(Diverting(self._watch.sight(), order.plan_item_id))
         try:
             await self._recorder.flush()
         except StorageError:
             return
-        look = self._watch.now()
-        if still_waits(drop.machine, drop.observe(look), drop.machine.terms.resume_s):
-            await self._set_current(order.seq, failed_drop_id=drop.record.plan_item_id)
+        drop, look = self._watch.supervised(order.plan_item_id, leg), self._watch.see()
+        if drop is not None and still_waits(drop.machine, drop.observe(look), drop.machine.terms.resume_s):
+            await self._set_current(order.seq, failed_drop_id=order.plan_item_id)
 
     async def _resume_at(self, seq: int, waiting_at: tuple[int, ...]) -> None:
         """Move the mission on after a drop. If it fails the bounded hold ends by itself."""
-        seen = self._watch.now()
+        seen = self._watch.see()
         if seen.mode_for_drops is not FlightMode.MISSION or seen.state.mission_seq not in waiting_at:
             return  # a person has it, or it moved on by itself: a late command would move it back
         await self._set_current(seq)
 
     async def _set_current(self, seq: int, *, failed_drop_id: str | None = None) -> None:
         self._recorder.note(RunCommand(command="set_current", params=(seq,), failed_drop_id=failed_drop_id))
-        self._watch.moving_on += 1
+        self._watch.feed(MovingOn(self._watch.sight(), 1))
         try:
             await self._link.set_current(seq)
             ack = RunAck(command="set_current", outcome=CommandOutcome.DONE)
         except WaydropError as error:
             ack = RunAck(command="set_current", outcome=CommandOutcome.FAILED, detail=error.detail)
         finally:
-            self._watch.moving_on -= 1
+            self._watch.feed(MovingOn(self._watch.sight(), -1))
         self._recorder.note(ack)

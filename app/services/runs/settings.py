@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from app.domain.flight.flight import DEFAULT_MAX_OFFSET_M, LOST_AFTER_S
+
 
 @dataclass(frozen=True, slots=True)
 class RunSettings:
@@ -18,21 +20,12 @@ class RunSettings:
     armable_s: float = 60.0
     arm_again_s: float = 1.0
     recheck_s: float = 30.0
-    lost_after_s: float = 900.0
+    lost_after_s: float = LOST_AFTER_S
     look_every_s: float = 0.1
     ack_s: float = 1.5
     gripper_s: float = 15.0
-    default_max_offset_m: float = 3.0
+    default_max_offset_m: float = DEFAULT_MAX_OFFSET_M
 
 
 RECORDED_VISITS = 500
 """Of a prediction: nested jumps can make more, and every one of them is stored."""
-
-UNFINISHED_DROPS_S = 5.0
-"""After a landing: how long a release that is still in flight may take to be answered."""
-
-SLOWEST_HEARTBEAT_S = 3.0
-"""After a start: how long a HEARTBEAT that says armed may take, with some of them lost."""
-
-LAST_REPORTS_S = 2.5
-"""After a landing: how long the report that the mission is done may take. MISSION_CURRENT comes at 1 Hz."""

@@ -8,6 +8,7 @@ from functools import partial
 import structlog
 
 from app.domain.errors import LinkError, NotFoundError, VehicleQuarantinedError
+from app.domain.flight.inputs import TakenUp
 from app.domain.mission import MissionItem, MissionType
 from app.domain.plan import Plan, parse_plan
 from app.domain.ports import PlanStore, VehicleLink
@@ -71,7 +72,8 @@ class TakeUp:
         if run.state is RunState.STARTING:
             made.recorder.move(RunState.FLYING, because(ReasonCode.RESTART_DURING_START_ARMED))
         if run.state is not RunState.UPLOADED:
-            made.watch.take_up(run.flown_item_ids, link.state().mission_seq)
+            watch = made.watch
+            watch.feed(TakenUp(watch.sight(), run.flown_item_ids, link.state().mission_seq))
         return made
 
     async def _plan(self, plan_id: str) -> Plan | None:

@@ -6,7 +6,7 @@ from itertools import permutations
 
 import pytest
 
-from app.domain.flight_phase import FlightView, phase_of
+from app.domain.flight.phase import FlightView, phase_of
 from app.domain.mode_sign import CAUSE_TOLD_S, ModeSign
 from app.domain.reason import Reason, in_words
 from app.domain.run import RunState

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import dataclass, field, replace
 
 from app.domain.compiler import compile_plan
 from app.domain.default_facts import default_facts
 from app.domain.drop import DropRecord
+from app.domain.flight.embedded_release import EmbeddedRelease
+from app.domain.flight.look import Look
 from app.domain.gripper_turns import GripperTurns
 from app.domain.mission import Mission
 from app.domain.plan import parse_plan
 from app.domain.progress import Progress
 from app.domain.vehicle import FlightMode, VehicleState, VehicleType
-from app.services.runs.embedded_release import EmbeddedRelease
-from app.services.runs.evidence import Look
 from tests.unit.services.runs.desk import PLANS
 
 
@@ -60,7 +61,7 @@ class EmbeddedFlight:
                 DropRecord(plan_item_id=drop.plan_item_id, supervised=False),
                 "continue",
                 GripperTurns.of(drop, self.mission),
-                taken_up=self.taken_up,
+                math.inf if self.taken_up else -math.inf,
             )
             for drop in self.mission.drops
         ]
@@ -78,8 +79,8 @@ class EmbeddedFlight:
         if current is not None:
             self.progress = self.progress.now_current(current)
         if self.state.connected:
-            for release in self.releases:
-                release.look(Look(self.state, self.now_s, self.now_s + 1e9, 1.0), self.progress)
+            look = Look(self.state, self.now_s, self.now_s + 1e9, 1.0)
+            self.releases = [release.look(look, self.progress)[0] for release in self.releases]
 
     def wait(self, seconds: float) -> None:
         """Look ten times a second."""

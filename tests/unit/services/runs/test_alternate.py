@@ -13,11 +13,11 @@ from app.domain.consent import Answer
 from app.domain.drop import DropOutcome, DropPhase
 from app.domain.errors import DropInProgressError, LinkTimeoutError
 from app.domain.events import NewEvent
+from app.domain.flight.leg import concluded_drops
 from app.domain.moving_target.report import TargetReport
 from app.domain.reason import ReasonCode, because
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode
-from app.services.runs.leg import concluded_drops
 from tests.events import data_of
 from tests.unit.domain.plan_pieces import at
 from tests.unit.services.fakes import ManualClock

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -19,12 +20,12 @@ from app.domain.errors import (
 )
 from app.domain.events import Event
 from app.domain.events.run import RunAck
+from app.domain.flight.orders import FailureOrder
 from app.domain.mission import MavCmd
 from app.domain.ports import StoredPlan
 from app.domain.run import Run, RunState
 from app.domain.vehicle import FlightMode, LandedState
 from app.services.plans import NewPlan, PlanCheck
-from app.services.runs.orders import FailureOrder
 from tests.events import item as an_item
 from tests.unit.services.runs.desk import Desk, desk
 from tests.unit.services.runs.scripted import MEASURED_CLOCK
@@ -213,7 +214,7 @@ async def test_an_embedded_drop_that_was_made_unseen_is_not_made_again_by_a_chan
         await fly(at, "clinic")
         at.vehicle.put(connected=False)
         flight = at.runs._flights[at.run_id]
-        await at.until(lambda: flight._watch._connected_since_s is None, "the link must be lost")
+        await at.until(lambda: flight._watch.flight.connected_since_s is None, "the link must be lost")
         at.vehicle.put(connected=True, mode=FlightMode.HOLD)
         await at.until_state(RunState.PAUSED)
         await at.runs.pause(at.run_id, "ann")
@@ -222,7 +223,7 @@ async def test_an_embedded_drop_that_was_made_unseen_is_not_made_again_by_a_chan
         at.vehicle.put(mission_seq=at.mission.seqs_of("back")[0])
         await at.until(lambda: at.run.item_id == "back", "what it flew unseen must show")
         await at.until(lambda: at.drop.phase is DropPhase.DONE, "the drop must have its outcome")
-        await at.until(lambda: flight._watch.item_is_heard, "it is heard for long enough")
+        await at.until(lambda: flight._watch.flight.item_is_heard(time.monotonic()), "it is heard for long enough")
         await at.runs.change_mission(at.run_id, "plan-1", None, "ann")
         assert MavCmd.DO_GRIPPER not in [one.command for one in at.vehicle.on_board]
 
@@ -259,11 +260,13 @@ async def test_a_drop_that_a_change_takes_out_is_not_told_as_flown() -> None:
         assert "drop" not in at.run.flown_item_ids
 
 
-async def test_a_mission_found_infeasible_before_it_was_looked_at_is_replaced_by_the_one_before() -> None:
+async def test_a_mission_found_infeasible_before_it_was_looked_at_is_replaced_by_the_one_before(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     async with desk() as at:
         await fly(at)
         at.vehicle.infeasible = 1
-        at.runs._flights[at.run_id]._watch._settle_change = lambda change, seen: None  # type: ignore[method-assign]
+        monkeypatch.setattr("app.domain.flight.step._settle_change", lambda flight, change, sight: flight)
         with pytest.raises(VehicleRefusedError):
             await at.runs.change_mission(at.run_id, store(at, clinic_moved), None, "ann")
         assert at.vehicle.on_board[1].x == round(at.mission.drops[0].latitude_deg * 1e7)
@@ -299,7 +302,7 @@ async def test_no_mission_is_changed_while_the_vehicle_is_sent_on_from_a_drop() 
         assert at.drop.outcome is DropOutcome.RELEASED
         at.vehicle.put(mission_seq=at.mission.drops[0].hold_seqs[-1] + 1)
         watch = at.runs._flights[at.run_id]._watch
-        await at.until(lambda: watch.progress.item_id == "home", "the hold is over")
-        assert watch.drop_is_busy
+        await at.until(lambda: watch.flight.progress.item_id == "home", "the hold is over")
+        assert watch.flight.drop_is_busy
         gate.set()
-        await at.until(lambda: not watch.drop_is_busy, "the command is answered")
+        await at.until(lambda: not watch.flight.drop_is_busy, "the command is answered")

@@ -21,14 +21,14 @@ from app.domain.errors import (
     StorageError,
 )
 from app.domain.events import EventKind
+from app.domain.flight.look import Look
+from app.domain.flight.orders import ResumeOrder
+from app.domain.flight.supervised_release import SupervisedRelease
 from app.domain.plan import parse_plan
 from app.domain.progress import Progress
 from app.domain.reason import in_words
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode, VehicleState, VehicleType
-from app.services.runs.evidence import Look
-from app.services.runs.orders import ResumeOrder
-from app.services.runs.supervised_release import SupervisedRelease
 from tests.events import data_of
 from tests.unit.services.runs.desk import PLANS, Desk, desk, restarted
 
@@ -130,7 +130,7 @@ def asking_release() -> tuple[SupervisedRelease, Callable[[float], Look]]:
     """A drop whose question was asked at 101 s with 8 s to answer, and how the vehicle looks at any time."""
     compiled = replace(COMPILED, needs_consent=True, consent_timeout_s=8.0)
     record = DropRecord(plan_item_id="drop", supervised=True, consent=ConsentRecord())
-    release = SupervisedRelease(compiled, record, 2.0, "continue")
+    release = SupervisedRelease.of(compiled, record, 2.0, "continue")
 
     def look(now_s: float, latitude_deg: float = compiled.latitude_deg) -> Look:
         state = VehicleState(
@@ -148,15 +148,16 @@ def asking_release() -> tuple[SupervisedRelease, Callable[[float], Look]]:
         return Look(state, now_s, 5000.0 + now_s, 1.0)
 
     for seen in (look(100.0, compiled.latitude_deg - 0.0001), look(100.5), look(101.0)):
-        release.look(seen, Progress.of(MISSION))
+        release, _ = release.look(seen, Progress.of(MISSION))
     assert release.is_asking
     return release, look
 
 
 def test_no_answer_in_time_is_a_refusal_by_time_and_the_mission_moves_on() -> None:
     release, look = asking_release()
-    assert release.look(look(108.9), Progress.of(MISSION)) == ()
-    (order,) = release.look(look(109.1), Progress.of(MISSION))
+    release, orders = release.look(look(108.9), Progress.of(MISSION))
+    assert orders == ()
+    release, (order,) = release.look(look(109.1), Progress.of(MISSION))
     assert isinstance(order, ResumeOrder)
     assert release.record.consent is not None
     assert release.record.consent.state is ConsentState.TIMED_OUT
@@ -167,14 +168,12 @@ def test_no_answer_in_time_is_a_refusal_by_time_and_the_mission_moves_on() -> No
 
 def test_an_answer_after_its_time_does_not_count_although_nobody_looked_since() -> None:
     release, look = asking_release()
-    assert not release.answer(GRANT, "anna", look(109.1))
-    assert release.record.consent is not None
-    assert release.record.consent.answered_by is None
+    assert release.answered(GRANT, "anna", look(109.1)) is None
 
 
 def test_the_time_to_answer_is_over_without_a_link_too() -> None:
     release, look = asking_release()
-    release.silent(look(109.1))
+    release = release.silent(look(109.1))
     assert release.record.consent is not None
     assert release.record.consent.state is ConsentState.TIMED_OUT
     assert release.record.outcome is DropOutcome.PENDING, "what the plan says then could not be sent"

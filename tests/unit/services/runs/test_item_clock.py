@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from typing import Any
 
+from app.domain.compiler import compile_plan
+from app.domain.default_facts import default_facts
 from app.domain.drop import DropOutcome
 from app.domain.events import EventKind
+from app.domain.events.run import RunItemEnded
+from app.domain.flight.item_clock import ItemClock
+from app.domain.flight.look import Look
+from app.domain.plan import parse_plan
 from app.domain.prediction import Timeline
 from app.domain.progress import Progress
-from app.domain.run import Run, RunState
-from app.domain.vehicle import FlightMode, VehicleState
-from app.services.clock import SystemClock
+from app.domain.vehicle import FlightMode, VehicleState, VehicleType
 from app.services.comparisons import Comparisons
-from app.services.runs.evidence import Look
-from app.services.runs.item_clock import ItemClock
-from app.services.runs.recorder import RunRecorder
 from tests.events import data_of
-from tests.unit.services.runs.desk import Desk, desk
+from tests.unit.services.runs.desk import PLANS, Desk, desk
 
 
 def told(at: Desk, kind: EventKind) -> list[dict[str, Any]]:
@@ -48,29 +49,26 @@ async def test_each_item_that_was_flown_is_told_once_in_order_and_without_holes(
         assert all(item["began_s"] <= item["ended_s"] for item in seen)
 
 
-async def test_the_time_of_a_pause_is_told_with_the_item_in_which_it_was() -> None:
-    async with desk() as at:
-        run = Run(id="r", plan_id="p", plan_hash="h", vehicle_id="v1", created_at=0.0, updated_at=0.0)
-        recorder = RunRecorder(run, at.journal, SystemClock())
-        clock, progress = ItemClock(at.mission, recorder), Progress.of(at.mission).now_current(0)
-        for state in (RunState.UPLOADING, RunState.UPLOADED, RunState.STARTING, RunState.FLYING):
-            recorder.move(state)
+def test_the_time_of_a_pause_is_told_with_the_item_in_which_it_was() -> None:
+    plan = parse_plan((PLANS / "clinic-run.json").read_text())
+    mission = compile_plan(plan, default_facts(VehicleType.MULTICOPTER))
+    progress, clock = Progress.of(mission).now_current(0), ItemClock.of(mission)
+    noted: list[RunItemEnded] = []
 
-        def look(boot_s: float, mode: FlightMode) -> None:
-            seen = VehicleState(connected=True, mode=mode, boot_time_s=boot_s, position_age_s=0.0)
-            clock.look(Look(seen, boot_s, boot_s, 1.0), progress, (), was_airborne=True)
+    def look(boot_s: float, mode: FlightMode, *, is_paused: bool = False) -> None:
+        nonlocal clock
+        state = VehicleState(connected=True, mode=mode, boot_time_s=boot_s, position_age_s=0.0)
+        seen = Look(state, boot_s, boot_s, 1.0)
+        clock, ended = clock.look(seen, progress, (), was_airborne=True, is_paused=is_paused)
+        noted.extend(ended)
 
-        look(100.0, FlightMode.MISSION)
-        recorder.move(RunState.PAUSED)
-        for boot_s in (101.0, 102.0, 103.0):
-            look(boot_s, FlightMode.HOLD)
-        look(104.0, FlightMode.MISSION)  # it goes on: when, since the look before, nobody saw
-        recorder.move(RunState.FLYING)
-        progress = progress.now_current(1)
-        look(105.5, FlightMode.MISSION)
-        await recorder.flush()
-        (item,) = told(at, EventKind.RUN_ITEM_ENDED)
-        assert (item["item_id"], item["began_s"], item["ended_s"], item["paused_s"]) == ("takeoff", 100.0, 105.5, 3.0)
+    look(100.0, FlightMode.MISSION)
+    for boot_s in (101.0, 102.0, 103.0):
+        look(boot_s, FlightMode.HOLD, is_paused=True)
+    look(104.0, FlightMode.MISSION)  # it goes on: when, since the look before, nobody saw
+    progress = progress.now_current(1)
+    look(105.5, FlightMode.MISSION)
+    assert noted == [RunItemEnded(item_id="takeoff", began_s=100.0, ended_s=105.5, paused_s=3.0)]
 
 
 async def test_the_comparison_is_made_of_the_runs_own_events() -> None:

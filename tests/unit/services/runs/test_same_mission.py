@@ -7,7 +7,7 @@ import asyncio
 import pytest
 
 from app.domain.errors import ChangeUnderWayError, LinkTimeoutError, StorageError
-from app.services.runs.pending_change import SETTLED_S
+from app.domain.flight.pending_change import SETTLED_S
 from tests.unit.services.runs.desk import Desk, desk, restarted
 from tests.unit.services.runs.test_change import Document, fly, item, store
 
@@ -62,7 +62,7 @@ async def test_a_transfer_of_it_that_nobody_confirmed_counts_for_nothing() -> No
         at.vehicle.upload_error = LinkTimeoutError("the link is lost")
         with pytest.raises(LinkTimeoutError):
             await at.runs.change_mission(at.run_id, "plan-1", "corner", "ann")
-        pending = at.runs._flights[at.run_id]._watch.change
+        pending = at.runs._flights[at.run_id]._watch.flight.change
         assert pending is not None
         assert pending.ended_s is not None
         state = at.vehicle.state()

@@ -10,6 +10,8 @@ from app.domain.commands import CommandAck, MavResult
 from app.domain.compiler import compile_plan
 from app.domain.default_facts import default_facts
 from app.domain.drop import Certainty, DropOutcome, DropPhase, DropRecord, OutputEvidence
+from app.domain.flight.look import Look, finished, output_evidence
+from app.domain.flight.supervised_release import SupervisedRelease
 from app.domain.mission import CompiledDrop, MavCmd
 from app.domain.plan import parse_plan
 from app.domain.progress import Progress
@@ -19,8 +21,6 @@ from app.domain.supervised import Finish
 from app.domain.vehicle import FlightMode, LandedState, VehicleState, VehicleType
 from app.services.journal import Journal
 from app.services.runs.closing import close_unseen
-from app.services.runs.evidence import Look, finished, output_evidence
-from app.services.runs.supervised_release import SupervisedRelease
 from tests.reasons import some
 from tests.unit.services.fakes import ManualClock, MemoryEventStore
 from tests.unit.services.runs.desk import PLANS
@@ -45,7 +45,7 @@ def looked_at(
     output_us: int = 1000,
 ) -> DropRecord:
     """The record after one look, that much later than the release was commanded."""
-    release = SupervisedRelease(compiled, record, 2.0, "continue")
+    release = SupervisedRelease.of(compiled, record, 2.0, "continue")
     state = VehicleState(
         connected=True,
         mode=FlightMode.MISSION,
@@ -55,8 +55,7 @@ def looked_at(
         gripper_output_us=output_us,
         gripper_output_age_s=age_s,
     )
-    release.look(Look(state, 100.0, COMMANDED_AT_S + after_s, 1.0), Progress.of(MISSION))
-    return release.record
+    return release.look(Look(state, 100.0, COMMANDED_AT_S + after_s, 1.0), Progress.of(MISSION))[0].record
 
 
 def test_the_output_is_noted_with_the_time_at_which_it_was_received() -> None:
@@ -86,7 +85,7 @@ def test_after_a_restart_an_output_that_was_seen_at_release_still_counts(output_
 def acknowledged(compiled: CompiledDrop = DROP, **state: object) -> DropRecord:
     """The record of a drop whose release was accepted with nothing seen of an output."""
     fresh = DropRecord(plan_item_id=DROP.plan_item_id, supervised=True)
-    release = SupervisedRelease(compiled, fresh, 2.0, "continue")
+    release = SupervisedRelease.of(compiled, fresh, 2.0, "continue")
     for tick in range(200):
         now_s = tick * 0.1
         away_deg = 0.001 if tick < 20 else 0.0
@@ -95,10 +94,9 @@ def acknowledged(compiled: CompiledDrop = DROP, **state: object) -> DropRecord:
         still = {"velocity_north_m_s": 0.0, "velocity_east_m_s": 0.0, "position_age_s": 0.1, "boot_time_s": now_s}
         flown = {"landed": LandedState.IN_AIR, **seen, **place, **still, **state}
         look = Look(VehicleState(**flown), now_s, COMMANDED_AT_S + now_s, 1.0)  # type: ignore[arg-type]
-        release.look(look, Progress.of(MISSION))
+        release, _ = release.look(look, Progress.of(MISSION))
         if release.record.attempts and not release.is_over:
-            release.acked(1, CommandAck(MavCmd.DO_GRIPPER, MavResult.ACCEPTED), look)
-            return release.record
+            return release.acked(1, CommandAck(MavCmd.DO_GRIPPER, MavResult.ACCEPTED), look)[0].record
     raise AssertionError("no release was sent")
 
 
@@ -127,10 +125,11 @@ def test_a_winch_says_nothing_of_an_output() -> None:
 
 
 def test_before_the_release_it_is_said_that_no_output_is_assigned() -> None:
-    release = SupervisedRelease(DROP, DropRecord(plan_item_id="drop", supervised=True), 2.0, "continue")
-    release.look(Look(VehicleState(connected=True, has_gripper_output=False), 1.0, 1.0, 1.0), Progress.of(MISSION))
+    release = SupervisedRelease.of(DROP, DropRecord(plan_item_id="drop", supervised=True), 2.0, "continue")
+    unassigned = Look(VehicleState(connected=True, has_gripper_output=False), 1.0, 1.0, 1.0)
+    release, _ = release.look(unassigned, Progress.of(MISSION))
     assert release.record.output_evidence is OutputEvidence.NOT_ASSIGNED
-    release.look(Look(VehicleState(connected=True), 2.0, 2.0, 1.0), Progress.of(MISSION))
+    release, _ = release.look(Look(VehicleState(connected=True), 2.0, 2.0, 1.0), Progress.of(MISSION))
     assert release.record.output_evidence is OutputEvidence.NOT_ASSIGNED, "after a restart it is not known at first"
 
 

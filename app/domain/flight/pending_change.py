@@ -5,22 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from app.domain.events.run import RunMissionChanged
 from app.domain.mission import Mission
 from app.domain.plan import Plan
 from app.domain.prediction import Timeline
 from app.domain.progress import Progress
 from app.domain.run import PlanChange
 from app.domain.vehicle import VehicleState
-from app.services.runs.leg import Leg, changed_to, leg_of
-from app.services.runs.recorder import RunRecorder
-from app.services.runs.settings import RunSettings
 
 SETTLED_S: Final = 3.0
 """MISSION_CURRENT comes at 1 Hz, and some may be lost."""
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class PendingChange:
     """`mission` is the rest of `plan`.
 
@@ -31,7 +27,6 @@ class PendingChange:
     plan: Plan
     mission: Mission
     timeline: Timeline
-    settings: RunSettings
     follows: bool
     """It goes on with whatever item is flown, and not with one that was named."""
 
@@ -67,14 +62,3 @@ class PendingChange:
         flown = {item.id: item for item in flown_by.items if item.id in progress.flown}
         as_flown = all(item == flown.get(item.id) for item in self.plan.items if item.id in before)
         return first if as_flown else 0
-
-    def begin(self, recorder: RunRecorder) -> Leg:
-        """It is on board: the run is of this plan from now on. The leg that the flight follows."""
-        tell_change(recorder, self.change, self.timeline)
-        recorder.change(**changed_to(recorder.run, self.change, self.mission))
-        return leg_of(recorder.run, self.plan, self.mission, self.settings, changed_at=self.change.at)
-
-
-def tell_change(recorder: RunRecorder, change: PlanChange, timeline: Timeline) -> None:
-    """Before the run's own change, so that the events tell which plan was flown until then."""
-    recorder.note(RunMissionChanged(change=change, timeline=timeline))

@@ -6,7 +6,7 @@ import dataclasses
 
 import pytest
 
-from app.domain.flight_phase import FlightView, how_it_ended, phase_of
+from app.domain.flight.phase import FlightView, how_it_ended, phase_of
 from app.domain.reason import ReasonCode, because, in_words
 from app.domain.run import Asked, RunState
 from app.domain.vehicle import FlightMode, LandedState, VehicleState, VehicleType

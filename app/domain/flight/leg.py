@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from app.domain.consent import ConsentRecord
 from app.domain.drop import DropOutcome, DropPhase, DropRecord
+from app.domain.flight.embedded_release import EmbeddedRelease
+from app.domain.flight.supervised_release import SupervisedRelease
 from app.domain.gripper_turns import GripperTurns
 from app.domain.mission import CompiledDrop, Mission
 from app.domain.plan import Gripper, Plan, Winch
 from app.domain.run import IN_FLIGHT, PlanChange, Run, RunState
-from app.services.runs.embedded_release import EmbeddedRelease
-from app.services.runs.orders import Release
-from app.services.runs.settings import RunSettings
-from app.services.runs.supervised_release import SupervisedRelease
 
 _NOT_STARTED = frozenset({RunState.CREATED, RunState.UPLOADING, RunState.UPLOADED})
 _NEVER_AGAIN = frozenset({DropOutcome.RELEASED, DropOutcome.UNKNOWN})
+
+
+Release = SupervisedRelease | EmbeddedRelease
+"""One drop of a flight: Waydrop commands it, or the mission does.
+
+`is_over`: it has its outcome; `is_active`: the vehicle waits at it now; `is_busy`: it was commanded, or its item
+passed, and what came of it is not known yet. `look` gives the drop after a look at the vehicle and what must be sent,
+`ended` the drop closed with what is known, as the run ends.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +40,17 @@ class Leg:
     mission: Mission
     releases: tuple[Release, ...]
     alternates: Mapping[str, SupervisedRelease] = field(default_factory=dict)
+
+    def find(self, plan_item_id: str) -> Release | None:
+        """One of the drops that are flown; None if there is none."""
+        return next((one for one in self.releases if one.record.plan_item_id == plan_item_id), None)
+
+    def having(self, release: Release) -> Leg:
+        """The leg with one drop as it is now."""
+        drop_id = release.record.plan_item_id
+        return replace(
+            self, releases=tuple(release if one.record.plan_item_id == drop_id else one for one in self.releases)
+        )
 
     @property
     def supervised(self) -> tuple[SupervisedRelease, ...]:
@@ -48,7 +67,9 @@ class Leg:
         return replace(self, releases=(*self.releases, self.alternates[plan_item_id]))
 
 
-def leg_of(run: Run, plan: Plan, mission: Mission, settings: RunSettings, *, changed_at: float | None = None) -> Leg:
+def leg_of(
+    run: Run, plan: Plan, mission: Mission, default_max_offset_m: float, *, changed_at: float | None = None
+) -> Leg:
     """The leg for a run that has a record of each of the mission's drops.
 
     `changed_at`: when the plan was changed in flight; no hold of this mission can have begun before.
@@ -65,14 +86,15 @@ def leg_of(run: Run, plan: Plan, mission: Mission, settings: RunSettings, *, cha
     alternates: dict[str, SupervisedRelease] = {}
 
     def supervised(drop: CompiledDrop, record: DropRecord) -> SupervisedRelease:
-        offset_m = offsets.get(drop.plan_item_id) or settings.default_max_offset_m
-        return SupervisedRelease(drop, record, offset_m, on_failure, waited_at_s, targets.get(drop.plan_item_id))
+        offset_m = offsets.get(drop.plan_item_id) or default_max_offset_m
+        return SupervisedRelease.of(drop, record, offset_m, on_failure, waited_at_s, targets.get(drop.plan_item_id))
 
     for drop in mission.drops:
         record = run.drop(drop.plan_item_id)
         if not drop.supervised:
             turns = GripperTurns.of(drop, mission)
-            made.append(EmbeddedRelease(drop, record, on_failure, turns, taken_up=taken_up))
+            since_s = math.inf if taken_up else -math.inf
+            made.append(EmbeddedRelease(drop, record, on_failure, turns, since_s))
             continue
         begun = None if drop.alternate is None else run.find_drop(drop.alternate.plan_item_id)
         if drop.alternate is not None and begun is None:

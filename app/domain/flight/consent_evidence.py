@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Final
 
 from app.domain.consent import Answer, ConsentChecks, ConsentRecord, ConsentState
+from app.domain.flight.look import Look, offset_m
 from app.domain.mission import CompiledDrop
 from app.domain.reason import Reason, ReasonCode, because
 from app.domain.supervised import ConsentGate
-from app.services.runs.evidence import Look, offset_m
 
 _MEASURED: Final = (
     *("ground_speed_m_s", "relative_altitude_m", "landed", "position_age_s"),

@@ -1,0 +1,120 @@
+"""A drop that is an item of the mission: it is only watched, and its outcome inferred."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+from app.domain.drop import DropPhase, DropRecord
+from app.domain.embedded_drop import EmbeddedDrop, EmbeddedSight
+from app.domain.flight.look import Look, finished, where, with_output
+from app.domain.flight.orders import FailureOrder, Order, failure_order
+from app.domain.gripper_turns import GripperTurns
+from app.domain.mission import CompiledDrop, MavCmd
+from app.domain.progress import Progress
+from app.domain.reason import Reason, ReasonCode, because
+from app.domain.supervised import Finish
+from app.domain.vehicle import VehicleState
+
+SURELY_SEEN_S: Final = 1.2
+"""An item shows as passed this much late, in vehicle time: MISSION_CURRENT comes at 1 Hz."""
+LONGEST_BLINK_S: Final = 1.0
+"""Looks further apart, or positions older than this, are a gap in which anything may have happened."""
+
+
+@dataclass(frozen=True, slots=True)
+class EmbeddedRelease:
+    """A drop that is an item of the mission: it is only watched.
+
+    `seen_since_s`: since when the vehicle has been seen without a gap; math.inf for a flight that went on without us
+    before, so that the item may have passed unseen. `place` is where the vehicle was at the first sign of the release.
+    """
+
+    compiled: CompiledDrop
+    record: DropRecord
+    on_failure: str
+    gripper: GripperTurns
+    seen_since_s: float = -math.inf
+    drop: EmbeddedDrop = field(default_factory=EmbeddedDrop)
+    state: VehicleState = field(default_factory=VehicleState)
+    looked_at_s: float | None = None
+    place: Mapping[str, object] | None = None
+
+    @property
+    def is_over(self) -> bool:
+        """See Release."""
+        return self.record.phase is DropPhase.DONE
+
+    @property
+    def is_active(self) -> bool:
+        """See Release."""
+        return False
+
+    @property
+    def is_busy(self) -> bool:
+        """See Release."""
+        return self.drop.passed_at_s is not None and not self.is_over
+
+    def look(self, seen: Look, progress: Progress) -> tuple[EmbeddedRelease, tuple[Order, ...]]:
+        """See Release."""
+        if self.is_over:
+            return self, ()
+        state = seen.state
+        has_gripper = self.compiled.command is MavCmd.DO_GRIPPER
+        drop = self.drop.saw(
+            EmbeddedSight(
+                now_s=seen.now_s,
+                connected=state.connected,
+                passed=self.gripper.has_passed(progress),
+                output_us=state.gripper_output_us if has_gripper else None,
+                output_age_s=state.gripper_output_age_s if has_gripper else None,
+                at_item=self.gripper.is_at_item(progress),
+                earlier_passed=self.gripper.has_earlier_passed(progress),
+                regrabbed=self.gripper.is_regrabbed(progress),
+                reopened=self.gripper.is_reopened(progress),
+                has_output=state.has_gripper_output if has_gripper else None,
+                has_gripper=has_gripper,
+            )
+        )
+        record = with_output(self.record, self.compiled, state)
+        after = replace(self, drop=drop, state=state, record=record)._placed(seen)
+        if drop.finish is None:
+            return after, ()
+        after = after._finished(seen, drop.finish, has_gripper=has_gripper)
+        failure: FailureOrder | None = failure_order(after.record, self.on_failure, state)
+        return after, (failure,) if failure else ()
+
+    def ended(self, reason: Reason, now_s: float) -> EmbeddedRelease:
+        """See Release."""
+        drop = self.drop.ended(reason)
+        if drop.finish is None or self.is_over:
+            return replace(self, drop=drop)
+        return replace(
+            self, drop=drop, record=with_output(finished(self.record, drop.finish), self.compiled, self.state)
+        )
+
+    def _placed(self, seen: Look) -> EmbeddedRelease:
+        """At the first sign of the release, where the vehicle is; nothing if that sign may be old by now."""
+        age_s = seen.state.position_age_s
+        pause_s = 0.0 if self.looked_at_s is None else seen.now_s - self.looked_at_s
+        since_s = self.seen_since_s
+        if pause_s > LONGEST_BLINK_S or age_s is None or age_s > LONGEST_BLINK_S or since_s == math.inf:
+            since_s = seen.now_s
+        after = replace(self, looked_at_s=seen.now_s, seen_since_s=since_s)
+        if self.place is not None or (self.drop.passed_at_s is None and self.drop.finish is None):
+            return after
+        surely_s = SURELY_SEEN_S / max(seen.clock_rate, 1.0)
+        place = where(seen, self.compiled) if seen.now_s - since_s >= surely_s else {}
+        return replace(after, place=place, record=after.record.model_copy(update=place))
+
+    def _finished(self, seen: Look, finish: Finish, *, has_gripper: bool) -> EmbeddedRelease:
+        output_us, age_s = seen.state.gripper_output_us, seen.state.gripper_output_age_s
+        changes = (
+            {"output_us": output_us, "output_at": seen.time_s - age_s} if has_gripper and age_s is not None else {}
+        )
+        if not self.place:
+            finish = replace(finish, reason=because(ReasonCode.ITEM_UNSEEN_PLACE, finish.reason))
+        record = finished(self.record.model_copy(update=changes), finish)
+        return replace(self, record=with_output(record, self.compiled, seen.state))

@@ -1,0 +1,173 @@
+"""The state of one flight. See step.py for what changes it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any, Final
+
+from app.domain.complete_sign import CompleteSign
+from app.domain.drop import DropPhase, DropRecord
+from app.domain.events import AnyPayload
+from app.domain.events.run import RunChanged, RunDrop, RunItem, consent_told
+from app.domain.flight.hands import HandsSign
+from app.domain.flight.inputs import FlightEffect, Record, Sight
+from app.domain.flight.item_clock import ItemClock
+from app.domain.flight.leg import Leg, Release
+from app.domain.flight.look import Look
+from app.domain.flight.orders import Order
+from app.domain.flight.pending_change import SETTLED_S, PendingChange
+from app.domain.flight.phase import is_of_hands
+from app.domain.mode_sign import ModeSign
+from app.domain.progress import Progress
+from app.domain.reason import Reason
+from app.domain.run import Asked, Run, RunState
+from app.domain.vehicle_clock import UNHEARD, VehicleClock
+
+LOST_AFTER_S: Final = 900.0
+DEFAULT_MAX_OFFSET_M: Final = 3.0
+
+
+@dataclass(frozen=True, slots=True)
+class Flight:
+    """One run in flight.
+
+    `leg` is what is flown, `progress` how far; `change` a changed mission that is on its way to the vehicle, or may be
+    on board, and `skip_to` its item to which the vehicle had come by itself when it arrived. `command` is what the
+    vehicle is being told now, as `run.asked`; `obeyed` what was asked of it and seen to be done. `moving_on` counts the
+    commands that make another item current and are not answered yet. `was_away`: it may have flown on unseen.
+    `connected_at_s` is when it was last heard, `connected_since_s` since when without a gap. `effects` are those of
+    the step under way.
+    """
+
+    run: Run
+    leg: Leg
+    progress: Progress
+    items: ItemClock
+    connected_at_s: float
+    lost_after_s: float = LOST_AFTER_S
+    default_max_offset_m: float = DEFAULT_MAX_OFFSET_M
+    hands: HandsSign = field(default_factory=HandsSign)
+    complete: CompleteSign = field(default_factory=CompleteSign)
+    mode: ModeSign = field(default_factory=ModeSign)
+    rate: VehicleClock = UNHEARD
+    command: Asked | None = None
+    obeyed: Asked | None = None
+    moving_on: int = 0
+    change: PendingChange | None = None
+    skip_to: int = 0
+    mission_done: bool = False
+    was_airborne: bool = False
+    was_armed: bool = False
+    was_away: bool = False
+    rebooted: bool = False
+    first_look_s: float | None = None
+    landed_at_s: float | None = None
+    connected_since_s: float | None = None
+    effects: tuple[FlightEffect, ...] = ()
+
+    @classmethod
+    def of(cls, run: Run, leg: Leg, now_s: float, lost_after_s: float, default_max_offset_m: float) -> Flight:
+        """Before the first look, at our monotonic time. The reason of a run that is taken up tells of hands."""
+        return cls(
+            run,
+            leg,
+            Progress.of(leg.mission),
+            ItemClock.of(leg.mission),
+            now_s,
+            lost_after_s,
+            default_max_offset_m,
+            HandsSign(is_of_hands(run.reason)),
+        )
+
+    @property
+    def is_changing(self) -> bool:
+        """Whether it is not known which of two missions the vehicle flies."""
+        return self.change is not None and self.change.is_open
+
+    @property
+    def drop_is_busy(self) -> bool:
+        """Whether the vehicle waits at a drop or was sent to an alternate, or what a release did is not known yet."""
+        open_ones = [release for release in self.leg.releases if not release.is_over]
+        return self.moving_on > 0 or any(
+            one.is_active or one.is_busy or one.record.alternate_to is not None for one in open_ones
+        )
+
+    def item_is_heard(self, now_s: float) -> bool:
+        """Whether MISSION_CURRENT was heard since the link came back, if it was lost."""
+        return self.connected_since_s is not None and now_s - self.connected_since_s > SETTLED_S
+
+    def look(self, sight: Sight) -> Look:
+        """A sight with what the flight knows of the vehicle's clock, and of what is asked."""
+        return Look(
+            sight.state,
+            sight.now_s,
+            sight.time_s,
+            self.rate.rate,
+            self.rate.is_measured,
+            self.run.asked,
+            is_changing=self.is_changing,
+            targets=sight.targets,
+        )
+
+    def find(self, plan_item_id: str, leg: int) -> Release | None:
+        """A drop of the leg with this number; None once the plan was changed."""
+        return self.leg.find(plan_item_id) if leg == self.run.changes else None
+
+    def noted(self, payload: AnyPayload) -> Flight:
+        """With one more event to be stored."""
+        return replace(self, effects=(*self.effects, Record(payload)))
+
+    def ordering(self, orders: tuple[Order, ...]) -> Flight:
+        """With orders to be sent."""
+        return replace(self, effects=(*self.effects, *orders)) if orders else self
+
+    def changed(self, sight: Sight, **fields: Any) -> Flight:
+        """With other fields of the run, if they differ."""
+        if all(getattr(self.run, name) == value for name, value in fields.items()):
+            return self
+        run = self.run.model_copy(update={**fields, "updated_at": sight.time_s})
+        return replace(self, run=run).noted(RunChanged(run))
+
+    def moved(self, sight: Sight, state: RunState, reason: Reason | None) -> Flight:
+        """The run in its next state; staying in it only changes the reason. Raises WrongStateError."""
+        if state is self.run.state:
+            return self.changed(sight, reason=reason)
+        run = self.run.moved_to(state, now=sight.time_s, reason=reason)
+        return replace(self, run=run).noted(RunChanged(run))
+
+    def with_record(self, sight: Sight, record: DropRecord) -> Flight:
+        """With the new record of one drop in the run, if it differs."""
+        before = self.run.drop(record.plan_item_id)
+        if before == record:
+            return self
+        flight = replace(self, run=self.run.with_drop(record, now=sight.time_s))
+        told = consent_told(record.plan_item_id, before.consent, record.consent)
+        return (flight if told is None else flight.noted(told)).noted(RunDrop(record))
+
+    def with_release(self, sight: Sight, release: Release) -> Flight:
+        """With a drop as it is now; a supervised drop that is over counts as flown."""
+        record = release.record
+        was_over = self.run.drop(record.plan_item_id).phase is DropPhase.DONE
+        flight = replace(self, leg=self.leg.having(release)).with_record(sight, record)
+        current, hold_seqs = flight.progress.current, release.compiled.hold_seqs
+        at_hold = current is not None and current >= min(hold_seqs)
+        if record.alternate_to is not None:  # the mission may have gone on past it without a visit
+            at_hold = current in hold_seqs
+        if not (release.is_over and not was_over and release.compiled.supervised and at_hold):
+            return flight
+        return flight.advanced(sight, flight.progress.also_flown(record.plan_item_id, through_seq=max(hold_seqs)))
+
+    def advanced(self, sight: Sight, progress: Progress) -> Flight:
+        """With the progress; what was passed is of the run."""
+        flight = replace(self, progress=progress)
+        if progress.flown == self.progress.flown and progress.passed_to == self.progress.passed_to:
+            return flight
+        return flight.changed(sight, flown_item_ids=progress.flown, reached_seq=max(progress.passed_to, 0))
+
+    def flying_to(self, sight: Sight, progress: Progress) -> Flight:
+        """The same, when another item may be current."""
+        flight = self.advanced(sight, progress)
+        if progress.current == self.progress.current:
+            return flight
+        flight = flight.noted(RunItem(seq=progress.current, what="current", item_id=progress.item_id))
+        return flight.changed(sight, item_id=progress.item_id)

@@ -1,0 +1,260 @@
+"""A drop that Waydrop commands itself: looks and acks go into its machine, orders and evidence come out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+
+from app.domain.commands import CommandAck
+from app.domain.consent import Answer, ConsentState
+from app.domain.drop import DropPhase, DropRecord
+from app.domain.flight.consent_evidence import LEFT_HOLD, RESTARTED, answered, asked, closed, withdrawn
+from app.domain.flight.look import Look, commanded, finished, offset_m, with_output
+from app.domain.flight.orders import DivertOrder, Order, ReleaseOrder, ResumeOrder, failure_order
+from app.domain.mission import CompiledDrop, MavCmd
+from app.domain.plan import Target
+from app.domain.progress import Progress
+from app.domain.reason import Reason
+from app.domain.supervised import (
+    ConsentGiven,
+    Divert,
+    DropMachine,
+    DropTerms,
+    Finish,
+    Observation,
+    ReleaseAck,
+    ReleaseTimedOut,
+    ReleaseWithheld,
+    Resume,
+    RunEnding,
+    SendRelease,
+    Silence,
+    TargetSight,
+    step,
+)
+from app.domain.supervised.inputs import DropEffect, DropInput
+from app.domain.supervised.terms import GRIPPER_OPEN_US
+from app.domain.vehicle import VehicleState
+
+Heard = tuple["SupervisedRelease", tuple[Order, ...]]
+"""The drop after it, and what must be sent."""
+
+
+@dataclass(frozen=True, slots=True)
+class SupervisedRelease:
+    """A drop that Waydrop commands itself.
+
+    `waited_at_s`, after a restart of ours, is the Unix time at which the journal last saw the drop still waiting: the
+    hold had not begun then, and its end is counted from there.
+    """
+
+    compiled: CompiledDrop
+    record: DropRecord
+    machine: DropMachine
+    on_failure: str
+    waited_at_s: float | None = None
+    target: Target | None = None
+    state: VehicleState = field(default_factory=VehicleState)
+
+    @classmethod
+    def of(
+        cls,
+        compiled: CompiledDrop,
+        record: DropRecord,
+        max_offset_m: float,
+        on_failure: str,
+        waited_at_s: float | None = None,
+        target: Target | None = None,
+    ) -> SupervisedRelease:
+        """The drop as its record says. What was asked of an operator before does not count any more."""
+        terms = DropTerms.of(compiled, max_offset_m, None if target is None else target.max_speed_m_s)
+        opened = record.output_us == GRIPPER_OPEN_US
+        questions = 0 if record.consent is None else record.consent.question
+        machine = DropMachine.taken_up(terms, record.attempts, opened=opened, questions=questions)
+        waited_at_s = waited_at_s if record.phase is DropPhase.WAITING else None
+        if record.consent is not None and record.attempts == 0 and record.phase is not DropPhase.DONE:
+            record = record.model_copy(update={"consent": withdrawn(record.consent, RESTARTED)})
+        return cls(compiled, record, machine, on_failure, waited_at_s, target)
+
+    @property
+    def feed(self) -> str | None:
+        """The feed of its moving target; None if it has none."""
+        return None if self.target is None else self.target.feed
+
+    @property
+    def is_over(self) -> bool:
+        """See Release."""
+        return self.machine.is_over or self.record.phase is DropPhase.DONE
+
+    @property
+    def is_active(self) -> bool:
+        """See Release."""
+        return not self.is_over and self.machine.phase in (DropPhase.HOLDING, DropPhase.ASKING, DropPhase.RELEASING)
+
+    @property
+    def is_asking(self) -> bool:
+        """Whether an operator's consent is asked for now."""
+        return self.machine.consent.state is ConsentState.ASKED
+
+    @property
+    def awaits_answer(self) -> bool:
+        """Whether a release was sent whose final ack is still awaited."""
+        return self.machine.in_flight is not None
+
+    @property
+    def is_busy(self) -> bool:
+        """See Release."""
+        return self.machine.attempts > 0 and not self.is_over
+
+    def look(self, seen: Look, progress: Progress) -> Heard:
+        """See Release."""
+        drop = self
+        if self.waited_at_s is not None:
+            if not seen.rate_is_measured or seen.state.boot_time_s is None:
+                return self, ()
+            waited_s = (seen.time_s - self.waited_at_s) * seen.clock_rate
+            if waited_s < 0.0:
+                waited_s = math.inf  # our clock was set back: how long it waited is not known, so nothing is released
+            drop = replace(
+                self, machine=self.machine.waiting_since(seen.state.boot_time_s - waited_s), waited_at_s=None
+            )
+        return drop._hear(drop.observe(seen), seen)
+
+    def observe(self, seen: Look) -> Observation:
+        """What the machine is told of a look."""
+        state, has_gripper = seen.state, self.compiled.command is MavCmd.DO_GRIPPER
+        return Observation(
+            now_s=seen.now_s,
+            connected=state.connected,
+            mode=seen.mode_for_drops,
+            armed=state.armed,
+            in_failsafe=state.in_failsafe,
+            landed=state.landed,
+            mission_seq=state.mission_seq,
+            boot_s=state.boot_time_s,
+            clock_rate=seen.clock_rate,
+            offset_m=offset_m(state, self.compiled),
+            ground_speed_m_s=state.ground_speed_m_s,
+            position_age_s=state.position_age_s,
+            gripper_output_us=state.gripper_output_us if has_gripper else None,
+            gripper_output_age_s=state.gripper_output_age_s if has_gripper else None,
+            target=self._sight(seen),
+        )
+
+    def acked(self, attempt: int, ack: CommandAck, seen: Look) -> Heard:
+        """A COMMAND_ACK of one release."""
+        drop = self
+        if ack.is_final:
+            changes = {"acknowledged_result": ack.word, "acknowledged_at": seen.time_s}
+            drop = self._recorded(changes)
+        return drop._hear(ReleaseAck(seen.now_s, attempt, ack), seen)
+
+    def timed_out(self, attempt: int, seen: Look) -> Heard:
+        """No final ack came."""
+        return self._hear(ReleaseTimedOut(seen.now_s, attempt), seen)
+
+    def withheld(self, attempt: int, seen: Look) -> Heard:
+        """The release was not sent after all."""
+        none_was_sent = self.machine.withheld + 1 == self.machine.attempts
+        drop = self._recorded({"attempts": 0, "commanded_at": None}) if none_was_sent else self
+        return drop._hear(ReleaseWithheld(seen.now_s, attempt), seen)
+
+    def silent(self, seen: Look) -> SupervisedRelease:
+        """The vehicle is not heard: a question does not wait for it."""
+        return self._hear(Silence(seen.now_s), seen)[0]
+
+    def answered(self, answer: Answer, by: str, seen: Look) -> SupervisedRelease | None:
+        """The drop with an operator's answer, None if it came too late. What follows is sent at the next look."""
+        if self.record.consent is None:
+            return None
+        question = self.machine.consent.question if answer.question is None else answer.question
+        machine, _ = step(self.machine, ConsentGiven(seen.now_s, question, answer.grant))
+        if machine.consent.state is not answer.state:
+            return None
+        consent = answered(self.record.consent, answer, by, seen)
+        return replace(self, machine=machine)._recorded({"consent": consent})
+
+    def ended(self, reason: Reason, now_s: float) -> SupervisedRelease:
+        """See Release."""
+        machine, effects = step(self.machine, RunEnding(now_s, reason))
+        drop = replace(self, machine=machine)._taken(effects)
+        if effects:
+            drop = replace(drop, record=with_output(drop.record, self.compiled, self.state))
+        if drop.record.consent is not None and drop.record.consent.state is ConsentState.ASKED:
+            drop = drop._recorded({"consent": withdrawn(drop.record.consent, reason)})
+        return drop
+
+    def _sight(self, seen: Look) -> TargetSight | None:
+        fix = None if self.feed is None else seen.targets.get(self.feed)
+        if fix is None:
+            return None
+        latitude_deg, longitude_deg = seen.state.latitude_deg, seen.state.longitude_deg
+        known = latitude_deg is not None and longitude_deg is not None
+        away_m = fix.distance_m(latitude_deg or 0.0, longitude_deg or 0.0) if known else None
+        return TargetSight(fix.age_s, away_m, fix.report.speed_m_s)
+
+    def _recorded(self, changes: dict[str, object]) -> SupervisedRelease:
+        return replace(self, record=self.record.model_copy(update=changes))
+
+    def _hear(self, heard: DropInput, seen: Look) -> Heard:
+        if self.machine.is_over:
+            return self, ()
+        machine, effects = step(self.machine, heard)
+        drop = replace(self, machine=machine)
+        if machine.phase is not self.machine.phase and machine.phase is not DropPhase.DONE:
+            drop = drop._recorded({"phase": machine.phase})
+        sends = [effect for effect in effects if isinstance(effect, SendRelease)]
+        for effect in sends:
+            drop = replace(drop, record=commanded(drop.record, effect.attempt, seen, self.compiled))
+        if sends or drop.record.commanded_at is None:
+            drop = drop._with_target(seen, effects)
+        drop = drop._with_output(seen)._taken(effects)
+        drop = replace(drop, state=seen.state, record=with_output(drop.record, self.compiled, seen.state))
+        drop = drop._with_consent(seen)
+        return drop, drop._orders(effects, seen)
+
+    def _orders(self, effects: tuple[DropEffect, ...], seen: Look) -> tuple[Order, ...]:
+        if diverted := next((effect for effect in effects if isinstance(effect, Divert)), None):
+            # what the plan says of a failure is for the alternate then
+            return (DivertOrder(self.record.plan_item_id, diverted.seq),)
+        if failure := failure_order(self.record, self.on_failure, seen.state):
+            return (failure,)  # instead of moving on
+        sends = [ReleaseOrder(self.record.plan_item_id, e.attempt) for e in effects if isinstance(e, SendRelease)]
+        return (*sends, *(ResumeOrder(e.seq, self.compiled.hold_seqs) for e in effects if isinstance(e, Resume)))
+
+    def _with_target(self, seen: Look, effects: tuple[DropEffect, ...]) -> SupervisedRelease:
+        """Where the target was when a release was sent, or when the drop ended without one."""
+        fix = None if self.feed is None else seen.targets.get(self.feed)
+        if fix is None or not any(isinstance(effect, SendRelease | Finish) for effect in effects):
+            return self
+        return self._recorded({"target": fix.evidence(seen.state.latitude_deg, seen.state.longitude_deg)})
+
+    def _with_output(self, seen: Look) -> SupervisedRelease:
+        """The gripper's output after a release was commanded, with the time at which it was received.
+
+        Until it is at release: that it is 900 again after the landing is no evidence of anything.
+        """
+        commanded_at, noted = self.record.commanded_at, self.record.output_us
+        observed = self.observe(seen)
+        output, age_s = observed.fresh_output_us, observed.gripper_output_age_s
+        if commanded_at is None or age_s is None or output in (None, noted) or noted == GRIPPER_OPEN_US:
+            return self
+        if seen.time_s - age_s < commanded_at:
+            return self
+        return self._recorded({"output_us": output, "output_at": seen.time_s - age_s})
+
+    def _with_consent(self, seen: Look) -> SupervisedRelease:
+        """Asked, timed out, withdrawn; a grant that a release was sent with stays, whatever happens after it."""
+        consent, gate = self.record.consent, self.machine.consent
+        if consent is None:
+            return self
+        if gate.state is ConsentState.ASKED and gate.question != consent.question:
+            left_s = self.machine.hold.left_s(self.observe(seen), self.machine.terms)
+            consent = asked(gate, seen, self.compiled, left_s)
+        elif consent.state is ConsentState.ASKED or self.record.commanded_at is None:
+            consent = closed(consent, gate.state, self.record.reason or LEFT_HOLD)
+        return self._recorded({"consent": consent})
+
+    def _taken(self, effects: tuple[DropEffect, ...]) -> SupervisedRelease:
+        finish = next((effect for effect in effects if isinstance(effect, Finish)), None)
+        return self if finish is None else replace(self, record=finished(self.record, finish))

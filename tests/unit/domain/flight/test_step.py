@@ -1,0 +1,175 @@
+"""The laws of the reducer, whatever a vehicle, a link, an operator and a client do, in whatever order."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import get_args
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from app.domain.commands import CommandAck, MavResult
+from app.domain.drop import DropOutcome, DropPhase
+from app.domain.flight.flight import Flight
+from app.domain.flight.inputs import (
+    AskedFor,
+    Ends,
+    FlightEffect,
+    FlightInput,
+    Looked,
+    NotDone,
+    Record,
+    ReleaseAnswered,
+    ReleaseNotSent,
+    ReleaseUnanswered,
+    Sight,
+    TakenUp,
+    Told,
+)
+from app.domain.flight.orders import ReleaseOrder
+from app.domain.flight.step import _STEPS, step
+from app.domain.mission import MavCmd
+from app.domain.ports import ItemReached, MissionCurrent, Rebooted
+from app.domain.reason import ReasonCode, because
+from app.domain.run import TERMINAL, Asked, Run, RunState
+from app.domain.vehicle import FlightMode, LandedState, VehicleState
+from tests.unit.domain.flight.flown import BEGAN_AT, BEGAN_S, DROP, MISSION_ID, Flown, a_flight, a_run
+
+SEQS = st.integers(-1, 5)
+STATES = st.builds(
+    VehicleState,
+    connected=st.sampled_from([True, True, True, False]),
+    mode=st.sampled_from([FlightMode.MISSION] * 4 + [None, *FlightMode]),
+    armed=st.sampled_from([True, True, True, False, None]),
+    landed=st.sampled_from([LandedState.IN_AIR, LandedState.IN_AIR, *LandedState]),
+    in_failsafe=st.sampled_from([False, False, False, True]),
+    latitude_deg=st.sampled_from([DROP.latitude_deg, DROP.latitude_deg, DROP.latitude_deg - 0.001, None]),
+    longitude_deg=st.just(DROP.longitude_deg),
+    velocity_north_m_s=st.sampled_from([0.0, 0.0, 9.0, None]),
+    velocity_east_m_s=st.just(0.0),
+    position_age_s=st.sampled_from([0.1, 0.1, 9.0, None]),
+    boot_time_s=st.floats(0.0, 60.0),
+    mission_seq=st.sampled_from([None, 0, 1, 2, 2, 2, 3]),
+    mission_id=st.sampled_from([MISSION_ID, MISSION_ID, 8, None]),
+    gripper_output_us=st.sampled_from([None, 900, 1000, 2000, 2000]),
+    gripper_output_age_s=st.sampled_from([None, 0.1, 9.0]),
+)
+ACKS = st.builds(CommandAck, st.just(MavCmd.DO_GRIPPER), st.sampled_from(MavResult))
+ATTEMPTS = st.integers(1, 4)
+
+
+@st.composite
+def inputs(draw: st.DrawFn) -> list[FlightInput]:
+    """Anything, in any order; most of it looks."""
+    now_s, heard = BEGAN_S, []
+    for _ in range(draw(st.integers(1, 40))):
+        now_s += draw(st.sampled_from([0.1, 0.1, 0.5, 1.0, 3.0]))
+        sight = Sight(draw(STATES), now_s, BEGAN_AT + now_s - BEGAN_S)
+        about = (0, DROP.plan_item_id, draw(ATTEMPTS))
+        rare = others(sight, draw(SEQS), about, draw(ACKS), draw(st.sampled_from(Asked)))
+        one: FlightInput = draw(st.sampled_from([*[Looked(sight)] * 6, *rare]))
+        heard.append(one)
+    return heard
+
+
+def others(sight: Sight, seq: int, about: tuple[int, str, int], ack: CommandAck, asked: Asked) -> list[FlightInput]:
+    return [
+        Told(sight, ItemReached(seq)),
+        Told(sight, MissionCurrent(seq, mission_id=MISSION_ID)),
+        Told(sight, Rebooted()),
+        ReleaseAnswered(sight, *about, ack),
+        ReleaseUnanswered(sight, *about),
+        ReleaseNotSent(sight, *about),
+        AskedFor(sight, asked),
+        NotDone(sight, asked, None),
+        Ends(sight, RunState.FAILED, because(ReasonCode.NOT_TAKEN_OFF)),
+    ]
+
+
+def folded(heard: list[FlightInput]) -> list[tuple[Flight, tuple[FlightEffect, ...]]]:
+    """The flight after each input, with its effects."""
+    flight, after = a_flight(a_run()), []
+    for one in heard:
+        flight, effects = step(flight, one)
+        after.append((flight, effects))
+    return after
+
+
+def test_each_kind_of_input_has_its_step() -> None:
+    assert {*_STEPS} == {*get_args(FlightInput)}
+
+
+@given(inputs())
+@settings(max_examples=300, deadline=None)
+def test_a_release_is_never_ordered_twice_nor_after_an_accepted_one(heard: list[FlightInput]) -> None:
+    ordered: list[int] = []
+    accepted = False
+    for one, (_, effects) in zip(heard, folded(heard), strict=True):
+        sent = [effect.attempt for effect in effects if isinstance(effect, ReleaseOrder)]
+        assert not (accepted and sent), "the gripper was open already"
+        ordered += sent
+        if isinstance(one, ReleaseAnswered) and one.attempt in ordered[-1:] and one.ack.result is MavResult.ACCEPTED:
+            accepted = True
+    assert ordered == sorted(set(ordered)), "each attempt once, one after another"
+
+
+@given(inputs())
+@settings(max_examples=300, deadline=None)
+def test_a_drop_that_is_over_stays_as_it_is(heard: list[FlightInput]) -> None:
+    over = None
+    for flight, _ in folded(heard):
+        drop = flight.run.drops[0]
+        if over is not None:
+            assert (drop.outcome, drop.certainty, drop.reason) == over
+        if drop.phase is DropPhase.DONE:
+            over = (drop.outcome, drop.certainty, drop.reason)
+            assert drop.outcome is not DropOutcome.PENDING
+
+
+@given(inputs())
+@settings(max_examples=300, deadline=None)
+def test_a_run_that_is_over_does_nothing_more_and_none_of_its_drops_is_open(heard: list[FlightInput]) -> None:
+    over: Run | None = None
+    for flight, effects in folded(heard):
+        if over is not None:
+            assert (flight.run, effects) == (over, ())
+        if flight.run.state in TERMINAL:
+            over = flight.run
+            assert all(drop.phase is DropPhase.DONE for drop in over.drops)
+
+
+@given(inputs())
+@settings(max_examples=100, deadline=None)
+def test_the_same_inputs_give_the_same_flight(heard: list[FlightInput]) -> None:
+    assert folded(heard) == folded(heard)
+
+
+@given(inputs())
+@settings(max_examples=100, deadline=None)
+def test_what_was_flown_only_grows_and_each_change_of_the_run_is_recorded(heard: list[FlightInput]) -> None:
+    before = a_flight(a_run())
+    for flight, effects in folded(heard):
+        assert flight.run.flown_item_ids[: len(before.run.flown_item_ids)] == before.run.flown_item_ids
+        told = any(isinstance(effect, Record) for effect in effects)
+        assert told or flight.run == before.run
+        before = flight
+
+
+def test_an_answer_for_a_plan_that_was_changed_since_reaches_no_drop() -> None:
+    flown = Flown()
+    while flown.attempt == 0:
+        flown.tick()
+    late = ReleaseAnswered(flown.sight, 1, DROP.plan_item_id, 1, CommandAck(MavCmd.DO_GRIPPER, MavResult.ACCEPTED))
+    after, effects = step(flown.flight, late)
+    assert (after.run, effects) == (flown.run, ())
+
+
+def test_a_flight_that_is_taken_up_after_its_landing_ends() -> None:
+    flown = Flown()
+    while not flown.landed:
+        flown.tick()
+    again = a_flight(flown.run.model_copy(update={"state": RunState.FLYING}), flown.now_s)
+    again, _ = step(again, TakenUp(flown.sight, flown.run.flown_item_ids, flown.state.mission_seq))
+    for seconds in range(8):
+        again, _ = step(again, Looked(replace(flown.sight, now_s=flown.now_s + seconds)))
+    assert again.run.state is RunState.COMPLETED
