@@ -9,10 +9,10 @@ import asyncio
 from typing import Final
 
 from app.domain.arming import armed_by_others, disarmed_by_others
-from app.domain.autopilot.px4.modes import flight_mode
 from app.domain.errors import CommandExpiredError
 from app.domain.vehicle import FlightMode
 from app.vehicles.decoders import Heartbeat
+from app.vehicles.flown_by import flight_mode
 from app.vehicles.inbox import Inbox
 
 _ARMED: Final = 0x80
@@ -32,7 +32,7 @@ async def heard_disarmed(inbox: Inbox, within_s: float, *, mode: FlightMode | No
     others: list[FlightMode] = []
 
     def take(message: Heartbeat, received_s: float) -> None:
-        seen = flight_mode(message.custom_mode)
+        seen = flight_mode(message.custom_mode, message)
         if mode not in (None, seen) and not message.base_mode & _ARMED:
             others[:] = [seen]
         elif not first.done():
@@ -49,5 +49,5 @@ async def heard_disarmed(inbox: Inbox, within_s: float, *, mode: FlightMode | No
     finally:
         end()
     if beat.base_mode & _ARMED:
-        raise armed_by_others("the vehicle", flight_mode(beat.custom_mode))
+        raise armed_by_others("the vehicle", flight_mode(beat.custom_mode, beat))
     return received_s + _LEAVES_WITHIN_S

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Final
 
-from app.domain.autopilot import autopilot_kind
-from app.domain.autopilot.px4.modes import flight_mode
 from app.domain.ports import LinkFact, MissionCurrent, StateChanged
 from app.domain.vehicle import (
     AutopilotKind,
@@ -29,6 +27,7 @@ from app.vehicles.decoders import (
     MissionCurrentReport,
     SysStatus,
 )
+from app.vehicles.flown_by import flight_mode, flown_by
 
 _FIX: Final = tuple(GnssFix)
 _LANDED: Final = tuple(LandedState)
@@ -76,7 +75,7 @@ class Measurements:
         """HEARTBEAT: mode, armed, failsafe."""
         old, before = self.heartbeat, (self.mode, self.in_failsafe)
         self.heartbeat, self.heartbeat_s = message, received_s
-        self.mode = flight_mode(message.custom_mode)
+        self.mode = flight_mode(message.custom_mode, self.heartbeat)
         self.in_failsafe = message.system_status == _CRITICAL
         if not self.in_failsafe:
             self.intended_mode = self.mode
@@ -94,9 +93,9 @@ class Measurements:
         Were the failsafe of the last HEARTBEAT kept, the new mode would be told with the cause of the one before.
         """
         before = self.mode
-        self.mode = flight_mode(message.custom_mode)
+        self.mode = flight_mode(message.custom_mode, self.heartbeat)
         if message.intended_custom_mode:  # 0 is "not known"
-            self.intended_mode = flight_mode(message.intended_custom_mode)
+            self.intended_mode = flight_mode(message.intended_custom_mode, self.heartbeat)
             if self.mode is not before:
                 chosen = message.custom_mode != message.intended_custom_mode
                 self.in_failsafe = (
@@ -107,8 +106,7 @@ class Measurements:
     @property
     def autopilot(self) -> AutopilotKind:
         """By the HEARTBEAT."""
-        beat = self.heartbeat
-        return (None if beat is None else autopilot_kind(beat.autopilot)) or AutopilotKind.PX4
+        return flown_by(self.heartbeat)
 
     @property
     def goes_back_to_offboard(self) -> bool:

@@ -11,13 +11,13 @@ from dataclasses import replace
 from typing import Final
 
 from app.domain.arming import taken_meanwhile
-from app.domain.autopilot.px4.modes import COMMANDED, flight_mode
 from app.domain.errors import CommandExpiredError, LinkError, LinkTimeoutError, VehicleRefusedError
 from app.domain.mission import MavCmd
 from app.domain.vehicle import FlightMode
 from app.vehicles.command_sender import CommandSender, command
 from app.vehicles.decoders import CurrentMode, Heartbeat
 from app.vehicles.disarmed import heard_disarmed
+from app.vehicles.flown_by import flight_mode, mode_numbers
 from app.vehicles.inbox import Inbox
 from app.vehicles.settings import LinkSettings
 
@@ -34,6 +34,11 @@ class ModeSwitch:
         self._inbox = inbox
         self._settings = settings
         self._mode = mode
+        self._beat: Heartbeat | None = None
+        inbox.on(Heartbeat, self._heard)
+
+    def _heard(self, message: Heartbeat, _received_s: float) -> None:
+        self._beat = message
 
     async def to(self, mode: FlightMode, *, until_seen: bool = False) -> None:
         """Command `mode` and return when a HEARTBEAT or CURRENT_MODE shows it.
@@ -101,7 +106,7 @@ class ModeSwitch:
             await self._until(seen, mode)
 
     async def _accepted(self, mode: FlightMode, *, attempts: int, send_before_s: float | None = None) -> None:
-        main, sub = COMMANDED[mode]
+        main, sub = mode_numbers(mode, self._beat)
         request = command(
             MavCmd.DO_SET_MODE,
             _CUSTOM_MODE_ENABLED,
@@ -139,7 +144,7 @@ class ModeSwitch:
         seen, since_s = asyncio.Event(), time.monotonic()
 
         def look(message: Heartbeat | CurrentMode, received_s: float) -> None:
-            if received_s >= since_s and flight_mode(message.custom_mode) is mode:
+            if received_s >= since_s and flight_mode(message.custom_mode, self._beat) is mode:
                 seen.set()
 
         ends = (self._inbox.on(Heartbeat, look), self._inbox.on(CurrentMode, look))

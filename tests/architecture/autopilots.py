@@ -12,8 +12,7 @@ from tests.architecture.sources import Source
 
 FOLDERS = ("app/domain/autopilot/px4/", "app/vehicles/", "app/simulator/")
 """Here everything may be named."""
-FAMILIES = ("app/domain/autopilot/", *FOLDERS)
-"""Who may import an autopilot's folder; all others ask app.domain.autopilot."""
+FAMILY = "app/domain/autopilot/"
 GROUPS = (
     "ASPD BAT BAT1 BAT2 CA CAL CBRK COM EKF2 FD FW GF HIL LNDFW LNDMC MAN MC MIS MNT MPC NAV NPFG PD PWM RA RC RD RO "
     "RTL RWTO SDLOG SENS SIH SIM SYS UAVCAN VT WV"
@@ -38,6 +37,18 @@ def named_outside(sources: Iterable[Source]) -> list[str]:
     ]
 
 
+def folders_imported(sources: Iterable[Source]) -> list[str]:
+    """Imports of one autopilot's folder: all others, vehicles/ too, ask app.domain.autopilot."""
+    return [
+        f"{source.at(node)}: imports {module}; ask app/domain/autopilot"
+        for source in sources
+        if source.path.startswith("app/") and not source.path.startswith(FAMILY)
+        for node in source.nodes
+        for module in _modules(node)
+        if f"{module.replace('.', '/')}/".startswith(FOLDERS[0])
+    ]
+
+
 def _named(source: Source) -> Iterator[tuple[ast.AST, str]]:
     cited = _citations(source)
     for node in source.nodes:
@@ -51,8 +62,6 @@ def _named(source: Source) -> Iterator[tuple[ast.AST, str]]:
                     yield node, "branches on a firmware version"
             case ast.Name() | ast.Attribute() | ast.arg() | ast.keyword() if MODE_NUMBER.search(_last_name(node)):
                 yield node, "handles a mode number"
-            case ast.ImportFrom(module=str(module)) if _is_folder(module) and not source.path.startswith(FAMILIES):
-                yield node, f"imports {module}"
             case _:
                 pass
 
@@ -73,8 +82,13 @@ def _parameters(text: str) -> list[str]:
     return [name for name in PARAMETER.findall(text) if name not in COMMANDS]
 
 
-def _is_folder(module: str) -> bool:
-    return f"{module.replace('.', '/')}/".startswith(FOLDERS[0])
+def _modules(node: ast.AST) -> list[str]:
+    match node:
+        case ast.ImportFrom(module=str(module), names=names):
+            return [module, *(f"{module}.{one.name}" for one in names)]
+        case ast.Import(names=names):
+            return [one.name for one in names]
+    return []
 
 
 def _last_name(node: ast.AST) -> str:

@@ -60,8 +60,10 @@ FORBIDDEN: list[tuple[Checker, str, str]] = [
     (autopilots.named_outside, "app/domain/a.py", "if found >= PAYLOAD_SINCE: ..."),
     (autopilots.named_outside, "app/domain/a.py", "x = message.custom_mode >> 16"),
     (autopilots.named_outside, "app/services/a.py", "send(main_mode=4)"),
-    (autopilots.named_outside, "app/domain/a.py", "from app.domain.autopilot.px4.parameters import parameter"),
-    (autopilots.named_outside, "app/services/a.py", "from app.domain.autopilot.px4 import Px4"),
+    (autopilots.folders_imported, "app/domain/a.py", "from app.domain.autopilot.px4.parameters import parameter"),
+    (autopilots.folders_imported, "app/services/a.py", "from app.domain.autopilot import px4"),
+    (autopilots.folders_imported, "app/services/a.py", "import app.domain.autopilot.px4.modes"),
+    (autopilots.folders_imported, "app/vehicles/a.py", "from app.domain.autopilot.px4.modes import flight_mode"),
 ]
 
 ALLOWED: list[tuple[Checker, str, str]] = [
@@ -85,8 +87,8 @@ ALLOWED: list[tuple[Checker, str, str]] = [
         "x = Rule('a', ERROR, 'RTL_TYPE 2 flies back.', 'PX4', check)",
     ),
     (autopilots.named_outside, "app/domain/a.py", "x = 'NAV_DELAY, NAV_VTOL_TAKEOFF, MAV_TYPE, MISSION_CURRENT'"),
-    (autopilots.named_outside, "app/domain/a.py", "from app.domain.autopilot import Quantity, quantity"),
-    (autopilots.named_outside, "app/domain/autopilot/__init__.py", "from app.domain.autopilot.px4 import Px4"),
+    (autopilots.folders_imported, "app/domain/a.py", "from app.domain.autopilot import Quantity, quantity"),
+    (autopilots.folders_imported, "app/domain/autopilot/__init__.py", "from app.domain.autopilot.px4 import Px4"),
     (autopilots.named_outside, "app/domain/autopilot/px4/a.py", "x = facts['NAV_ACC_RAD']"),
     (autopilots.named_outside, "app/vehicles/a.py", "x = beat.custom_mode, 'MAV_SYS_ID'"),
 ]

@@ -57,6 +57,10 @@ def test_what_only_one_autopilot_knows_stands_in_its_folder() -> None:
     held(autopilots.named_outside(APP))
 
 
+def test_who_asks_an_autopilot_asks_the_interface() -> None:
+    held(autopilots.folders_imported(APP))
+
+
 def test_files_have_at_most_500_lines() -> None:
     page = tuple(path for suffix in (".ts", ".tsx", ".css") for path in files(suffix, "web/src"))
     hand_written = tuple(path for path in page if not path.endswith("schema.d.ts"))

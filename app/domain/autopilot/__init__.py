@@ -1,4 +1,7 @@
-"""The autopilots that Waydrop knows; see base.py for what is asked of them."""
+"""The autopilots that Waydrop knows; see base.py for what is asked of them.
+
+Another one is a folder with an Autopilot of its own, its kind in AutopilotKind, and a line in _AUTOPILOTS.
+"""
 
 from __future__ import annotations
 

@@ -295,6 +295,10 @@ class Autopilot:
     """How to set a vehicle without sticks: without setpoints it holds, with a low battery it returns."""
     system_id_name: str
     """By which a vehicle has its MAVLink system id."""
+    flight_mode: Callable[[int, VehicleType | None], FlightMode]
+    """Of the number in its HEARTBEAT; the same number may mean another mode to another vehicle type."""
+    mode_numbers: Callable[[FlightMode, VehicleType | None], tuple[int, int]]
+    """By which a mode is commanded: DO_SET_MODE's param2 and param3."""
     arming_obstacle: Callable[[FlightMode], str]
     """What keeps a disarmed vehicle in this mode from arming, in words; empty if the mode does not."""
     setpoints: Mapping[FlightKind, Mapping[str, Cell]]

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Final
 
 from shapely import LineString
+from shapely.geometry.base import BaseGeometry
 
 from app.domain.autopilot import Quantity
 from app.domain.fence_area import FenceArea, is_simple_polygon, polygon_shape
@@ -27,10 +28,12 @@ FLAT_WITHIN_M: Final = 100_000.0
 
 def _simple_polygons(context: RuleContext) -> Iterator[Violation]:
     for index, polygon in enumerate(context.plan.geofence.polygons):
-        if not is_simple_polygon(polygon_shape(polygon, context.projection)):
+        shape = polygon_shape(polygon, context.projection)
+        if not is_simple_polygon(shape):
             message = "the polygon crosses or touches itself, or has no area"
             hint = "give the corners in the order in which they follow each other around it"
-            yield Violation(json_pointer("geofence", "polygons", index, "vertices"), message, hint)
+            assumed = (HOME,) if _is_beyond_flat_earth(shape) and not context.knows_home else ()
+            yield Violation(json_pointer("geofence", "polygons", index, "vertices"), message, hint, assumed=assumed)
 
 
 def _home_inside(context: RuleContext) -> Iterator[Violation]:
@@ -59,7 +62,7 @@ def _legs_inside(context: RuleContext) -> Iterator[Violation]:
         if isinstance(step.item, Jump):
             message = "the way back to the jump's target leaves the fence"
         hint = "stay in the inclusions and out of the exclusions: add a waypoint that goes round, or change the fence"
-        from_home = step.index <= first or _is_beyond_flat_earth(path)
+        from_home = step.index <= first or _is_beyond_flat_earth(path.shape)
         yield replace(at_item(step, message, hint), assumed=(HOME,) if from_home and not context.knows_home else ())
 
 
@@ -92,9 +95,9 @@ def _way_round(context: RuleContext, area: FenceArea, path: GroundPath) -> tuple
     return way_round(area, (here_east_m, here_north_m), (east_m, north_m), context.behaviour.return_margin_m)
 
 
-def _is_beyond_flat_earth(path: GroundPath) -> bool:
-    """So far from home its straight line in the local frame depends on where home is."""
-    return max(map(abs, path.shape.bounds)) > FLAT_WITHIN_M
+def _is_beyond_flat_earth(shape: BaseGeometry) -> bool:
+    """So far from home its straight lines in the local frame depend on where home is."""
+    return max(map(abs, shape.bounds)) > FLAT_WITHIN_M
 
 
 def _rally_inside(context: RuleContext) -> Iterator[Violation]:

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from app.domain.autopilot.px4.modes import COMMANDED
+from app.domain.autopilot.px4.modes import mode_numbers
 from app.domain.errors import SetpointRefusedError
 from app.domain.mission import MavCmd
 from app.domain.setpoint.capability import FirmwareProfile, FlightKind
@@ -173,7 +173,7 @@ def test_tasks_are_flown_with_forms_that_were_taken_and_followed() -> None:
 
 @pytest.mark.parametrize("mode", [FlightMode.OFFBOARD, FlightMode.HOLD, FlightMode.MISSION, FlightMode.LAND])
 def test_modes_are_asked_for_as_they_were_granted(mode: FlightMode) -> None:
-    request = command(MavCmd.DO_SET_MODE, 1, *COMMANDED[mode])
+    request = command(MavCmd.DO_SET_MODE, 1, *mode_numbers(mode))
     fields = json.loads(CommandLong(request.command, request.params).fields_json(1, 1))
     granted = [one["f"] for one in MODES if one["ack"] == 0]
     same = ("command", "param1", "param2", "param3", "confirmation", "target_component")

@@ -5,20 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from app.domain.autopilot.base import (
-    FenceBreach,
-    GripperOutput,
-    LinkLoss,
-    LowBattery,
-    MissionNeeds,
-    Quantity,
-    RallyReturn,
-    Return,
-    Setting,
-    TooOld,
-)
-from app.domain.autopilot.px4 import gripper, settings, versions
+from app.domain.autopilot.base import GripperOutput, Quantity, Setting, TooOld
+from app.domain.autopilot.px4 import gripper, versions
 from app.domain.autopilot.px4.parameters import NAMES, parameter, usable
+from app.domain.autopilot.px4.settings import Px4Settings
 from app.domain.plan.walk import Carried
 from app.domain.vehicle import VehicleFacts, VehicleType
 
@@ -36,10 +26,8 @@ GLIDE_MARGIN_DEG: Final = 0.1
 
 
 @dataclass(frozen=True, slots=True)
-class Px4Behaviour:
+class Px4Behaviour(Px4Settings):
     """See Behaviour."""
-
-    facts: VehicleFacts
 
     def quantity(self, which: Quantity) -> float:
         return parameter(self.facts, NAMES[which])
@@ -89,10 +77,6 @@ class Px4Behaviour:
         return parameter(self.facts, "NAV_ACC_RAD") + 1.0
 
     @property
-    def mission_needs(self) -> MissionNeeds:
-        return settings.mission_needs(self.facts)
-
-    @property
     def refuses_far_first_waypoint(self) -> bool:
         return not versions.is_known_since(self.facts, versions.FIRST_WAYPOINT_WARNS_SINCE)
 
@@ -111,14 +95,6 @@ class Px4Behaviour:
         return gripper.output(self.facts)
 
     @property
-    def returns(self) -> Return:
-        return settings.returns(self.facts)
-
-    @property
-    def rally_return(self) -> RallyReturn:
-        return settings.rally_return(self.facts)
-
-    @property
     def returns_round_fence(self) -> bool:
         """Unknown firmware: no."""
         return versions.is_known_since(self.facts, versions.ROUND_THE_FENCE_SINCE)
@@ -133,15 +109,3 @@ class Px4Behaviour:
     def needs_all_inclusions(self) -> bool:
         """Unknown firmware: yes."""
         return not versions.is_older(self.facts, versions.ALL_INCLUSIONS_SINCE)
-
-    @property
-    def fence_breach(self) -> FenceBreach:
-        return settings.fence_breach(self.facts)
-
-    @property
-    def link_loss(self) -> LinkLoss:
-        return settings.link_loss(self.facts)
-
-    @property
-    def low_battery(self) -> LowBattery:
-        return settings.low_battery(self.facts)

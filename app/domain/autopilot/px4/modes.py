@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from app.domain.vehicle import FlightMode
+from app.domain.vehicle import FlightMode, VehicleType
 
 _MAIN: Final = {
     1: FlightMode.MANUAL,
@@ -27,7 +27,7 @@ _MAIN_POSITION: Final = 3
 _MAIN_OFFBOARD: Final = 6
 _SUB_ORBIT: Final = 1
 
-COMMANDED: Final = {
+_COMMANDED: Final = {
     FlightMode.MISSION: (_MAIN_AUTO, 4),
     FlightMode.HOLD: (_MAIN_AUTO, 3),
     FlightMode.RETURN: (_MAIN_AUTO, 5),
@@ -37,7 +37,7 @@ COMMANDED: Final = {
 """Main mode and sub mode of the modes that Waydrop commands."""
 
 
-def flight_mode(custom_mode: int) -> FlightMode:
+def flight_mode(custom_mode: int, _vehicle_type: VehicleType | None = None) -> FlightMode:
     """The mode of a custom_mode: main mode in its third byte, sub mode in its fourth."""
     main, sub = custom_mode >> 16 & 0xFF, custom_mode >> 24 & 0xFF
     if main == _MAIN_AUTO:
@@ -45,6 +45,11 @@ def flight_mode(custom_mode: int) -> FlightMode:
     if main == _MAIN_POSITION and sub == _SUB_ORBIT:
         return FlightMode.ORBIT
     return _MAIN.get(main, FlightMode.OTHER)
+
+
+def mode_numbers(mode: FlightMode, _vehicle_type: VehicleType | None = None) -> tuple[int, int]:
+    """Main mode and sub mode."""
+    return _COMMANDED[mode]
 
 
 _NEEDS_STICKS: Final = "only with manual control input, which nobody gives it"

@@ -97,6 +97,15 @@ def test_no_height_is_made_up_where_nobody_knows_how_high_home_is() -> None:
     assert errors(checked, facts()) == ["limits.altitude", "limits.altitude"]
 
 
+def test_whether_a_polygon_over_half_the_earth_crosses_itself_rests_on_where_home_is() -> None:
+    """Straight lines of the local frame are drawn around home: some metres decide, a thousand kilometres away."""
+    far = {"latitude_deg": 0.0, "longitude_deg": 9.0}
+    fence = {"polygons": [{"kind": "exclusion", "vertices": [at(-1.0, 0.0), at(0.0, 0.0), far, at(1.0, 0.0)]}]}
+    checked = plan("multicopter", {**waypoint(), **at(0.0, 0.0)}, home=None, geofence=fence)
+    finding = _only(checked, None, "geofence.self_crossing")
+    assert (finding.severity, finding.assumed) == ("warning", ("home",))
+
+
 def test_a_finding_of_another_type_of_vehicle_rests_on_nothing_that_this_one_tells() -> None:
     low = plan("multicopter", takeoff(3), waypoint(), RETURN)
     assert errors(low, VEHICLES["plane"]) == ["vehicle.type_differs"]
