@@ -7,6 +7,8 @@ import sys
 
 import typer
 
+from app.cli.simulator_process import INSTALLED
+
 COMPARE = "compare"
 
 
@@ -18,4 +20,4 @@ def sim(context: typer.Context) -> None:
     module, arguments = "app.simulator", context.args
     if arguments[:1] == [COMPARE]:
         module, arguments = f"{module}.{COMPARE}", arguments[1:]
-    os.execv(sys.executable, [sys.executable, "-m", module, *arguments])
+    os.execv(sys.executable, [sys.executable, *INSTALLED, module, *arguments])

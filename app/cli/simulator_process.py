@@ -26,6 +26,14 @@ LOCK_NAME: Final = "simulator.lock"
 LOG_NAME: Final = "simulator.log"
 READY: Final = b"ready: "
 """The simulator writes a line with it for each vehicle."""
+INSTALLED: Final = ("-P", "-m")
+"""A module of this installation: never one of a folder named app where the command was typed."""
+PORT_TAKEN: Final = 1
+"""The exit status of a simulator that could not bind a port."""
+ELSEWHERE: Final = (
+    "another Waydrop or PX4 uses these ports: end it, or use others, "
+    "such as WAYDROP_CONNECTIONS=udpin://127.0.0.1:14640..14643"
+)
 CONTROL: Final = re.compile(r"^control: (127\.0\.0\.1:\d+)$", re.MULTILINE)
 """It writes this line before, if it was started with a control port."""
 POLL_S: Final = 0.02
@@ -78,7 +86,7 @@ class SimulatorProcess:
                 raise SimulatorError("the simulated vehicles run already", hint="end them with `waydrop down`")
             self._reap()
             self._child = subprocess.Popen(
-                [sys.executable, "-m", "app.simulator", *arguments],
+                [sys.executable, *INSTALLED, "app.simulator", *arguments],
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
@@ -96,7 +104,9 @@ class SimulatorProcess:
             ended = self.find() is None
             if ended or time.monotonic() >= deadline:
                 what = "ended at once" if ended else f"are not ready after {within_s:.0f} s"
-                raise SimulatorError(f"the simulated vehicles {what}\n{self._last_lines()}", hint=f"see {self.log}")
+                taken = self._child is not None and self._child.poll() == PORT_TAKEN
+                hint = ELSEWHERE if taken else f"see {self.log}"
+                raise SimulatorError(f"the simulated vehicles {what}\n{self._last_lines()}", hint=hint)
             time.sleep(POLL_S)
 
     def control(self) -> str | None:

@@ -23,7 +23,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         asyncio.run(serve(options, sys.stdout))
     except OSError as error:
-        _say(sys.stderr, f"the simulator cannot start: {error}")
+        _say(sys.stderr, f"the simulator cannot start: {error.strerror or error}")
         return 1
     return 0
 

@@ -110,7 +110,10 @@ class Fleet:
     async def _link(self, vehicle: Vehicle, remote: tuple[str, int], local_port: int, name: str) -> Channel:
         channel = build_channel(self.options, vehicle, remote, name, self._wall)
         loop = asyncio.get_running_loop()
-        await loop.create_datagram_endpoint(partial(_same, channel), local_addr=(LOOPBACK, local_port))
+        try:
+            await loop.create_datagram_endpoint(partial(_same, channel), local_addr=(LOOPBACK, local_port))
+        except OSError as error:
+            raise OSError(error.errno, f"UDP {LOOPBACK}:{local_port}: {error.strerror}") from error
         return channel
 
     async def add_duplicate(self, original: Vehicle) -> None:

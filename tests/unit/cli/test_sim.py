@@ -30,4 +30,4 @@ def test_the_rest_of_the_command_line_goes_to_it(
     monkeypatch.setattr(sys, "argv", ["waydrop", "sim", *arguments])
     with pytest.raises(SystemExit):
         main()
-    assert started == [[sys.executable, "-m", module, *passed_on]]
+    assert started == [[sys.executable, "-P", "-m", module, *passed_on]]

@@ -92,6 +92,26 @@ def test_one_that_cannot_start_is_told_with_its_last_words(simulator: SimulatorP
         simulator.wait_ready(1, within_s=30)
 
 
+def test_a_folder_named_app_where_the_command_is_typed_is_not_run(
+    simulator: SimulatorProcess, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "app").mkdir()
+    (tmp_path / "app" / "__init__.py").write_text("raise SystemExit('somebody else's')")
+    monkeypatch.chdir(tmp_path)
+    simulator.start(ARGUMENTS)
+    simulator.wait_ready(len(FLEET), within_s=30)
+
+
+def test_a_taken_port_is_named_with_the_way_to_use_others(simulator: SimulatorProcess) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("127.0.0.1", 0))
+        port = taken.getsockname()[1]
+        simulator.start(["--fleet", "quad", "--port", "25900", "--local-port", str(port)])
+        with pytest.raises(SimulatorError, match=f"UDP 127.0.0.1:{port}: Address already in use") as refused:
+            simulator.wait_ready(1, within_s=30)
+    assert "WAYDROP_CONNECTIONS" in refused.value.hint
+
+
 def test_a_dead_one_leaves_no_trace_that_misleads(simulator: SimulatorProcess) -> None:
     running = simulator.start(ARGUMENTS)
     simulator.wait_ready(len(FLEET), within_s=30)
