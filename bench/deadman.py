@@ -80,7 +80,8 @@ class Range:
             await ann.enter()
             await asyncio.sleep(0.5)
         except AssertionError:
-            if "stood still" not in ann.offboard.get("reason", ""):
+            reason = ann.offboard.get("reason") or {}
+            if reason.get("code") != "offboard.stood_still":
                 raise
         self.busy += ann.offboard["state"] != "active"
         return bool(ann.offboard["state"] == "active")

@@ -31,6 +31,7 @@ from app.api.pilot_routes import pilot_route
 from app.api.routing import BY_HAND_PATH, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import FLEET, OFFBOARD
 from app.domain.autopilot import autopilot
+from app.domain.reason import ReasonCode, because
 from app.domain.setpoint.capability import flight_kind
 from app.domain.setpoint.table import capabilities
 from app.services.access import Role
@@ -98,7 +99,7 @@ async def hand_over_offboard_lease(call: Call[NoQuery, HandOverRequest]) -> web.
 async def release_offboard_lease(call: Call[NoQuery, LeaseUse]) -> web.Response:
     """POST /vehicles/{vehicle_id}/offboard/lease/release."""
     control = _by_hand(call).control
-    control.release(call.body.lease, "released by its holder")
+    control.release(call.body.lease, because(ReasonCode.OFFBOARD_RELEASED))
     return json_answer(control.view())
 
 

@@ -123,7 +123,7 @@ class EntryCheckQuery(BaseModel):
 class EntryCheckView(BaseModel):
     """What an entry would find now. `reason` is empty unless the vehicle's state forbids it; an `audit` may too.
 
-    `flown_by`: how its tasks would be flown; null: not at all.
+    `flown_by`: how its tasks would be flown; null: not at all. `run_id`: the run that must be paused first.
     """
 
     ready: bool
@@ -131,13 +131,21 @@ class EntryCheckView(BaseModel):
     hint: str
     audit: list[AuditView]
     flown_by: FlownBy | None = None
+    run_id: str | None = None
 
     @classmethod
     def of(cls, outlook: Outlook) -> EntryCheckView:
         """The view of an outlook."""
         entries = [AuditView.of(entry) for entry in outlook.audit]
         means = None if outlook.flown_by is None else outlook.flown_by.value
-        return cls(ready=outlook.ready, reason=outlook.reason, hint=outlook.hint, audit=entries, flown_by=means)
+        return cls(
+            ready=outlook.ready,
+            reason=outlook.reason,
+            hint=outlook.hint,
+            audit=entries,
+            flown_by=means,
+            run_id=outlook.run_id,
+        )
 
 
 class EntryView(BaseModel):

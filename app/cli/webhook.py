@@ -12,6 +12,7 @@ from app.cli.exit_status import ExitStatus
 from app.cli.runs import JsonOption
 from app.cli.service_client import ServerOption, ServiceClient, TokenOption, service_client
 from app.cli.terminal import err, out, write_json
+from app.domain.reason import in_words
 from app.domain.webhooks.lifecycle import DeliveryEvent
 from app.services.webhooks.views import WebhookView
 
@@ -105,6 +106,6 @@ def _table(rows: list[WebhookView]) -> Table:
     for name in ("webhook", "url", "state", "events behind", "last problem"):
         table.add_column(name, no_wrap=name == "webhook")
     for row in rows:
-        problem = row.webhook.disabled_reason or row.progress.last_problem
+        problem = in_words(row.webhook.disabled_reason) or row.progress.last_problem
         table.add_row(row.webhook.id, row.webhook.url, row.state.value, str(row.events_behind), problem)
     return table

@@ -249,6 +249,61 @@ class ReasonCode(StrEnum):
     CHOSEN = "job.chosen", "chosen of those that can"
     ANOTHER_CHOSEN = "job.another_chosen", "it can too, but {vehicle_id} comes first"
 
+    # offboard control: why it is as it is, or why a lease ended
+    OFFBOARD_CHECKING = "offboard.checking", "reading parameters and the fence"
+    OFFBOARD_COMMANDING_HOLD = "offboard.commanding_hold", "commanding Hold"
+    OFFBOARD_STREAM_FIRST = "offboard.stream_first", "the stream flows before the mode is asked for"
+    OFFBOARD_ASKING_MODE = "offboard.asking_mode", "asking for the mode"
+    OFFBOARD_ENTRY_BROKEN_OFF = "offboard.entry_broken_off", "the entry was broken off"
+    OFFBOARD_LEAVING = "offboard.leaving", "leaving to {to}"
+    OFFBOARD_LEAVING_FAILED = "offboard.leaving_failed", "leaving to {to} failed"
+    OFFBOARD_LEFT = "offboard.left", "left to {to}"
+    OFFBOARD_RELEASED = "offboard.released", "released by its holder"
+    OFFBOARD_SOCKET_CLOSED = "offboard.socket_closed", "the client's socket closed"
+    OFFBOARD_NOT_RENEWED = "offboard.not_renewed", "not renewed for {lease_s:g} s"
+    OFFBOARD_CLIENT_SILENT = "offboard.client_silent", "the client was silent for {silent_s:.1f} s"
+    OFFBOARD_LINK_LOST = "offboard.link_lost", "the link to the vehicle is lost"
+    OFFBOARD_REBOOTED = "offboard.rebooted", "the vehicle rebooted"
+    OFFBOARD_QUARANTINED = "offboard.quarantined", "the vehicle is quarantined"
+    OFFBOARD_DISARMED = "offboard.disarmed", "the vehicle disarmed"
+    OFFBOARD_COMMANDED = "offboard.commanded", "a person commanded {command}"
+    OFFBOARD_FAILSAFE = "offboard.failsafe", "a failsafe acts"
+    OFFBOARD_FAILSAFE_MODE = "offboard.failsafe_mode", "the vehicle is in {mode} mode: a failsafe acts"
+    OFFBOARD_FAILSAFE_IN_HOLD = "offboard.failsafe_in_hold", "a failsafe acts, in Hold: the next order would end it"
+    OFFBOARD_MODE_BY_OTHERS = "offboard.mode_by_others", "the vehicle is in {mode} mode: commanded by somebody else"
+    OFFBOARD_HOVERS = "offboard.hovers", "it hovers now, and was flown by commands as a wing"
+    OFFBOARD_NOT_GUIDED = (
+        "offboard.not_guided",
+        "nothing was guided for {silent_s:.1f} s: no fresh position, or no room to circle",
+    )
+    OFFBOARD_UNANSWERED = "offboard.unanswered", "{count} commands in a row were not answered"
+    OFFBOARD_REFUSED = "offboard.refused", "refused {count} times in a row: {detail}"
+    OFFBOARD_CANNOT_SEND = "offboard.cannot_send", "cannot send: {detail}"
+    OFFBOARD_DEFECT = "offboard.defect", "a defect of the service: nothing more can be sent"
+    OFFBOARD_STOOD_STILL = "offboard.stood_still", "the service stood still for {gap_s:.1f} s"
+    OFFBOARD_SERVICE_STOPS = "offboard.service_stops", "the service stops"
+    OFFBOARD_SERVICE_RESTARTED = "offboard.service_restarted", "the service was restarted"
+    OFFBOARD_HOLD_UNCONFIRMED = (
+        "offboard.hold_unconfirmed",
+        "{cause}; Hold is not confirmed ({detail}): the vehicle's own failsafe acts",
+    )
+    OFFBOARD_CIRCLE_UNCONFIRMED = (
+        "offboard.circle_unconfirmed",
+        "{cause}; Hold is not confirmed ({detail}): it circles at its last place",
+    )
+
+    # tasks
+    TASKS_PAUSED = "tasks.paused", "paused by its client"
+    TASKS_CLIENT_FLIES = "tasks.client_flies", "the client sends setpoints itself"
+    TASKS_LEAVING = "tasks.leaving", "leaving was asked for"
+    TASKS_LEAVING_FAILED = "tasks.leaving_failed", "leaving to {to} failed: {detail}"
+    TASKS_NONE_LEFT = "tasks.none_left", "no task is left"
+    TASK_ENDED_BEFORE_ANSWER = "tasks.ended_before_answer", "its task ended before the answer"
+
+    # webhooks
+    WEBHOOK_DISABLED = "webhook.disabled", "disabled by {by}"
+    WEBHOOK_GONE = "webhook.gone", "the receiver answered 410 Gone"
+
     @property
     def parameters(self) -> frozenset[str]:
         """The names that its words need; "cause" among them if it needs one."""
@@ -263,6 +318,10 @@ class Reason(BaseModel):
     code: ReasonCode
     params: dict[str, Param] = Field(default_factory=dict)
     cause: Reason | None = None
+
+    def __str__(self) -> str:
+        """For logs: its code."""
+        return self.code.value
 
     @property
     def codes(self) -> Iterator[ReasonCode]:

@@ -8,19 +8,20 @@ from typing import Final
 from app.domain.commands import CommandRequest
 from app.domain.errors import LinkError, LinkTimeoutError
 from app.domain.ports import VehicleLink
+from app.domain.reason import Reason, ReasonCode, because
 from app.domain.tasks.order_request import CIRCLE_HERE
 from app.domain.vehicle import FlightMode, VehicleState
 
 ATTEMPTS: Final = 3
 
 
-def who_acts(state: VehicleState) -> str:
-    """Who else has a vehicle that was left in Hold, in words; empty if nobody. An unknown mode is nobody's."""
+def who_acts(state: VehicleState) -> Reason | None:
+    """Who else has a vehicle that was left in Hold; None if nobody. An unknown mode is nobody's."""
     if state.in_failsafe:
-        return "a failsafe acts"
+        return because(ReasonCode.OFFBOARD_FAILSAFE)
     if state.mode not in (FlightMode.HOLD, None):
-        return f"{state.mode.value} mode was commanded by somebody else"
-    return ""
+        return because(ReasonCode.OFFBOARD_MODE_BY_OTHERS, mode=state.mode.value)
+    return None
 
 
 async def circle_here(link: VehicleLink, send: Callable[[CommandRequest], Awaitable[None]]) -> None:
@@ -30,8 +31,8 @@ async def circle_here(link: VehicleLink, send: Callable[[CommandRequest], Awaita
         LinkError: not confirmed, or somebody else acts. VehicleRefusedError, ConflictError: what `send` raises.
     """
     for left in reversed(range(ATTEMPTS)):
-        if acts := who_acts(link.state()):
-            raise LinkError(f"not told to circle here: {acts}")
+        if who_acts(link.state()):
+            raise LinkError("not told to circle here: a failsafe acts, or somebody else commanded another mode")
         try:
             await send(CIRCLE_HERE)
         except LinkTimeoutError:

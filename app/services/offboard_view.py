@@ -7,6 +7,7 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict
 
 from app.domain.offboard_state import OffboardState
+from app.domain.reason import Reason
 
 
 class LeaseView(BaseModel):
@@ -82,7 +83,7 @@ class TaskReport(BaseModel):
     remaining_s: float
     task_list: list[int]
     current_id: str | None
-    reason: str
+    reason: Reason | None
 
 
 class OffboardView(BaseModel):
@@ -95,7 +96,7 @@ class OffboardView(BaseModel):
 
     state: OffboardState
     lease: LeaseView | None
-    reason: str
+    reason: Reason | None
     sent: SentView | None
     cadence: CadenceView | None
     tasks: TaskReport | None

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Awaitable, Callable
-from typing import Final
+from typing import Final, Literal
 
 from app.domain.errors import ConflictError, StorageError, WaydropError
 from app.domain.events.vehicle import VehicleCommand
 from app.domain.ports import VehicleLink
+from app.domain.reason import Reason, because_of_error
 from app.services.fleet import Fleet
 from app.services.hold_here import hold_here
 from app.services.journal import Journal
@@ -61,10 +62,17 @@ class VehicleCommands:
         except WaydropError as error:
             self._fleet.vehicle(vehicle_id).commanded("")
             with contextlib.suppress(StorageError):
-                await self._record(vehicle_id, action, by, error.detail)
+                await self._record(vehicle_id, action, by, "failed", because_of_error(error.code, error.detail))
             raise
         await self._record(vehicle_id, action, by, "done")
 
-    async def _record(self, vehicle_id: str, action: str, by: str, outcome: str) -> None:
-        told = VehicleCommand(command=action, by=by, outcome=outcome)
+    async def _record(
+        self,
+        vehicle_id: str,
+        action: str,
+        by: str,
+        outcome: Literal["sent", "done", "failed"],
+        reason: Reason | None = None,
+    ) -> None:
+        told = VehicleCommand(command=action, by=by, outcome=outcome, reason=reason)
         await self._journal.record(self._journal.new_event(told, vehicle_id=vehicle_id))

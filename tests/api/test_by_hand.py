@@ -18,6 +18,7 @@ from app.services.access import Role
 from tests.api.fake_links import FakeLink
 from tests.api.service import Service, until
 from tests.api.test_offboard import NORTH, PATH, link
+from tests.reasons import words
 
 __all__ = ["link"]
 
@@ -130,7 +131,7 @@ async def test_a_lost_lease_closes_the_socket_and_what_was_still_to_be_read_is_d
         sent = len(link.setpoints)
         for _ in range(5):
             await ann.socket.send_json({"type": "setpoint", "setpoint": NORTH})
-        assert "position mode" in (await ann.state("idle"))["reason"]
+        assert "position mode" in words((await ann.state("idle"))["reason"])
         assert await ann.close_code() == ByHandCloseCode.LEASE_ENDED
         assert len(link.setpoints) == sent
         assert link.state().mode is FlightMode.POSITION

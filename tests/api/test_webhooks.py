@@ -15,6 +15,7 @@ from app.services.access import Role
 from tests.api.deliveries import TOLD, a_plan, deliver, hook
 from tests.api.service import Service, run_service
 from tests.events import data_of
+from tests.reasons import words
 from tests.webhook_receiver import Receiver
 
 PATH = "/api/v1/webhooks"
@@ -78,7 +79,7 @@ async def test_disabled_it_is_silent_and_skipping_leaves_out_what_it_missed(
     plan_id = await a_plan(service, plan)
     hook_id, _ = await hook(service, receiver)
     _, _, view = await service.call("PATCH", f"{PATH}/{hook_id}", json={"enabled": False})
-    assert (view["state"], view["webhook"]["disabled_reason"]) == ("disabled", "disabled by local")
+    assert (view["state"], words(view["webhook"]["disabled_reason"])) == ("disabled", "disabled by local")
     await deliver(service.services.journal, plan_id, "run-1")
     await service.call("PATCH", f"{PATH}/{hook_id}", json={"enabled": True, "skip_missed": True})
     await deliver(service.services.journal, plan_id, "run-2")

@@ -50,7 +50,7 @@ async def test_a_pilot_comes_and_goes_and_the_run_goes_on(tmp_path: Path, http: 
             await ben.enter()
             simulated.control("mode", "POSCTL", system_id=1)
             assert await ben.until_closed() == 4410
-            assert "position" in ben.offboard["reason"]
+            assert ben.offboard["reason"]["params"]["mode"] == "position"
             assert (await truth(simulated))["mode"] == "POSCTL", "the pilot at the sticks is not fought"
         async with pilot(http, service.url) as ann:
             await ann.enter()
@@ -74,7 +74,7 @@ async def moves_nothing_after_it_woke(simulated: SimulatedFleet, service: Servic
     finally:
         os.kill(service.pid, signal.SIGCONT)
     assert await ann.until_closed() == 4410, "the lease and the buffered frames are dropped"
-    assert "stood still" in ann.offboard["reason"], "what the vehicle did meanwhile has that as its cause"
+    assert ann.offboard["reason"]["code"] == "offboard.stood_still", "what the vehicle did meanwhile has that as its cause"
 
 
 async def test_a_hung_and_a_killed_waydrop_leave_the_vehicle_to_its_own_failsafe(

@@ -14,6 +14,7 @@ import aiohttp
 
 from tests.e2e.by_hand import paused_in_the_air, truth
 from tests.e2e.test_by_hand import GAP_S, in_mode
+from tests.reasons import words
 from tests.service import Dispatcher, ServiceProcess, until
 from tests.simulated import SimulatedFleet
 
@@ -69,7 +70,7 @@ async def test_a_queue_is_flown_and_control_goes_back_to_the_plan_and_a_client_t
         said = [event["data"] for event in events if event["kind"].startswith("tasks.")]
         ends = [(data["change"], data["task_list"]) for data in said if data.get("change", "inserted") != "inserted"]
         assert ends == [("gripper_done", [2, 3, 4]), ("time_over", [3, 4]), ("reached", [4]), ("reached", [0])]
-        assert [data["result"] for data in said if "result" in data] == ["sent", "ACCEPTED"]
+        assert [data["outcome"] for data in said if "outcome" in data] == ["sent", "done"]
         await dispatcher.post(f"/runs/{run_id}/pause")
         await dispatcher.until_run(run_id, lambda run: run["state"] == "paused", "it must pause", 20)
         async with renewed(dispatcher) as lease:
@@ -79,7 +80,7 @@ async def test_a_queue_is_flown_and_control_goes_back_to_the_plan_and_a_client_t
         await in_mode(simulated, "LOITER", "a client that renews nothing is Hold, not the vehicle's own failsafe")
         report = (await dispatcher.get(TASKS))["report"]
         assert (report["task_list"], report["state"]) == ([0], "idle")
-        assert "not renewed" in report["reason"]
+        assert "not renewed" in words(report["reason"])
 
 
 WING_QUEUE: list[dict[str, Any]] = [

@@ -46,6 +46,7 @@ from app.domain.errors import (
     WaydropError,
 )
 from app.domain.offboard_state import LeaseChange
+from app.domain.reason import ReasonCode, because
 from app.services.access import Principal, Role
 from app.services.offboard import ByHand
 from app.services.tasks import TaskDesk
@@ -106,7 +107,7 @@ class ByHandSession:
     def _let_go(self) -> None:
         """The socket's end is the client's end: Hold at once."""
         if self._lease_id is not None and self._holds():
-            self._control.give_up(LeaseChange.RELEASED, "the client's socket closed")
+            self._control.give_up(LeaseChange.RELEASED, because(ReasonCode.OFFBOARD_SOCKET_CLOSED))
 
     def _holds(self) -> bool:
         lease = self._control.lease
@@ -173,7 +174,7 @@ class ByHandSession:
                 self._pass(lease_id, frame)
                 return None
             case ReleaseFrame():
-                control.release(lease_id, "released by its holder")
+                control.release(lease_id, because(ReasonCode.OFFBOARD_RELEASED))
                 self._lease_id = None
         return DoneFrame(id=frame.id, what=frame.type)
 

@@ -6,6 +6,7 @@ from typing import Any, ClassVar, Literal
 
 from app.domain.events.kinds import EventKind
 from app.domain.events.payload import Payload
+from app.domain.reason import Reason
 
 
 class ServiceStarted(Payload):
@@ -34,7 +35,7 @@ class WebhookChanged(Payload):
     change: HookChange
     host: str
     by: str
-    reason: str = ""
+    reason: Reason | None = None
 
 
 class SimulatorFault(Payload):

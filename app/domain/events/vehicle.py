@@ -7,7 +7,8 @@ from typing import ClassVar, Literal
 from app.domain.events.kinds import EventKind
 from app.domain.events.payload import Payload
 from app.domain.offboard_state import LeaseChange, OffboardState
-from app.domain.tasks.forms import Task
+from app.domain.reason import Reason
+from app.domain.tasks.forms import InsertMode, Task
 from app.domain.vehicle import FlightMode, LandedState, VehicleType
 
 
@@ -81,23 +82,25 @@ class VehicleQuarantined(Payload):
 
 
 class VehicleCommand(Payload):
-    """A command that a user gave outside a run. `outcome` is "done", or why it was not."""
+    """A command that a user gave outside a run: stored before it is sent, and once more with what became of it."""
 
     kind: ClassVar = EventKind.VEHICLE_COMMAND
 
     command: str
     by: str
-    outcome: str
+    outcome: Literal["sent", "done", "failed"]
+    reason: Reason | None = None
 
 
 class OffboardLease(Payload):
-    """Who may fly the vehicle by hand."""
+    """Who may fly the vehicle by hand. `other` had the lease before, or is the one it is offered to."""
 
     kind: ClassVar = EventKind.OFFBOARD_LEASE
 
     change: LeaseChange
     holder: str
-    reason: str = ""
+    other: str | None = None
+    reason: Reason | None = None
 
 
 class OffboardChanged(Payload):
@@ -107,7 +110,7 @@ class OffboardChanged(Payload):
 
     state: OffboardState
     holder: str | None
-    reason: str = ""
+    reason: Reason | None = None
 
 
 TaskChange = Literal[
@@ -129,7 +132,10 @@ TaskChange = Literal[
 
 
 class TasksChanged(Payload):
-    """A change of the task queue. `task_list` are the tasks that are left, `task_id` and `task` the one concerned."""
+    """A change of the task queue. `task_list` are the tasks that are left, `task_id` and `task` the one concerned.
+
+    `insert_mode` says where an inserted one went.
+    """
 
     kind: ClassVar = EventKind.TASKS_CHANGED
 
@@ -137,15 +143,17 @@ class TasksChanged(Payload):
     task_id: str | None
     task: Task | None
     holder: str | None
-    reason: str = ""
+    insert_mode: InsertMode | None = None
+    reason: Reason | None = None
     task_list: tuple[int, ...]
 
 
 class TasksGripper(Payload):
-    """A task's gripper action. `result` is "sent", then the MAV_RESULT word, or why there is none."""
+    """A task's gripper action: stored before it is sent, and once more with what became of it."""
 
     kind: ClassVar = EventKind.TASKS_GRIPPER
 
     task_id: str
     action: str
-    result: str
+    outcome: Literal["sent", "done", "failed", "unknown"]
+    reason: Reason | None = None

@@ -7,6 +7,7 @@ from typing import Final
 
 from pydantic import BaseModel, ConfigDict
 
+from app.domain.reason import Reason
 from app.domain.webhooks.lifecycle import DeliveryEvent
 
 MAX_HOOKS: Final = 20
@@ -26,7 +27,7 @@ class Webhook(BaseModel):
     events: tuple[DeliveryEvent, ...] = ()
     description: str = ""
     enabled: bool = True
-    disabled_reason: str = ""
+    disabled_reason: Reason | None = None
     created_at: float
     created_by: str
 

@@ -8,6 +8,7 @@ from app.domain.errors import LeaseLostError, OffboardNotReadyError, SetpointRef
 from app.domain.events.vehicle import OffboardChanged, OffboardLease
 from app.domain.offboard_state import LeaseChange, OffboardState
 from app.domain.ports import LinkFact, StateChanged, Unsubscribe, VehicleLink
+from app.domain.reason import Reason, ReasonCode, because
 from app.domain.setpoint.forms import Setpoint
 from app.domain.setpoint.limiter import Clamp
 from app.domain.setpoint.means import Means
@@ -38,7 +39,7 @@ class OffboardControl:
         self.vehicle = vehicle
         self.settings = settings
         self.state = _S.IDLE
-        self.reason = ""
+        self.reason: Reason | None = None
         self.surroundings: Surroundings | None = None
         self._fleet = fleet
         self._clock = clock
@@ -77,7 +78,7 @@ class OffboardControl:
             if self._is_commanded:
                 self._holding.soon()
             change = LeaseChange.HANDED_OVER if before.offered_to == holder else LeaseChange.OVERRIDDEN
-            self._tell_lease(change, holder, before.holder)
+            self._tell_lease(change, holder, other=before.holder)
             self.changed()
             return lease
         self.surroundings = Surroundings.of(who.vehicle_type, who.firmware, self.settings.fresh_s)
@@ -85,8 +86,8 @@ class OffboardControl:
         self.commanded = ""
         self.flow.start(rate_hz)
         self._ticking.start(rate_hz)
-        self._tell_lease(LeaseChange.TAKEN, holder, "")
-        self.move(_S.LEASED, "")
+        self._tell_lease(LeaseChange.TAKEN, holder)
+        self.move(_S.LEASED)
         return lease
 
     def require(self, lease_id: str) -> Lease:
@@ -102,7 +103,7 @@ class OffboardControl:
     def offer(self, lease_id: str, to: str | None) -> Lease:
         """Let `to` take the lease over. Raises LeaseLostError."""
         lease = self._leases.offer(self.require(lease_id).id, to, self._clock.monotonic())
-        self._tell_lease(LeaseChange.OFFERED, lease.holder, f"to {to}" if to else "withdrawn")
+        self._tell_lease(LeaseChange.OFFERED, lease.holder, other=to)
         self.changed()
         return lease
 
@@ -126,7 +127,7 @@ class OffboardControl:
         """
         return self._slot(setpoint, "task")
 
-    def release(self, lease_id: str, reason: str) -> None:
+    def release(self, lease_id: str, reason: Reason) -> None:
         """The holder gives the lease up, or its socket closed: Hold if the vehicle is flown. Raises LeaseLostError."""
         self.require(lease_id)
         self.give_up(LeaseChange.RELEASED, reason)
@@ -143,7 +144,7 @@ class OffboardControl:
         """The lease now."""
         return self._leases.lease
 
-    def move(self, state: OffboardState, reason: str) -> None:
+    def move(self, state: OffboardState, reason: Reason | None = None) -> None:
         """The next state. Under control the dead-man counts from here."""
         if state is _S.ACTIVE:
             self.flow.count_from(self._clock.monotonic())
@@ -169,7 +170,7 @@ class OffboardControl:
         """What was read for the entry."""
         self.surroundings = surroundings
 
-    def give_up(self, change: LeaseChange, reason: str) -> None:
+    def give_up(self, change: LeaseChange, reason: Reason) -> None:
         """End the lease, stop sending, and command Hold if the vehicle follows our stream."""
         mode = FlightMode.HOLD if self._is_commanded else FlightMode.OFFBOARD
         follows = self.state is _S.SWITCHING or (self.state in SENDING and self.link.state().mode in (mode, None))
@@ -177,7 +178,7 @@ class OffboardControl:
         if follows:
             self._holding.soon()
 
-    def end(self, change: LeaseChange, reason: str) -> None:
+    def end(self, change: LeaseChange, reason: Reason) -> None:
         """End the lease and stop sending; command nothing. Idempotent."""
         self._ticking.stop()
         lease, self._leases.lease = self._leases.lease, None
@@ -214,7 +215,7 @@ class OffboardControl:
 
     async def close(self) -> None:
         """The service ends: Hold for what it flies, within a bound; the vehicle's own failsafe does the rest."""
-        self.give_up(LeaseChange.REVOKED, "the service stops")
+        self.give_up(LeaseChange.REVOKED, because(ReasonCode.OFFBOARD_SERVICE_STOPS))
         await self._holding.end(self.settings.goodbye_s)
         self._unsubscribe()
 
@@ -228,11 +229,13 @@ class OffboardControl:
             if gone := self._act(now_s):
                 self.give_up(LeaseChange.REVOKED, gone)
         except WaydropError as error:
-            self.give_up(LeaseChange.REVOKED, f"cannot send: {error.detail}")
+            self.give_up(
+                LeaseChange.REVOKED, because(ReasonCode.OFFBOARD_CANNOT_SEND, error=error.code, detail=error.detail)
+            )
 
     def _on_defect(self) -> None:
         """Without ticks there is neither a stream nor a dead-man: a defect in one is Hold."""
-        self.give_up(LeaseChange.REVOKED, "a defect of the service: nothing more can be sent")
+        self.give_up(LeaseChange.REVOKED, because(ReasonCode.OFFBOARD_DEFECT))
 
     def _slot(self, setpoint: Setpoint, by: Author) -> tuple[Clamp, ...]:
         if self.surroundings is None:
@@ -247,19 +250,19 @@ class OffboardControl:
 
     def _end_expired(self, now_s: float) -> None:
         if self._leases.has_expired(now_s):
-            self.give_up(LeaseChange.EXPIRED, f"not renewed for {self.settings.lease_s:g} s")
+            self.give_up(LeaseChange.EXPIRED, because(ReasonCode.OFFBOARD_NOT_RENEWED, lease_s=self.settings.lease_s))
 
-    def _act(self, now_s: float) -> str:
-        """Send, or give orders. Why the lease must end, in words. Raises LinkError, SetpointRefusedError."""
+    def _act(self, now_s: float) -> Reason | None:
+        """Send, or give orders. Why the lease must end, None if it goes on. Raises LinkError, SetpointRefusedError."""
         if self.surroundings is None:
-            return ""
+            return None
         if not self._is_commanded:
             return self.flow.tick(self.state, self.surroundings, self.link.state(), now_s)
         if self.state is not _S.ACTIVE or self._holding.is_under_way:
-            return ""  # an order now would be ended by the last word that is still being said
+            return None  # an order now would be ended by the last word that is still being said
         if acts := who_acts(self.link.state()):  # seen while it was being left, which has failed
             self.end(LeaseChange.REVOKED, acts)
-            return ""
+            return None
         return self.orders.tick(now_s, self.surroundings.kind(self.link.state()))
 
     def _put_out(self, message: SetpointMessage) -> None:
@@ -297,7 +300,7 @@ class OffboardControl:
 
     def _on_gap(self, gap_s: float) -> None:
         """What was meant before may not be meant now: nothing is sent, Hold neither. The vehicle's failsafe acts."""
-        self.end(LeaseChange.REVOKED, f"the service stood still for {gap_s:.1f} s")
+        self.end(LeaseChange.REVOKED, because(ReasonCode.OFFBOARD_STOOD_STILL, gap_s=gap_s))
 
     @property
     def _is_commanded(self) -> bool:
@@ -305,11 +308,14 @@ class OffboardControl:
 
     def _hold_unconfirmed(self, detail: str) -> None:
         if self.state is _S.IDLE and not (self._is_commanded and who_acts(self.link.state())):
-            acts = "it circles at its last place" if self._is_commanded else "the vehicle's own failsafe acts"
-            self.move(_S.IDLE, f"{self.reason}; Hold is not confirmed ({detail}): {acts}")
+            circles = self._is_commanded
+            code = ReasonCode.OFFBOARD_CIRCLE_UNCONFIRMED if circles else ReasonCode.OFFBOARD_HOLD_UNCONFIRMED
+            self.move(_S.IDLE, because(code, self.reason, detail=detail))
 
-    def _tell_lease(self, change: LeaseChange, holder: str, reason: str) -> None:
-        self._fleet.tell(self.vehicle, OffboardLease(change=change, holder=holder, reason=reason))
+    def _tell_lease(
+        self, change: LeaseChange, holder: str, reason: Reason | None = None, *, other: str | None = None
+    ) -> None:
+        self._fleet.tell(self.vehicle, OffboardLease(change=change, holder=holder, other=other, reason=reason))
 
     def changed(self) -> None:
         """Tell the listeners to look again."""

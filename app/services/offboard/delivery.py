@@ -100,8 +100,8 @@ class Delivery:
         return given
 
     async def _send(self, request: CommandRequest) -> None:
-        if acts := who_acts(self._link.state()):
-            raise LinkError(f"{request.command.name} was not sent: {acts}")
+        if who_acts(self._link.state()):
+            raise LinkError(f"{request.command.name} was not sent: a failsafe acts, or somebody else has the vehicle")
         given, final = self._begin(request), None
         self._unheard.append(request)
         try:

@@ -28,13 +28,14 @@ IN_TRANSITION = "transition"
 class Outlook:
     """What would keep offboard control from beginning now. `reason` is empty unless the vehicle's state forbids it.
 
-    `flown_by`: how its tasks would be flown; None: not at all.
+    `run_id`: the run that must be paused first. `flown_by`: how its tasks would be flown; None: not at all.
     """
 
     reason: str
     hint: str
     audit: Sequence[AuditEntry]
     flown_by: Means | None = None
+    run_id: str | None = None
 
     @property
     def ready(self) -> bool:
@@ -54,7 +55,8 @@ async def look_ahead(
     reason, hint = _why_not(vehicle_id, state, surroundings.kind(state), run)
     means = surroundings.means(state)
     entries = await _audited(link, means or Means.SETPOINTS, sticks_held=sticks_held) if state.connected else ()
-    return Outlook(reason, hint, entries, means)
+    in_the_way = None if run is None or run.state is RunState.PAUSED else run.id
+    return Outlook(reason, hint, entries, means, in_the_way)
 
 
 def refuse_unready(vehicle_id: str, state: VehicleState, kind: FlightKind, run: Run | None) -> None:

@@ -8,11 +8,12 @@ from typing import Final
 from app.domain.events import AnyPayload, Event, EventKind, NewEvent
 from app.domain.events.vehicle import OffboardChanged, OffboardLease, TasksChanged
 from app.domain.offboard_state import LeaseChange, OffboardState
+from app.domain.reason import ReasonCode, because
 from app.domain.tasks.forms import EMPTY_LIST
 from app.services.clock import Clock
 from app.services.journal import Journal
 
-RESTARTED: Final = "the service was restarted"
+RESTARTED: Final = because(ReasonCode.OFFBOARD_SERVICE_RESTARTED)
 _OF_CURRENT: Final = frozenset({"paused", "resumed", "by_hand", "blocked"})
 _OF_ANY: Final = frozenset({"inserted", "changed", "moved"})
 
@@ -57,5 +58,5 @@ def _ending(told: AnyPayload) -> OffboardLease | OffboardChanged | TasksChanged 
 
 def _is_current(told: TasksChanged) -> bool:
     """Whether the task that is told of is surely the first of the queue: one told of may also be the last, or over."""
-    is_put_first = told.change == "inserted" and told.reason != "append"
+    is_put_first = told.change == "inserted" and told.insert_mode != "append"
     return told.change in _OF_CURRENT or is_put_first or (told.change in _OF_ANY and len(told.task_list) == 1)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from app.domain.offboard_state import OffboardState
+from app.domain.reason import Reason, ReasonCode, because
 from app.domain.setpoint.means import Means
 from app.domain.vehicle import FlightMode, VehicleState
 
@@ -25,19 +26,20 @@ _ON_THE_WAY: Final = {
 """A person's command: out of OFFBOARD it goes through Hold."""
 
 
-def taken_away(state: OffboardState, means: Means, vehicle: VehicleState, commanded: str = "") -> str:
-    """Why the vehicle is not ours any more, in words; empty if it is."""
+def taken_away(state: OffboardState, means: Means, vehicle: VehicleState, commanded: str = "") -> Reason | None:
+    """Why the vehicle is not ours any more; None if it is."""
     expected = MAY_BE_IN.get(state)
     if expected is None:
-        return ""
+        return None
     if means is Means.COMMANDS:
         expected = COMMANDED
     if vehicle.mode not in expected:
         if vehicle.mode in _ON_THE_WAY.get(commanded, ()) and not vehicle.in_failsafe:
-            return f"{commanded.capitalize()} was commanded"
+            return because(ReasonCode.OFFBOARD_COMMANDED, command=commanded)
         mode = "an unknown" if vehicle.mode is None else vehicle.mode.value
-        cause = "a failsafe acts" if vehicle.in_failsafe else "commanded by somebody else"
-        return f"the vehicle is in {mode} mode: {cause}"
+        failsafe = vehicle.in_failsafe
+        code = ReasonCode.OFFBOARD_FAILSAFE_MODE if failsafe else ReasonCode.OFFBOARD_MODE_BY_OTHERS
+        return because(code, mode=mode)
     if means is Means.COMMANDS and vehicle.in_failsafe:
-        return "a failsafe acts, in Hold: the next order would end it"
-    return "the vehicle disarmed" if vehicle.armed is False else ""
+        return because(ReasonCode.OFFBOARD_FAILSAFE_IN_HOLD)
+    return because(ReasonCode.OFFBOARD_DISARMED) if vehicle.armed is False else None

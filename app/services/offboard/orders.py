@@ -9,6 +9,7 @@ from typing import Final
 from app.domain.commands import CommandRequest
 from app.domain.errors import ConflictError, LinkTimeoutError, WaydropError
 from app.domain.ports import VehicleLink
+from app.domain.reason import Reason, ReasonCode, because
 from app.domain.setpoint.capability import FlightKind
 from app.services.circle_here import circle_here, who_acts
 from app.services.clock import Clock
@@ -55,22 +56,22 @@ class Orders:
         if self._refusals < REFUSALS:
             self.refused = ""
 
-    def tick(self, now_s: float, kind: FlightKind) -> str:
+    def tick(self, now_s: float, kind: FlightKind) -> Reason | None:
         """Send what is wanted and does not hold yet. Why nothing may be ordered any more, in words, else empty."""
         if kind is not FlightKind.WING:
-            return "it hovers now, and was flown by commands as a wing"
+            return because(ReasonCode.OFFBOARD_HOVERS)
         if self._wanted is None:
-            return ""
+            return None
         if now_s - self._wanted_s > self._gone_s:
-            return f"nothing was guided for {now_s - self._wanted_s:.1f} s: no fresh position, or no room to circle"
+            return because(ReasonCode.OFFBOARD_NOT_GUIDED, silent_s=now_s - self._wanted_s)
         if self._unanswered >= UNANSWERED:
-            return f"{UNANSWERED} commands in a row were not answered"
+            return because(ReasonCode.OFFBOARD_UNANSWERED, count=UNANSWERED)
         if self._refusals >= REFUSALS:
-            return f"refused {self._refusals} times in a row: {self.refused}"
+            return because(ReasonCode.OFFBOARD_REFUSED, count=self._refusals, detail=self.refused)
         if self._is_due(self._wanted, now_s):
             self._sending = asyncio.create_task(self._deliver(self._wanted), name="flight order")
             self._sending.add_done_callback(self._sent)
-        return ""
+        return None
 
     async def circle_here(self) -> None:
         """Nothing that was wanted before is sent any more; the vehicle circles where it is.

@@ -10,6 +10,7 @@ from typing import Literal, TypeVar
 from app.domain.autopilot import Quantity, behaviour_of
 from app.domain.errors import ConflictError, LeaseLostError, OffboardNotReadyError, WaydropError
 from app.domain.offboard_state import LeaseChange, OffboardState
+from app.domain.reason import ReasonCode, because, because_of_error, in_words
 from app.domain.run import Run
 from app.domain.setpoint.audit import AuditEntry
 from app.domain.setpoint.means import Means
@@ -108,7 +109,8 @@ class Passage:
         finally:
             task.cancel()
         if task.cancelled():
-            raise LeaseLostError(f"the lease ended on the way: {self._control.reason}", hint="take it again")
+            why = in_words(self._control.reason)
+            raise LeaseLostError(f"the lease ended on the way: {why}", hint="take it again")
         return task.result()
 
     async def _leave(self, lease_id: str, to: Destination) -> None:
@@ -116,22 +118,24 @@ class Passage:
         run = await self._run()
         control.check(lease_id)  # it may have ended meanwhile, and Hold been commanded
         control.say_no_last_word()
-        control.move(_S.LEAVING if control.state is _S.ACTIVE else control.state, f"leaving to {to}")
+        control.move(
+            _S.LEAVING if control.state is _S.ACTIVE else control.state, because(ReasonCode.OFFBOARD_LEAVING, to=to)
+        )
         try:
             await self._command(to, run)
         except BaseException:
             if control.lease is not None and control.state is _S.LEAVING:
-                control.move(_S.ACTIVE, f"leaving to {to} failed")
+                control.move(_S.ACTIVE, because(ReasonCode.OFFBOARD_LEAVING_FAILED, to=to))
                 control.look_again()
             raise
         if self._has_lease(lease_id):
-            control.end(LeaseChange.RELEASED, f"left to {to}")
+            control.end(LeaseChange.RELEASED, because(ReasonCode.OFFBOARD_LEFT, to=to))
 
     async def _enter(self, sticks_held: bool) -> Sequence[AuditEntry]:
         control = self._control
         try:
             entries = await self._check(sticks_held)
-            control.move(_S.HOLDING, "commanding Hold")
+            control.move(_S.HOLDING, because(ReasonCode.OFFBOARD_COMMANDING_HOLD))
             control.say_no_last_word()
             was_in_hold = control.link.state().mode is FlightMode.HOLD
             await self._hold()
@@ -139,14 +143,14 @@ class Passage:
             if control.means is Means.COMMANDS:
                 if was_in_hold:  # by the mode alone it flies on to wherever it was sent last
                     await control.orders.circle_here()
-                control.move(_S.ACTIVE, "")
+                control.move(_S.ACTIVE)
                 return entries
-            control.move(_S.STREAMING, "the stream flows before the mode is asked for")
+            control.move(_S.STREAMING, because(ReasonCode.OFFBOARD_STREAM_FIRST))
             await control.flow.streamed(control.settings.stream_s)
-            control.move(_S.SWITCHING, "asking for the mode")
+            control.move(_S.SWITCHING, because(ReasonCode.OFFBOARD_ASKING_MODE))
             await control.orders.switch(control.link.enter_offboard())
             if control.lease is not None:
-                control.move(_S.ACTIVE, "")
+                control.move(_S.ACTIVE)
             return entries
         except BaseException as error:
             self._turn_back(error)
@@ -158,7 +162,7 @@ class Passage:
             raise LeaseLostError("the lease has ended")
         state = control.link.state()
         refuse_unready(control.vehicle.id, state, surroundings.kind(state), await self._run())
-        control.move(_S.CHECKING, "reading parameters and the fence")
+        control.move(_S.CHECKING, because(ReasonCode.OFFBOARD_CHECKING))
         entries = await refuse_unsafe_parameters(control.link, control.means, sticks_held=sticks_held)
         known = behaviour_of(surroundings.vehicle_type, control.link.identity.firmware)
         loiter = known.name_of(Quantity.LOITER_RADIUS_M)
@@ -199,7 +203,9 @@ class Passage:
         control = self._control
         if control.lease is None:
             return
-        reason = error.detail if isinstance(error, WaydropError) else "the entry was broken off"
+        reason = because(ReasonCode.OFFBOARD_ENTRY_BROKEN_OFF)
+        if isinstance(error, WaydropError):
+            reason = because_of_error(error.code, error.detail)
         if control.link.state().mode is FlightMode.OFFBOARD:
             control.give_up(LeaseChange.REVOKED, reason)
         else:
@@ -222,7 +228,7 @@ class Passage:
         if action != "hold":
             control.say_no_last_word()
         elif control.means is Means.COMMANDS and control.state is _S.ACTIVE:
-            control.give_up(LeaseChange.REVOKED, "Hold was commanded")
+            control.give_up(LeaseChange.REVOKED, because(ReasonCode.OFFBOARD_COMMANDED, command=action))
 
     def _has_lease(self, lease_id: str) -> bool:
         return self._control.lease is not None and self._control.lease.id == lease_id

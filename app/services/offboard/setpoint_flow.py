@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Final
 
 from app.domain.offboard_state import OffboardState
+from app.domain.reason import Reason, ReasonCode, because
 from app.domain.setpoint.dead_man import Silence, can_stand
 from app.domain.setpoint.encode import encode
 from app.domain.setpoint.forms import Setpoint
@@ -57,26 +58,28 @@ class SetpointFlow:
         self._spoke_s = now_s
         return limited.clamps
 
-    def tick(self, phase: OffboardState, surroundings: Surroundings, state: VehicleState, now_s: float) -> str:
+    def tick(
+        self, phase: OffboardState, surroundings: Surroundings, state: VehicleState, now_s: float
+    ) -> Reason | None:
         """Send at most one message. Why nothing more may be sent, in words; under control the silence counts.
 
         Raises:
             LinkError; SetpointRefusedError: the client is silent, and this vehicle follows no velocity of zero.
         """
         if phase not in SENDING:
-            return ""
+            return None
         follower = surroundings.follower(state)
         if phase is OffboardState.LEAVING:  # until the other mode is seen
             if state.mode is FlightMode.OFFBOARD and not self._stream.send_fresh(now_s) and can_stand(follower.kind):
                 self._stream.send_zero(follower, now_s)
-            return ""
+            return None
         silent_s = now_s - self._spoke_s if phase is OffboardState.ACTIVE else 0.0
         silence = self._settings.dead_man.judge(silent_s, follower.kind, has_estimate=follower.has_estimate)
         if silence is Silence.GONE:
-            return f"the client was silent for {silent_s:.1f} s"
+            return because(ReasonCode.OFFBOARD_CLIENT_SILENT, silent_s=silent_s)
         if not self._stream.send_fresh(now_s):
             self._stream.send_zero(follower, now_s)  # a wing does not follow it: that is refused and ends the lease
-        return ""
+        return None
 
     def views(self, now_s: float) -> tuple[SentView | None, CadenceView]:
         """The newest message that left, and how steadily they leave."""

@@ -8,6 +8,7 @@ from dataclasses import replace
 from app.domain.errors import ConflictError, LeaseLostError, TaskRefusedError, TaskUnderWayError
 from app.domain.offboard_state import OffboardState
 from app.domain.ports import Unsubscribe
+from app.domain.reason import ReasonCode, because
 from app.domain.setpoint.means import Means, task_means
 from app.domain.tasks.admission import course_of, refuse_beyond
 from app.domain.tasks.course import Course
@@ -22,7 +23,7 @@ from app.services.task_view import OriginView, QueuedTaskView, TasksView
 from app.services.tasks.flight import TaskFlight
 from app.services.tasks.phase import Phase
 
-NEVER_USED = TaskReport(state="idle", remaining_s=-1.0, task_list=[0], current_id=None, reason="")
+NEVER_USED = TaskReport(state="idle", remaining_s=-1.0, task_list=[0], current_id=None, reason=None)
 
 
 class TaskDesk:
@@ -115,7 +116,7 @@ class TaskDesk:
         flight = self._own(lease_id)
         if flight.phase not in (Phase.FLYING, Phase.BY_HAND):
             raise ConflictError(f"the queue is {flight.phase.value}: there is nothing to pause")
-        flight.stop("paused", "paused by its client")
+        flight.stop("paused", because(ReasonCode.TASKS_PAUSED))
 
     def resume(self, lease_id: str) -> None:
         """Go on with the current task. Raises ConflictError if the queue was not stopped."""

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import asyncio
-from typing import Final
+from typing import Final, Literal
 
 from app.domain.errors import SetpointRefusedError, WaydropError
 from app.domain.events.vehicle import TaskChange, TasksChanged, TasksGripper
 from app.domain.offboard_state import OffboardState
+from app.domain.reason import Reason, ReasonCode, because, because_of_error
 from app.domain.setpoint.capability import FlightKind
 from app.domain.setpoint.means import Means
 from app.domain.tasks.course import PointCourse, Reference
-from app.domain.tasks.forms import Goto, WhenEmpty
+from app.domain.tasks.forms import Goto, InsertMode, WhenEmpty
 from app.domain.tasks.guidance import Fix, Wish
 from app.domain.tasks.origin import EkfOrigin
 from app.domain.tasks.queue import QueuedTask, TaskQueue
@@ -41,7 +42,7 @@ class TaskFlight:
         self.control = control
         self.queue = TaskQueue()
         self.phase = Phase.IDLE
-        self.reason = ""
+        self.reason: Reason | None = None
         self.when_empty: WhenEmpty = "plan"
         self.lease_id: str | None = None
         self.origin: EkfOrigin | None = None
@@ -58,7 +59,9 @@ class TaskFlight:
 
     # what the desk does ---------------------------------------------------------------------------------------
 
-    def put(self, queue: TaskQueue, change: TaskChange, entry: QueuedTask | None, reason: str = "") -> None:
+    def put(
+        self, queue: TaskQueue, change: TaskChange, entry: QueuedTask | None, mode: InsertMode | None = None
+    ) -> None:
         """Another queue in the place of this one. If its current task is another, that one begins."""
         was = None if self.queue.current is None else self.queue.current.id
         self.queue = queue
@@ -66,14 +69,14 @@ class TaskFlight:
             self._begin()
         if self.phase is Phase.IDLE and queue.entries:
             self.phase = Phase.FLYING
-        self.tell(change, entry, reason)
+        self.tell(change, entry, mode=mode)
         self._look_if_empty()
 
     def finish(self, change: TaskChange) -> None:
         """The current task is over."""
         self.put(self.queue.next(), change, self.queue.current)
 
-    def stop(self, change: TaskChange, reason: str) -> None:
+    def stop(self, change: TaskChange, reason: Reason) -> None:
         """Stand; a wing circles. The current task keeps its time."""
         self.phase, self.reason = Phase.PAUSED, reason
         self._steer_anew()
@@ -81,12 +84,19 @@ class TaskFlight:
 
     def go_on(self) -> None:
         """The guidance has the vehicle again."""
-        self.phase, self.reason = Phase.FLYING, ""
+        self.phase, self.reason = Phase.FLYING, None
         self._steer_anew()
         self.tell("resumed", self.queue.current)
         self._look_if_empty()
 
-    def tell(self, change: TaskChange, entry: QueuedTask | None, reason: str = "") -> None:
+    def tell(
+        self,
+        change: TaskChange,
+        entry: QueuedTask | None,
+        reason: Reason | None = None,
+        *,
+        mode: InsertMode | None = None,
+    ) -> None:
         """Record it, and tell the listeners of offboard control."""
         self.changes += 1
         lease = self.control.lease
@@ -95,6 +105,7 @@ class TaskFlight:
             task_id=None if entry is None else entry.id,
             task=None if entry is None else entry.task,
             holder=None if lease is None else lease.holder,
+            insert_mode=mode,
             reason=reason,
             task_list=self.queue.task_list,
         )
@@ -124,13 +135,13 @@ class TaskFlight:
     def overruled(self) -> None:
         """See Guide: a setpoint of the client's own takes the vehicle out of the guidance's hands."""
         if self.phase in (Phase.FLYING, Phase.PAUSED):
-            self.phase, self.reason = Phase.BY_HAND, "the client sends setpoints itself"
+            self.phase, self.reason = Phase.BY_HAND, because(ReasonCode.TASKS_CLIENT_FLIES)
             self.tell("by_hand", self.queue.current, self.reason)
 
     def left(self) -> None:
         """See Guide."""
         if self.phase in (Phase.FLYING, Phase.ENDING):
-            self.stop("paused", "leaving was asked for")
+            self.stop("paused", because(ReasonCode.TASKS_LEAVING))
 
     def tick(self, now_s: float) -> None:
         """See Guide."""
@@ -169,7 +180,7 @@ class TaskFlight:
                 self._fly(helm, entry, kind, fix, now_s, seconds)
         except SetpointRefusedError as error:
             if self.phase is Phase.FLYING and entry is not None:
-                self.stop("blocked", error.detail)
+                self.stop("blocked", because_of_error(error.code, error.detail))
 
     def _take_helm(self) -> Helm:
         if self._helm is None or self._helm.means is not self.control.means:
@@ -206,15 +217,15 @@ class TaskFlight:
             self._tell_gripper(task_id, action, "sent")
             await work_gripper(self.control.link, action)
         except asyncio.CancelledError:
-            self._tell_gripper(task_id, action, "not known: its task ended before the answer")
+            self._tell_gripper(task_id, action, "unknown", because(ReasonCode.TASK_ENDED_BEFORE_ANSWER))
             raise
         except WaydropError as error:
-            self._tell_gripper(task_id, action, error.detail)
+            self._tell_gripper(task_id, action, "failed", because_of_error(error.code, error.detail))
             self._gripping = None
             if self.phase is Phase.FLYING:
-                self.stop("blocked", error.detail)
+                self.stop("blocked", because_of_error(error.code, error.detail))
         else:
-            self._tell_gripper(task_id, action, "ACCEPTED")
+            self._tell_gripper(task_id, action, "done")
             self._gripping = None
             self.finish("gripper_done")
 
@@ -225,7 +236,7 @@ class TaskFlight:
         if self.control.state is not OffboardState.ACTIVE:
             self.phase = Phase.IDLE
         elif self.when_empty == "plan":
-            self.phase, self.reason = Phase.ENDING, "no task is left"
+            self.phase, self.reason = Phase.ENDING, because(ReasonCode.TASKS_NONE_LEFT)
             leaving = self._leave(self.lease_id or "")
             self._leaving = asyncio.create_task(leaving, name=f"tasks end {self.control.vehicle.id}")
 
@@ -236,7 +247,9 @@ class TaskFlight:
             await self._passage.leave_unasked(lease_id, to)
         except WaydropError as error:
             if self.phase is Phase.ENDING:
-                self.stop("blocked", f"leaving to {to} failed: {error.detail}")
+                self.stop(
+                    "blocked", because(ReasonCode.TASKS_LEAVING_FAILED, to=to, error=error.code, detail=error.detail)
+                )
 
     def _begin(self) -> None:
         """Another task is current: nothing of the one before counts."""
@@ -249,21 +262,28 @@ class TaskFlight:
     def _look_at_lease(self) -> None:
         lease = self.control.lease
         if self.lease_id is None:
-            self.reason = "" if lease is not None else self.reason  # what ended an earlier lease explains nothing now
+            self.reason = None if lease is not None else self.reason  # what ended an earlier lease explains nothing now
             return
         if lease is not None and lease.id == self.lease_id:
             return
         self.lease_id, self.origin, self.phase, self._ticked_s = None, None, Phase.IDLE, None
         why, self.when_empty = self.control.reason, "plan"
-        self.reason = "" if lease is not None else why
+        self.reason = None if lease is not None else why
         dropped, self.queue = self.queue, self.queue.cleared()
         self._begin()
         self._helm = None
         if dropped.entries:
             self.tell("dropped", dropped.current, why)
 
-    def _tell_gripper(self, task_id: str, action: Action, result: str) -> None:
-        self._fleet.tell(self.control.vehicle, TasksGripper(task_id=task_id, action=action, result=result))
+    def _tell_gripper(
+        self,
+        task_id: str,
+        action: Action,
+        outcome: Literal["sent", "done", "failed", "unknown"],
+        reason: Reason | None = None,
+    ) -> None:
+        told = TasksGripper(task_id=task_id, action=action, outcome=outcome, reason=reason)
+        self._fleet.tell(self.control.vehicle, told)
 
 
 def _wish(entry: QueuedTask, up_m: float, now_s: float) -> Wish:

@@ -12,6 +12,7 @@ import structlog
 from app.domain.errors import ConflictError, InvalidInputError, NotFoundError
 from app.domain.events.service import HookChange, WebhookChanged
 from app.domain.ports import PlanStore
+from app.domain.reason import ReasonCode, because
 from app.domain.webhooks.address import checked_url, host_of
 from app.domain.webhooks.hook import MAX_HOOKS, Progress, StoredWebhook, Webhook
 from app.domain.webhooks.lifecycle import DeliveryEvent
@@ -27,7 +28,7 @@ from app.services.webhooks.stories import Stories
 from app.services.webhooks.views import HookState, WebhookTestView, WebhookView
 
 log = structlog.get_logger(__name__)
-GONE_REASON: Final = "the receiver answered 410 Gone"
+GONE_REASON: Final = because(ReasonCode.WEBHOOK_GONE)
 
 
 class Webhooks:
@@ -145,7 +146,7 @@ class Webhooks:
         if change.url is not None:
             given["url"] = checked_url(change.url, http_anywhere=self._settings.http_anywhere)
         if change.enabled is not None:
-            given["disabled_reason"] = "" if change.enabled else f"disabled by {by}"
+            given["disabled_reason"] = None if change.enabled else because(ReasonCode.WEBHOOK_DISABLED, by=by)
         return hook.model_copy(update=given)
 
     def _take(self, stored: StoredWebhook) -> None:

@@ -160,4 +160,4 @@ async def test_a_refused_command_is_recorded_as_refused() -> None:
         vehicle.land = refuse  # type: ignore[method-assign]
         with pytest.raises(VehicleRefusedError):
             await VehicleCommands(fleet, journal).land("v1", "anna")
-    assert [data_of(e)["outcome"] for e in events.events if e.kind is EventKind.VEHICLE_COMMAND] == ["sent", "DENIED"]
+    assert [data_of(e)["outcome"] for e in events.events if e.kind is EventKind.VEHICLE_COMMAND] == ["sent", "failed"]

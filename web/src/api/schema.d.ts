@@ -2608,7 +2608,7 @@ export interface components {
          * EntryCheckView
          * @description What an entry would find now. `reason` is empty unless the vehicle's state forbids it; an `audit` may too.
          *
-         *     `flown_by`: how its tasks would be flown; null: not at all.
+         *     `flown_by`: how its tasks would be flown; null: not at all. `run_id`: the run that must be paused first.
          */
         EntryCheckView: {
             /** Ready */
@@ -2624,6 +2624,11 @@ export interface components {
              * @default null
              */
             flown_by: ("setpoints" | "commands") | null;
+            /**
+             * Run Id
+             * @default null
+             */
+            run_id: string | null;
         };
         /**
          * EntryRequest
@@ -3754,11 +3759,8 @@ export interface components {
             state: components["schemas"]["OffboardState"];
             /** Holder */
             holder: string | null;
-            /**
-             * Reason
-             * @default
-             */
-            reason: string;
+            /** @default null */
+            reason: components["schemas"]["Reason"] | null;
         };
         /**
          * OffboardChangedEvent
@@ -3802,21 +3804,23 @@ export interface components {
         };
         /**
          * OffboardLease
-         * @description Who may fly the vehicle by hand.
+         * @description Who may fly the vehicle by hand. `other` had the lease before, or is the one it is offered to.
          */
         OffboardLease: {
             change: components["schemas"]["LeaseChange"];
             /** Holder */
             holder: string;
             /**
-             * Reason
-             * @default
+             * Other
+             * @default null
              */
-            reason: string;
+            other: string | null;
+            /** @default null */
+            reason: components["schemas"]["Reason"] | null;
         };
         /**
          * OffboardLeaseEvent
-         * @description Who may fly the vehicle by hand.
+         * @description Who may fly the vehicle by hand. `other` had the lease before, or is the one it is offered to.
          */
         OffboardLeaseEvent: {
             /**
@@ -3905,8 +3909,7 @@ export interface components {
         OffboardView: {
             state: components["schemas"]["OffboardState"];
             lease: components["schemas"]["LeaseView"] | null;
-            /** Reason */
-            reason: string;
+            reason: components["schemas"]["Reason"] | null;
             sent: components["schemas"]["SentView"] | null;
             cadence: components["schemas"]["CadenceView"] | null;
             tasks: components["schemas"]["TaskReport"] | null;
@@ -4942,7 +4945,7 @@ export interface components {
          * @description Each code with its words. `{name}` stands for a parameter, `{cause}` for the reason behind this one.
          * @enum {string}
          */
-        ReasonCode: "error" | "error_with_hint" | "run.upload_verified" | "run.upload_read_back" | "run.aborted_on_ground" | "run.start_aborted_armed" | "run.start_failed_armed" | "run.start_broke_armed" | "run.restart_before_upload_ended" | "run.restart_during_start_armed" | "run.restart_during_start_disarmed" | "run.not_seen_after_restart" | "run.other_mission_on_board" | "run.disarmed_before_takeoff" | "run.not_taken_off" | "run.rebooted" | "run.not_heard" | "run.stopped_at_last_item" | "run.holds_at_last_item" | "run.asked_before_done" | "run.returned_after_failed_drop" | "run.ended_early" | "run.flown_to_end" | "run.ended" | "run.waits_for_consent" | "run.on_ground" | "run.mission_done" | "run.holds_where_it_ended" | "run.paused_as_asked" | "run.resuming_as_asked" | "run.returning_as_asked" | "run.returning_to_rally_point" | "run.returning_after_failed_drop" | "run.landing_as_asked" | "run.vehicle_lands" | "run.change_refused" | "run.by_hand" | "run.after_hands" | "run.after_hands_failsafe" | "run.failsafe" | "run.failsafe_mode" | "run.return_by_others" | "run.taken_by_others" | "run.not_in_mission" | "drop.output_released" | "drop.acknowledged" | "drop.acknowledged_moved" | "drop.acknowledged_no_move" | "drop.acknowledged_unseen" | "drop.acknowledged_not_moved" | "drop.acknowledged_then" | "drop.ack_missing" | "drop.ack_missing_released" | "drop.ack_missing_released_then" | "drop.refused" | "drop.but_released" | "drop.still_at_grab" | "drop.open_before_command" | "drop.hold_not_seen" | "drop.hold_over" | "drop.hold_over_before_release" | "drop.hold_over_before_ack" | "drop.too_late_to_ask" | "drop.link_lost" | "drop.in_failsafe" | "drop.not_armed" | "drop.wrong_mode" | "drop.not_current" | "drop.position_old" | "drop.too_far" | "drop.too_fast" | "drop.not_on_ground" | "drop.hold_start_unseen" | "drop.hold_too_short" | "drop.target_unknown" | "drop.target_stale" | "drop.target_too_fast" | "drop.target_away" | "drop.consent_refused" | "drop.consent_timed_out" | "drop.left_hold" | "drop.restarted" | "drop.item_not_reached" | "drop.item_unseen" | "drop.item_unseen_place" | "drop.item_strayed" | "drop.item_open_before" | "drop.item_later_release" | "drop.item_later_grab" | "drop.item_at_grab" | "drop.item_output_unknown" | "drop.item_winch" | "drop.item_no_output" | "drop.plan_changed" | "drop.plan_changed_while_away" | "rally.nearest" | "rally.nearest_or" | "rally.stays_in_air" | "target.feed_silent" | "target.stale" | "target.too_fast" | "target.unreachable" | "target.out_of_bounds" | "comparison.no_release_sent" | "comparison.not_flown" | "comparison.not_flown_yet" | "comparison.ends_unseen" | "comparison.visit_not_predicted" | "comparison.drop_not_predicted" | "comparison.not_dropped_yet" | "comparison.release_unseen" | "comparison.place_not_predicted" | "comparison.flown_from" | "comparison.alternate_of" | "comparison.run_not_predicted" | "job.cancelled" | "job.expired" | "job.run_never_made" | "job.started_first" | "job.waits_for_start" | "job.start_unknown" | "job.is_to_end" | "job.not_ready" | "job.run_ended" | "job.vehicle_failed" | "job.run_bad" | "job.run_bad_because" | "job.drop_bad" | "job.drop_bad_because" | "job.queue_stopped" | "job.only_candidate" | "job.chosen" | "job.another_chosen";
+        ReasonCode: "error" | "error_with_hint" | "run.upload_verified" | "run.upload_read_back" | "run.aborted_on_ground" | "run.start_aborted_armed" | "run.start_failed_armed" | "run.start_broke_armed" | "run.restart_before_upload_ended" | "run.restart_during_start_armed" | "run.restart_during_start_disarmed" | "run.not_seen_after_restart" | "run.other_mission_on_board" | "run.disarmed_before_takeoff" | "run.not_taken_off" | "run.rebooted" | "run.not_heard" | "run.stopped_at_last_item" | "run.holds_at_last_item" | "run.asked_before_done" | "run.returned_after_failed_drop" | "run.ended_early" | "run.flown_to_end" | "run.ended" | "run.waits_for_consent" | "run.on_ground" | "run.mission_done" | "run.holds_where_it_ended" | "run.paused_as_asked" | "run.resuming_as_asked" | "run.returning_as_asked" | "run.returning_to_rally_point" | "run.returning_after_failed_drop" | "run.landing_as_asked" | "run.vehicle_lands" | "run.change_refused" | "run.by_hand" | "run.after_hands" | "run.after_hands_failsafe" | "run.failsafe" | "run.failsafe_mode" | "run.return_by_others" | "run.taken_by_others" | "run.not_in_mission" | "drop.output_released" | "drop.acknowledged" | "drop.acknowledged_moved" | "drop.acknowledged_no_move" | "drop.acknowledged_unseen" | "drop.acknowledged_not_moved" | "drop.acknowledged_then" | "drop.ack_missing" | "drop.ack_missing_released" | "drop.ack_missing_released_then" | "drop.refused" | "drop.but_released" | "drop.still_at_grab" | "drop.open_before_command" | "drop.hold_not_seen" | "drop.hold_over" | "drop.hold_over_before_release" | "drop.hold_over_before_ack" | "drop.too_late_to_ask" | "drop.link_lost" | "drop.in_failsafe" | "drop.not_armed" | "drop.wrong_mode" | "drop.not_current" | "drop.position_old" | "drop.too_far" | "drop.too_fast" | "drop.not_on_ground" | "drop.hold_start_unseen" | "drop.hold_too_short" | "drop.target_unknown" | "drop.target_stale" | "drop.target_too_fast" | "drop.target_away" | "drop.consent_refused" | "drop.consent_timed_out" | "drop.left_hold" | "drop.restarted" | "drop.item_not_reached" | "drop.item_unseen" | "drop.item_unseen_place" | "drop.item_strayed" | "drop.item_open_before" | "drop.item_later_release" | "drop.item_later_grab" | "drop.item_at_grab" | "drop.item_output_unknown" | "drop.item_winch" | "drop.item_no_output" | "drop.plan_changed" | "drop.plan_changed_while_away" | "rally.nearest" | "rally.nearest_or" | "rally.stays_in_air" | "target.feed_silent" | "target.stale" | "target.too_fast" | "target.unreachable" | "target.out_of_bounds" | "comparison.no_release_sent" | "comparison.not_flown" | "comparison.not_flown_yet" | "comparison.ends_unseen" | "comparison.visit_not_predicted" | "comparison.drop_not_predicted" | "comparison.not_dropped_yet" | "comparison.release_unseen" | "comparison.place_not_predicted" | "comparison.flown_from" | "comparison.alternate_of" | "comparison.run_not_predicted" | "job.cancelled" | "job.expired" | "job.run_never_made" | "job.started_first" | "job.waits_for_start" | "job.start_unknown" | "job.is_to_end" | "job.not_ready" | "job.run_ended" | "job.vehicle_failed" | "job.run_bad" | "job.run_bad_because" | "job.drop_bad" | "job.drop_bad_because" | "job.queue_stopped" | "job.only_candidate" | "job.chosen" | "job.another_chosen" | "offboard.checking" | "offboard.commanding_hold" | "offboard.stream_first" | "offboard.asking_mode" | "offboard.entry_broken_off" | "offboard.leaving" | "offboard.leaving_failed" | "offboard.left" | "offboard.released" | "offboard.socket_closed" | "offboard.not_renewed" | "offboard.client_silent" | "offboard.link_lost" | "offboard.rebooted" | "offboard.quarantined" | "offboard.disarmed" | "offboard.commanded" | "offboard.failsafe" | "offboard.failsafe_mode" | "offboard.failsafe_in_hold" | "offboard.mode_by_others" | "offboard.hovers" | "offboard.not_guided" | "offboard.unanswered" | "offboard.refused" | "offboard.cannot_send" | "offboard.defect" | "offboard.stood_still" | "offboard.service_stops" | "offboard.service_restarted" | "offboard.hold_unconfirmed" | "offboard.circle_unconfirmed" | "tasks.paused" | "tasks.client_flies" | "tasks.leaving" | "tasks.leaving_failed" | "tasks.none_left" | "tasks.ended_before_answer" | "webhook.disabled" | "webhook.gone";
         /**
          * RebootFault
          * @description Restarts the autopilot once.
@@ -6539,8 +6542,7 @@ export interface components {
             task_list: number[];
             /** Current Id */
             current_id: string | null;
-            /** Reason */
-            reason: string;
+            reason: components["schemas"]["Reason"] | null;
         };
         /**
          * TaskRequest
@@ -6591,6 +6593,8 @@ export interface components {
         /**
          * TasksChanged
          * @description A change of the task queue. `task_list` are the tasks that are left, `task_id` and `task` the one concerned.
+         *
+         *     `insert_mode` says where an inserted one went.
          */
         TasksChanged: {
             /**
@@ -6605,16 +6609,20 @@ export interface components {
             /** Holder */
             holder: string | null;
             /**
-             * Reason
-             * @default
+             * Insert Mode
+             * @default null
              */
-            reason: string;
+            insert_mode: ("append" | "prepend" | "replace_current" | "replace_all") | null;
+            /** @default null */
+            reason: components["schemas"]["Reason"] | null;
             /** Task List */
             task_list: number[];
         };
         /**
          * TasksChangedEvent
          * @description A change of the task queue. `task_list` are the tasks that are left, `task_id` and `task` the one concerned.
+         *
+         *     `insert_mode` says where an inserted one went.
          */
         TasksChangedEvent: {
             /**
@@ -6643,19 +6651,24 @@ export interface components {
         };
         /**
          * TasksGripper
-         * @description A task's gripper action. `result` is "sent", then the MAV_RESULT word, or why there is none.
+         * @description A task's gripper action: stored before it is sent, and once more with what became of it.
          */
         TasksGripper: {
             /** Task Id */
             task_id: string;
             /** Action */
             action: string;
-            /** Result */
-            result: string;
+            /**
+             * Outcome
+             * @enum {string}
+             */
+            outcome: "sent" | "done" | "failed" | "unknown";
+            /** @default null */
+            reason: components["schemas"]["Reason"] | null;
         };
         /**
          * TasksGripperEvent
-         * @description A task's gripper action. `result` is "sent", then the MAV_RESULT word, or why there is none.
+         * @description A task's gripper action: stored before it is sent, and once more with what became of it.
          */
         TasksGripperEvent: {
             /**
@@ -6966,19 +6979,24 @@ export interface components {
         };
         /**
          * VehicleCommand
-         * @description A command that a user gave outside a run. `outcome` is "done", or why it was not.
+         * @description A command that a user gave outside a run: stored before it is sent, and once more with what became of it.
          */
         VehicleCommand: {
             /** Command */
             command: string;
             /** By */
             by: string;
-            /** Outcome */
-            outcome: string;
+            /**
+             * Outcome
+             * @enum {string}
+             */
+            outcome: "sent" | "done" | "failed";
+            /** @default null */
+            reason: components["schemas"]["Reason"] | null;
         };
         /**
          * VehicleCommandEvent
-         * @description A command that a user gave outside a run. `outcome` is "done", or why it was not.
+         * @description A command that a user gave outside a run: stored before it is sent, and once more with what became of it.
          */
         VehicleCommandEvent: {
             /**
@@ -7546,11 +7564,8 @@ export interface components {
              * @default true
              */
             enabled: boolean;
-            /**
-             * Disabled Reason
-             * @default
-             */
-            disabled_reason: string;
+            /** @default null */
+            disabled_reason: components["schemas"]["Reason"] | null;
             /** Created At */
             created_at: number;
             /** Created By */
@@ -7603,11 +7618,8 @@ export interface components {
             host: string;
             /** By */
             by: string;
-            /**
-             * Reason
-             * @default
-             */
-            reason: string;
+            /** @default null */
+            reason: components["schemas"]["Reason"] | null;
         };
         /**
          * WebhookChangedEvent

@@ -131,19 +131,21 @@ describe("sentences", () => {
   });
 
   it("tell who flies a vehicle by hand, and why no longer", () => {
-    expect(say("offboard.lease", { change: "taken", holder: "ann", reason: "" })).toEqual({ text: "ann has the offboard lease of v1.", tone: "info" });
-    expect(say("offboard.lease", { change: "revoked", holder: "ann", reason: "the link to the vehicle is lost" })).toEqual({ text: "ann lost the offboard lease of v1: the link to the vehicle is lost.", tone: "warn" });
-    expect(say("offboard.changed", { state: "active", holder: "ann", reason: "" })).toEqual({ text: "v1, offboard control: active.", tone: "warn" });
+    expect(say("offboard.lease", { change: "taken", holder: "ann", other: null, reason: null })).toEqual({ text: "ann has the offboard lease of v1.", tone: "info" });
+    expect(say("offboard.lease", { change: "revoked", holder: "ann", other: null, reason: because("offboard.link_lost") })).toEqual({ text: "ann lost the offboard lease of v1: the link to the vehicle is lost.", tone: "warn" });
+    expect(say("offboard.lease", { change: "offered", holder: "ann", other: "ben", reason: null }).text).toBe("ann offers the offboard lease of v1 to ben.");
+    expect(say("offboard.lease", { change: "overridden", holder: "ann", other: "ben", reason: null }).text).toBe("ann overrode the offboard lease of v1: ben had it.");
+    expect(say("offboard.changed", { state: "active", holder: "ann", reason: null })).toEqual({ text: "v1, offboard control: active.", tone: "warn" });
   });
 
   it("tell what becomes of tasks, and what the gripper answered", () => {
-    expect(say("tasks.changed", { change: "reached", task_id: "t3", reason: "" })).toEqual({ text: "v1: task t3 has come to its end.", tone: "info" });
-    const queued = (mode: string) => say("tasks.changed", { change: "inserted", task_id: "t2", reason: mode }).text;
+    expect(say("tasks.changed", { change: "reached", task_id: "t3", reason: null })).toEqual({ text: "v1: task t3 has come to its end.", tone: "info" });
+    const queued = (mode: string) => say("tasks.changed", { change: "inserted", task_id: "t2", insert_mode: mode, reason: null }).text;
     expect(["append", "prepend", "replace_current", "replace_all", "later_mode"].map(queued)).toEqual(["v1: task t2 is queued at the end of the queue.", "v1: task t2 is queued before the current one.", "v1: task t2 is queued in place of the current one.", "v1: task t2 is queued in place of all others.", "v1: task t2 is queued."]);
-    expect(say("tasks.changed", { change: "dropped", task_id: "t3", reason: "not renewed for 10 s" })).toEqual({ text: "v1: task t3 and what came after it are dropped: not renewed for 10 s.", tone: "warn" });
-    expect(say("tasks.changed", { change: "cleared", task_id: null, reason: "" })).toEqual({ text: "v1: the task queue was cleared.", tone: "info" });
-    expect(say("tasks.changed", { change: "dropped", task_id: null, reason: "the service was restarted" })).toEqual({ text: "v1: the task queue was dropped: the service was restarted.", tone: "warn" });
-    expect(say("tasks.gripper", { task_id: "t3", action: "release", result: "FAILED" }).tone).toBe("danger");
+    expect(say("tasks.changed", { change: "dropped", task_id: "t3", reason: because("offboard.not_renewed", { lease_s: 10 }) })).toEqual({ text: "v1: task t3 and what came after it are dropped: not renewed for 10 s.", tone: "warn" });
+    expect(say("tasks.changed", { change: "cleared", task_id: null, reason: null })).toEqual({ text: "v1: the task queue was cleared.", tone: "info" });
+    expect(say("tasks.changed", { change: "dropped", task_id: null, reason: because("offboard.service_restarted") })).toEqual({ text: "v1: the task queue was dropped: the service was restarted.", tone: "warn" });
+    expect(say("tasks.gripper", { task_id: "t3", action: "release", outcome: "failed", reason: because("error", { detail: "no" }) }).tone).toBe("danger");
   });
 
   it("are made for kinds to come", () => {

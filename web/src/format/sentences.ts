@@ -29,11 +29,11 @@ const SAY: { readonly [K in EventKind]: Say<K> } = {
   "vehicle.rebooted": (_, v) => ({ text: `${v} rebooted.`, tone: "danger" }),
   "vehicle.status_text": (e, v) => ({ text: `${v} says: “${str(e.data.text)}”`, tone: severityTone(str(e.data.severity)) }),
   "vehicle.quarantined": (e, v) => ({ text: `${v} is quarantined: ${str(e.data.reason)}`, tone: "danger" }),
-  "vehicle.command": (e, v) => ({ text: `${v} was told to ${lower(e.data.command)}${after(" by ", e.data.by)}${after(": ", lower(e.data.outcome))}.`, tone: "info" }),
+  "vehicle.command": (e, v) => ({ text: `${v} was told to ${lower(e.data.command)}${after(" by ", e.data.by)}: ${e.data.outcome}${after(", ", reasonWords(e.data.reason))}.`, tone: e.data.outcome === "failed" ? "warn" : "info" }),
   "offboard.lease": sayLease,
   "offboard.changed": sayOffboard,
   "tasks.changed": sayTasks,
-  "tasks.gripper": (e, v) => ({ text: `${v}, task ${str(e.data.task_id)}, ${lower(e.data.action)}: ${lower(e.data.result)}.`, tone: e.data.result === "sent" || e.data.result === "ACCEPTED" ? "drop" : "danger" }),
+  "tasks.gripper": (e, v) => ({ text: `${v}, task ${str(e.data.task_id)}, ${lower(e.data.action)}: ${e.data.outcome}${after(", ", reasonWords(e.data.reason))}.`, tone: e.data.outcome === "sent" || e.data.outcome === "done" ? "drop" : "danger" }),
   "plan.created": (e) => ({ text: `Plan “${str(e.data.name)}” was stored.`, tone: "neutral" }),
   "run.created": (e, v, name) => ({ text: `${runWords(e.data, name)} was created for ${v}.`, tone: "neutral" }),
   "run.changed": sayRun,
@@ -77,17 +77,22 @@ function sayLease(event: EventOf<"offboard.lease">, vehicle: string): Sentence {
   const change = str(event.data.change);
   const words = LEASE_WORDS[change] ?? "changed the offboard lease of";
   const tone = change === "revoked" || change === "expired" ? "warn" : "info";
-  return { text: `${str(event.data.holder)} ${words} ${vehicle}${after(": ", event.data.reason)}.`, tone };
+  return { text: `${str(event.data.holder)} ${words} ${vehicle}${otherHolder(event.data)}${after(": ", reasonWords(event.data.reason))}.`, tone };
+}
+
+/** Who had the lease before, or is to have it. */
+function otherHolder({ change, other }: EventOf<"offboard.lease">["data"]): string {
+  if (change === "offered") return other ? ` to ${other}` : ": the offer is withdrawn";
+  return other ? `: ${other} had it` : "";
 }
 
 function sayOffboard(event: EventOf<"offboard.changed">, vehicle: string): Sentence {
   const state = str(event.data.state);
-  return { text: `${vehicle}, offboard control: ${state}${after(", ", event.data.reason)}.`, tone: state === "active" ? "warn" : "neutral" };
+  return { text: `${vehicle}, offboard control: ${state}${after(", ", reasonWords(event.data.reason))}.`, tone: state === "active" ? "warn" : "neutral" };
 }
 
 const TASK_WORDS: Readonly<Record<string, string>> = { reached: "has come to its end", time_over: "has lasted its time", gripper_done: "has worked the gripper", skipped: "was skipped", moved: "has another place in the queue", removed: "was taken out", paused: "is paused", resumed: "goes on", by_hand: "waits: its pilot flies by hand", blocked: "is stopped", dropped: "and what came after it are dropped" };
 
-/** By the insert mode of the request, which the event has as its reason. */
 const QUEUED: Readonly<Record<string, string>> = { append: " at the end of the queue", prepend: " before the current one", replace_current: " in place of the current one", replace_all: " in place of all others" };
 
 function sayTasks(event: EventOf<"tasks.changed">, vehicle: string): Sentence {
@@ -96,9 +101,9 @@ function sayTasks(event: EventOf<"tasks.changed">, vehicle: string): Sentence {
   const tone = change === "blocked" || change === "dropped" ? "warn" : "info";
   const task = change === "changed" ? toldTask(event.data.task) : null;
   if (task !== null) return { text: `${vehicle}: task ${str(id)} was changed to: ${taskTitle(task)}, ${taskSummary(task)}.`, tone };
-  if (change === "inserted" && typeof id === "string") return { text: `${vehicle}: task ${id} is queued${QUEUED[str(event.data.reason)] ?? ""}.`, tone };
+  if (change === "inserted" && typeof id === "string") return { text: `${vehicle}: task ${id} is queued${QUEUED[str(event.data.insert_mode)] ?? ""}.`, tone };
   const what = typeof id === "string" ? `task ${id} ${TASK_WORDS[change] ?? "changed"}` : `the task queue ${change === "cleared" || change === "dropped" ? `was ${change}` : "changed"}`;
-  return { text: `${vehicle}: ${what}${after(": ", event.data.reason)}.`, tone };
+  return { text: `${vehicle}: ${what}${after(": ", reasonWords(event.data.reason))}.`, tone };
 }
 
 function sayChanged(event: EventOf<"vehicle.changed">, vehicle: string): Sentence {

@@ -1,5 +1,6 @@
 import { describe, expect, it } from "vitest";
-import type { FlightOrder, Offboard } from "../api/types";
+import type { FlightOrder, Offboard, Reason } from "../api/types";
+import { because } from "../testing/samples";
 import { commandedWords, goneWords, lookAwayWords, orderWords, resultWords, takeOverWords } from "./commanded";
 import { closeWords } from "./words";
 
@@ -36,9 +37,9 @@ describe("a vehicle that is commanded", () => {
   });
 
   it("is told that control went back when no task was left", () => {
-    const left = (reason: string) => closeWords(4410, "the lease has ended", { ended: "", offboard: { lease: null, reason } as Offboard });
-    expect(left("left to mission")).toBe("No task was left: control went back, and the run goes on.");
-    expect(left("left to hold")).toBe("No task was left: control went back, and the vehicle holds.");
-    expect(left("Hold was commanded")).toBe("Hold was commanded.");
+    const left = (reason: Reason) => closeWords(4410, "the lease has ended", { ended: "", offboard: { lease: null, reason } as Offboard });
+    expect(left(because("offboard.left", { to: "mission" }))).toBe("No task was left: control went back, and the run goes on.");
+    expect(left(because("offboard.left", { to: "hold" }))).toBe("No task was left: control went back, and the vehicle holds.");
+    expect(left(because("offboard.commanded", { command: "hold" }))).toBe("A person commanded hold.");
   });
 });

@@ -8,7 +8,7 @@ eachOnBench(
   () => new SessionBench("v3", "fixed_wing", false),
   (bench) => (at = bench),
 );
-const state = (fields: Partial<Offboard>) => at.wire.events.onState({ state: "leased", lease: null, reason: "", sent: null, cadence: null, tasks: null, flown_by: "commands", order: null, ...fields });
+const state = (fields: Partial<Offboard>) => at.wire.events.onState({ state: "leased", lease: null, reason: null, sent: null, cadence: null, tasks: null, flown_by: "commands", order: null, ...fields });
 
 describe("a session for a vehicle that follows no hands", () => {
   it("enters, keeps the lease and leaves without a setpoint, also when leaving is refused", async () => {

@@ -1,4 +1,5 @@
 import { describe, expect, it, vi } from "vitest";
+import { because } from "../testing/samples";
 import type { Offboard, TaskQueue, TaskState } from "../api/types";
 import { DONE, FakeWire, REFUSED } from "../testing/fake-wire";
 import { eachOnBench, SessionBench } from "../testing/session-bench";
@@ -68,7 +69,7 @@ describe("a session", () => {
     asked = ON;
     await vi.advanceTimersByTimeAsync(900);
     expect([at.now.phase, at.now.fellSilent, at.wire.count("setpoint") - before]).toEqual(["silent", true, 0]);
-    at.wire.events.onState({ state: "idle", lease: null, reason: "the client was silent for 1.0 s", sent: null, cadence: null } as Offboard);
+    at.wire.events.onState({ state: "idle", lease: null, reason: because("offboard.client_silent", { silent_s: 1 }), sent: null, cadence: null } as Offboard);
     at.wire.events.onClosed(4410, "the lease has ended");
     expect(at.now.phase).toBe("off");
     expect(at.now.ended).toMatch(/\w+\. The client was silent for 1\.0 s\.$/);

@@ -1,6 +1,7 @@
 /** What happens at the controls, in words. Pure. */
 
 import type { Offboard, OffboardState } from "../api/types";
+import { reasonWords } from "../format/reasons";
 import { altitude, climbRate, speed } from "../format/units";
 import { fullSentence } from "../format/words";
 import type { StopReason } from "./sender";
@@ -45,15 +46,16 @@ const CLOSES: Readonly<Record<number, string>> = {
 
 /** Nobody asked to leave: no task was left, and control went back. */
 const LEFT_ALONE: Readonly<Record<string, string>> = {
-  "left to mission": "no task was left: control went back, and the run goes on",
-  "left to hold": "no task was left: control went back, and the vehicle holds",
+  mission: "no task was left: control went back, and the run goes on",
+  hold: "no task was left: control went back, and the vehicle holds",
 };
 
 /** Why the service ended it: its own reason if it gave one, after what the page knows. */
 export function closeWords(code: number, reason: string, last: { readonly ended: string; readonly offboard: Offboard | null }): string {
   const lease = code === LEASE_ENDED ? last.offboard?.lease : null;
-  const told = last.offboard?.reason ?? "";
-  const given = lease ? `taken over by ${lease.holder}` : (LEFT_ALONE[told] ?? told);
+  const ended = last.offboard?.reason ?? null;
+  const alone = ended?.code === "offboard.left" ? LEFT_ALONE[String(ended.params?.["to"])] : undefined;
+  const given = lease ? `taken over by ${lease.holder}` : (alone ?? reasonWords(ended));
   const why = CLOSES[code] ?? fullSentence(given || reason || `closed with ${code}`);
   return `${last.ended} ${why}`.trim();
 }

@@ -10,7 +10,7 @@ const ORIGIN = { latitude_deg: 47.4, longitude_deg: 8.55, altitude_m: 488 };
 
 function queueOf(...tasks: (Task | null)[]): TaskQueue {
   const entries = tasks.map((task, i) => ({ id: `t${i + 1}`, task: task as Task, remaining_s: -1, leg: 0, cross_m: null, left_m: null }));
-  return { report: { state: "flying", remaining_s: -1, task_list: [], current_id: "t1", reason: "" }, origin: ORIGIN, when_empty: "wait", flown_by: "setpoints", capacity: 20, tasks: entries };
+  return { report: { state: "flying", remaining_s: -1, task_list: [], current_id: "t1", reason: null }, origin: ORIGIN, when_empty: "wait", flown_by: "setpoints", capacity: 20, tasks: entries };
 }
 
 const of = (features: Feature[], kind: string) => features.filter(({ properties }) => properties?.["kind"] === kind);

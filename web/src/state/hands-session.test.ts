@@ -30,8 +30,8 @@ async function choose(type: VehicleType, follows: boolean, flownBy: "setpoints" 
 
 const socket = () => FakeSocket.all.at(-1) as FakeSocket;
 const sent = (type: string) => FakeSocket.all.flatMap((one) => one.sent).filter((frame) => frame["type"] === type).length;
-const state = (fields: object) => socket().tell({ type: "state", offboard: { state: "active", lease: null, reason: "", sent: null, cadence: null, tasks: null, flown_by: knows.tasks.flown_by, order: null, ...fields } });
-const queueIs = (word: string) => socket().tell({ type: "tasks", queue: { report: { state: word, reason: "", remaining_s: -1, task_list: [0], current_id: null }, tasks: [], when_empty: "wait" } });
+const state = (fields: object) => socket().tell({ type: "state", offboard: { state: "active", lease: null, reason: null, sent: null, cadence: null, tasks: null, flown_by: knows.tasks.flown_by, order: null, ...fields } });
+const queueIs = (word: string) => socket().tell({ type: "tasks", queue: { report: { state: word, reason: null, remaining_s: -1, task_list: [0], current_id: null }, tasks: [], when_empty: "wait" } });
 
 /** Numbers that are the same in each run (a Park-Miller generator). */
 function random(seed: number): (below: number) => number {

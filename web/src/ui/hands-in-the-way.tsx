@@ -11,7 +11,7 @@ import { RunActionButton } from "./run-action-button";
 export function HandsInTheWay({ vehicle, found }: { vehicle: string; found: EntryCheck }) {
   const run = handsRun.value;
   if (found.reason === "") return null;
-  if (run === null || !found.reason.includes(run.id)) {
+  if (run === null || found.run_id !== run.id) {
     return <Reason what={fullSentence(pageWords(found.reason))} hint={found.hint === "" ? "" : fullSentence(pageWords(found.hint))} />;
   }
   const mayPause = allowedActions(run).includes("pause");

@@ -1,6 +1,7 @@
 import { useEffect } from "preact/hooks";
 import type { TaskQueue } from "../api/types";
-import { asSentence } from "../format/words";
+import { reasonWords } from "../format/reasons";
+import { fullSentence } from "../format/words";
 import { lookAwayWords } from "../hands-on/commanded";
 import { engaged, handsOn, handsRun } from "../state/hands-on";
 import { flownBy, tasksOnly } from "../state/offboard-facts";
@@ -31,7 +32,7 @@ export function HandsTasks({ vehicle }: { vehicle: string }) {
           </span>
         )}
       </h4>
-      {queue?.report.state === "paused" && queue.report.reason !== "" && <p class="tasks-reason">{asSentence(queue.report.reason)}.</p>}
+      {queue?.report.state === "paused" && queue.report.reason !== null && <p class="tasks-reason">{fullSentence(reasonWords(queue.report.reason))}</p>}
       {queue !== null && queue.tasks.length > 0 && <TaskList queue={queue} vehicle={vehicle} own={own} />}
       {queue !== null && queue.report.state !== "idle" && <p class="hint after-last">{afterLastWords(queue.when_empty, vehicle, handsRun.value !== null, tasksOnly.value)}</p>}
       {own && queue !== null && <QueueActions queue={queue} vehicle={vehicle} />}

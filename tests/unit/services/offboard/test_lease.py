@@ -7,6 +7,7 @@ import pytest
 from app.domain.errors import LeaseHeldError, LeaseLostError, OffboardNotReadyError, VehicleQuarantinedError
 from app.domain.offboard_state import OffboardState
 from app.domain.ports import DuplicateSystem, VehicleIdentity
+from tests.reasons import some
 from tests.unit.domain.setpoint.examples import example
 from tests.unit.services.offboard.cockpit import cockpit
 
@@ -47,9 +48,9 @@ async def test_who_comes_as_a_lease_expires_takes_no_flight_over() -> None:
 async def test_a_released_lease_is_free_and_its_id_worthless() -> None:
     async with cockpit() as quad:
         old = quad.take("ann")
-        quad.control.release(old, "done")
+        quad.control.release(old, some("done"))
         quad.take("ben")
-        for use in (quad.control.require, lambda lease: quad.control.release(lease, "")):
+        for use in (quad.control.require, lambda lease: quad.control.release(lease, None)):
             with pytest.raises(LeaseLostError):
                 use(old)
         assert quad.control.lease is not None

@@ -7,7 +7,8 @@ import pytest
 from app.domain.events import AnyPayload, Event, EventKind, NewEvent
 from app.domain.events.vehicle import OffboardChanged, OffboardLease, TaskChange, TasksChanged
 from app.domain.offboard_state import LeaseChange, OffboardState
-from app.domain.tasks.forms import Circle, LocalPoint
+from app.domain.reason import Reason, ReasonCode, because
+from app.domain.tasks.forms import Circle, InsertMode, LocalPoint
 from app.services.clock import SystemClock
 from app.services.journal import Journal
 from app.services.offboard.left_open import endings, tell_left_open
@@ -15,7 +16,7 @@ from tests.events import data_of
 from tests.unit.services.fakes import MemoryEventStore
 
 LEASE, CHANGED, TASKS = EventKind.OFFBOARD_LEASE, EventKind.OFFBOARD_CHANGED, EventKind.TASKS_CHANGED
-RESTARTED = "the service was restarted"
+RESTARTED = because(ReasonCode.OFFBOARD_SERVICE_RESTARTED)
 CIRCLE = Circle(type="circle", center=LocalPoint(north_m=0.0, east_m=0.0), radius_m=20.0)
 
 
@@ -24,21 +25,23 @@ def told(payload: AnyPayload, vehicle_id: str = "v1") -> Event:
     return Event(**dict(new), seq=1, gateway="gw-1", hash="")
 
 
-def lease(change: LeaseChange, holder: str = "ann", reason: str = "") -> OffboardLease:
-    return OffboardLease(change=change, holder=holder, reason=reason)
+def lease(
+    change: LeaseChange, holder: str = "ann", reason: Reason | None = None, other: str | None = None
+) -> OffboardLease:
+    return OffboardLease(change=change, holder=holder, other=other, reason=reason)
 
 
-def queued(change: TaskChange, *task_list: int, reason: str = "") -> Event:
+def queued(change: TaskChange, *task_list: int, mode: InsertMode | None = None) -> Event:
     return told(
-        TasksChanged(change=change, task_id="t5", task=CIRCLE, holder="ann", reason=reason, task_list=task_list)
+        TasksChanged(change=change, task_id="t5", task=CIRCLE, holder="ann", insert_mode=mode, task_list=task_list)
     )
 
 
 def test_what_was_open_ends_in_the_order_of_a_normal_end() -> None:
     last = [
-        queued("inserted", 2, reason="append"),
+        queued("inserted", 2, mode="append"),
         told(OffboardChanged(state=OffboardState.ACTIVE, holder="ann")),
-        told(lease(LeaseChange.HANDED_OVER, reason="bob")),
+        told(lease(LeaseChange.HANDED_OVER, other="bob")),
     ]
     ended = endings(last, 9.0)
     assert [(one.kind, one.time, one.vehicle_id, one.run_id) for one in ended] == [
@@ -73,10 +76,10 @@ def test_each_vehicle_is_told_of_by_itself() -> None:
 @pytest.mark.parametrize(
     ("last", "task_id"),
     [
-        (queued("inserted", 1, 2, reason="prepend"), "t5"),
+        (queued("inserted", 1, 2, mode="prepend"), "t5"),
         (queued("paused", 1, 2), "t5"),
         (queued("changed", 1), "t5"),
-        (queued("inserted", 1, 2, reason="append"), None),  # behind the first one
+        (queued("inserted", 1, 2, mode="append"), None),  # behind the first one
         (queued("reached", 1), None),  # over
         (queued("removed", 1), None),
         (queued("moved", 1, 2), None),

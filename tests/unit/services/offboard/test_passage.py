@@ -16,6 +16,7 @@ from app.domain.errors import (
     VehicleRefusedError,
 )
 from app.domain.offboard_state import OffboardState
+from app.domain.reason import ReasonCode, because
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode, VehicleType
 from app.domain.vehicle_clock import VehicleClock
@@ -159,7 +160,7 @@ async def test_a_client_that_goes_away_on_the_way_in_ends_the_entry() -> None:
         quad.take()
         entering = asyncio.ensure_future(quad.enter())
         await quad.until_state(OffboardState.STREAMING)
-        quad.control.give_up("released", "the client's socket closed")
+        quad.control.give_up("released", because(ReasonCode.OFFBOARD_SOCKET_CLOSED))
         with pytest.raises(LeaseLostError):
             await entering
         assert "offboard" not in quad.vehicle.sent

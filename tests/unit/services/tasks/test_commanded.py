@@ -12,6 +12,7 @@ from app.domain.errors import OffboardNotReadyError, SetpointRefusedError, TaskR
 from app.domain.fence_area import FenceArea
 from app.domain.mission import MavCmd
 from app.domain.offboard_state import OffboardState
+from app.domain.reason import in_words
 from app.domain.tasks.order_request import CIRCLE_HERE
 from app.domain.vehicle import FlightMode
 from tests.unit.services.offboard.cockpit import cockpit, paused_run
@@ -150,6 +151,6 @@ async def test_an_order_that_leads_out_of_the_fence_is_not_sent() -> None:
         small = FenceArea(Polygon([(-200, -200), (200, -200), (200, 200), (-200, 200)]), None)
         wing.control.enclose(replace(wing.control.surroundings, fence=small))
         await wing.until(lambda: report(wing).state == "paused", "it stops")
-        assert "fence" in report(wing).reason
+        assert "fence" in in_words(report(wing).reason)
         circled = await ordered(wing, 1)
         assert circled.place == (pytest.approx(473978768, abs=50), pytest.approx(85455940, abs=50)), "within the fence"

@@ -10,8 +10,10 @@ from app.domain.commands import MavResult
 from app.domain.errors import ConflictError, LinkTimeoutError
 from app.domain.mission import MavCmd
 from app.domain.offboard_state import OffboardState
+from app.domain.reason import ReasonCode, because, in_words
 from app.domain.tasks.order_request import CIRCLE_HERE
 from app.domain.vehicle import FlightMode, VehicleType
+from tests.reasons import some
 from tests.unit.services.offboard.cockpit import SETTINGS
 from tests.unit.services.tasks.commanded import CIRCLE, FAR, flying, gone_on, ordered, plane
 from tests.unit.services.tasks.queued import changes, queue, report
@@ -25,7 +27,7 @@ async def test_when_its_client_is_gone_it_circles_where_it_is_and_the_queue_is_d
         if how == "silent":
             await gone_on(wing, SETTINGS.lease_s + 0.6)
         elif how == "release":
-            wing.control.release(wing.lease, "the client's socket closed")
+            wing.control.release(wing.lease, because(ReasonCode.OFFBOARD_SOCKET_CLOSED))
         else:
             await wing.control.close()
         await wing.until(lambda: wing.vehicle.orders[-1] == CIRCLE_HERE, "it circles where it is")
@@ -38,7 +40,7 @@ async def test_where_somebody_else_may_have_acted_nothing_is_commanded(how: str)
     async with plane() as wing:
         await flying(wing, "circle", **CIRCLE)
         if how == "gap":
-            wing.control.end("revoked", "the service stood still for 2.0 s")
+            wing.control.end("revoked", some("the service stood still for 2.0 s"))
         else:
             wing.vehicle.put(mode=FlightMode.RETURN)
         assert wing.control.lease is None
@@ -53,7 +55,7 @@ async def test_without_a_position_nothing_is_guided_and_after_a_second_it_circle
         await gone_on(wing, 1.5)
         await wing.until(lambda: wing.control.lease is None, "the lease ends")
         await wing.until(lambda: wing.vehicle.orders[-1] == CIRCLE_HERE, "it circles where it is")
-        assert "no fresh position" in report(wing).reason
+        assert "no fresh position" in in_words(report(wing).reason)
 
 
 async def test_what_the_vehicle_refuses_stops_the_queue_and_resume_asks_again() -> None:
@@ -61,7 +63,7 @@ async def test_what_the_vehicle_refuses_stops_the_queue_and_resume_asks_again() 
         wing.vehicle.order_answers = [MavResult.DENIED]
         await flying(wing, "circle", **CIRCLE)
         await wing.until(lambda: report(wing).state == "paused", "it must stop")
-        assert report(wing).reason == "DO_ORBIT was answered DENIED"
+        assert in_words(report(wing).reason) == "DO_ORBIT was answered DENIED"
         assert (await ordered(wing, 2)).command is MavCmd.DO_REPOSITION
         wing.desk.resume(wing.lease)
         assert (await ordered(wing, 3)).command is MavCmd.DO_ORBIT
@@ -87,7 +89,7 @@ async def test_a_pause_that_is_refused_three_times_ends_the_lease_and_says_so() 
         wing.desk.pause(wing.lease)
         await ordered(wing, 4)
         await wing.until(lambda: wing.control.lease is None, "the lease ends")
-        assert "refused 3 times" in report(wing).reason
+        assert "refused 3 times" in in_words(report(wing).reason)
         await wing.until(lambda: wing.vehicle.orders[-1] == CIRCLE_HERE, "it is told to circle here at least")
 
 
@@ -104,7 +106,7 @@ async def test_an_order_without_an_ack_is_sent_again_and_three_end_the_lease() -
         await ordered(wing, 5)
         await gone_on(wing, 0.6)
         await wing.until(lambda: wing.control.lease is None, "the lease ends")
-        assert "not answered" in report(wing).reason
+        assert "not answered" in in_words(report(wing).reason)
 
 
 async def test_what_is_under_way_when_the_lease_ends_is_never_sent_after_the_last_word() -> None:
@@ -113,7 +115,7 @@ async def test_what_is_under_way_when_the_lease_ends_is_never_sent_after_the_las
         queue(wing, "circle", **CIRCLE)
         await wing.enter()
         await wing.until(lambda: len(wing.vehicle.orders) == 1, "the first leaves")
-        wing.control.release(wing.lease, "released by its holder")
+        wing.control.release(wing.lease, because(ReasonCode.OFFBOARD_RELEASED))
         wing.vehicle.order_gate.set()
         await wing.until(lambda: wing.vehicle.orders[-1] == CIRCLE_HERE, "it circles where it is")
         await wing.quiet()
@@ -135,7 +137,9 @@ async def test_somebody_elses_hold_ends_it_though_the_mode_shows_no_change() -> 
         await flying(wing, "goto", **FAR)
         wing.fleet.vehicle("v1").commanded("hold")
         await wing.until(lambda: wing.vehicle.orders[-1] == CIRCLE_HERE, "it circles where it is")
-        assert (wing.control.lease, report(wing).reason) == (None, "Hold was commanded")
+        assert (wing.control.lease, report(wing).reason) == (
+            *(None, because(ReasonCode.OFFBOARD_COMMANDED, command="hold")),
+        )
 
 
 @pytest.mark.parametrize(("to", "mode"), [("hold", FlightMode.HOLD), ("return", FlightMode.RETURN)])
@@ -152,5 +156,5 @@ async def test_a_vtol_that_begins_to_hover_is_not_flown_on_as_a_wing() -> None:
         await flying(wing, "circle", **CIRCLE)
         wing.vehicle.put(vtol_state="multicopter")
         await wing.until(lambda: wing.control.lease is None, "the lease ends")
-        assert "hovers" in report(wing).reason
+        assert "hovers" in in_words(report(wing).reason)
         await wing.until(lambda: wing.vehicle.orders[-1] == CIRCLE_HERE, "it stays where it is")

@@ -8,10 +8,12 @@ import pytest
 
 from app.domain.errors import LinkTimeoutError, WaydropError
 from app.domain.mission import MavCmd
+from app.domain.reason import in_words
 from app.domain.tasks.order_request import CIRCLE_HERE
 from app.domain.vehicle import FlightMode
 from app.services.hold_here import hold_here
 from app.services.vehicle_commands import VehicleCommands
+from tests.reasons import some
 from tests.unit.services.offboard.cockpit import Cockpit, cockpit
 from tests.unit.services.tasks.commanded import CIRCLE, FAR, flying, gone_on, ordered, plane
 from tests.unit.services.tasks.queued import queue, report
@@ -24,7 +26,7 @@ async def test_a_failsafe_that_waits_in_hold_ends_the_lease_and_is_left_alone() 
         await flying(wing, "goto", **FAR)
         wing.vehicle.put(in_failsafe=True, mode=FlightMode.HOLD)
         assert wing.control.lease is None
-        assert "failsafe" in report(wing).reason
+        assert "failsafe" in in_words(report(wing).reason)
         await gone_on(wing, 0.9)
         assert len(wing.vehicle.orders) == 1, "an order would end what PX4 is about to do"
 
@@ -34,7 +36,7 @@ async def last_word_waits_for_its_ack(wing: Cockpit) -> None:
     await flying(wing, "goto", **FAR)
     wing.vehicle.order_gate.clear()
     wing.vehicle.order_answers = [NO_ACK]
-    wing.control.release(wing.lease, "its socket closed")
+    wing.control.release(wing.lease, some("its socket closed"))
     await wing.until(lambda: wing.vehicle.orders[-1] == CIRCLE_HERE, "the last word is said")
 
 
@@ -60,7 +62,7 @@ async def test_the_last_word_is_not_said_again_to_a_wing_that_somebody_else_has(
         wing.vehicle.order_gate.set()
         await wing.quiet()
         assert len(wing.vehicle.orders) == 2
-        assert "circles" not in wing.control.reason
+        assert "circles" not in in_words(wing.control.reason)
 
 
 async def test_the_new_holders_order_waits_for_the_last_word_to_the_old_one_and_keeps_its_own_answer() -> None:
@@ -93,7 +95,7 @@ async def test_the_same_task_in_a_later_lease_is_ordered_anew() -> None:
 async def test_hold_stops_a_wing_that_flies_on_in_hold_after_its_control_has_ended() -> None:
     async with plane() as wing:
         await flying(wing, "goto", **FAR)
-        wing.control.end("revoked", "the service stood still for 2.0 s")
+        wing.control.end("revoked", some("the service stood still for 2.0 s"))
         await VehicleCommands(wing.fleet, wing.fleet._journal).hold("v1", by="ann")
         assert (wing.vehicle.sent[-1], wing.vehicle.orders[1:]) == ("hold", [CIRCLE_HERE])
 

@@ -13,6 +13,7 @@ from app.domain.errors import (
     TaskUnderWayError,
 )
 from app.domain.offboard_state import OffboardState
+from app.domain.reason import ReasonCode, because, in_words
 from app.domain.setpoint.message import LocalTarget
 from app.domain.tasks.forms import LocalPoint, Motion
 from app.domain.tasks.terms import TaskTerms
@@ -123,7 +124,7 @@ async def test_leaving_that_fails_stands_and_says_why() -> None:
         quad.vehicle.hold = refuse  # type: ignore[method-assign]
         put_at(quad, 20.0, 10.0)
         await quad.until(lambda: report(quad).state == "paused", "it must stand")
-        assert "leaving to hold failed" in report(quad).reason
+        assert "leaving to hold failed" in in_words(report(quad).reason)
         assert quad.control.state is OffboardState.ACTIVE
 
 
@@ -281,10 +282,10 @@ async def test_a_target_that_moves_is_not_set_back_by_another_duration() -> None
 async def test_a_new_lease_begins_without_the_reason_of_the_last_one() -> None:
     async with cockpit() as quad:
         await flying(quad, "circle")
-        quad.control.give_up("revoked", "the link to the vehicle is lost")
-        assert report(quad).reason == "the link to the vehicle is lost", "so the last queue ended"
+        quad.control.give_up("revoked", because(ReasonCode.OFFBOARD_LINK_LOST))
+        assert report(quad).reason == because(ReasonCode.OFFBOARD_LINK_LOST), "so the last queue ended"
         await quad.until(lambda: quad.control.lease is None, "the lease is over")
         quad.take()
-        assert report(quad).reason == ""
+        assert report(quad).reason is None
         queue(quad, "segment")
-        assert report(quad).reason == ""
+        assert report(quad).reason is None

@@ -9,6 +9,7 @@ import pytest
 
 from app.domain.commands import CommandAck, CommandRequest, MavResult
 from app.domain.errors import ConflictError, LinkTimeoutError
+from app.domain.reason import ReasonCode, because, in_words
 from tests.unit.services.offboard.cockpit import cockpit
 from tests.unit.services.tasks.queued import changes, flying, put_at, queue, report
 
@@ -26,8 +27,8 @@ async def test_it_is_released_where_the_vehicle_stands_and_the_final_answer_ends
         await quad.until(lambda: report(quad).task_list == [2], "the answer ends the task")
         (request,) = quad.vehicle.releases
         assert (request.params[1], request.attempts) == (0.0, 1)
-        told = [(event["task_id"], event["action"], event["result"]) for event in await quad.told("tasks.gripper")]
-        assert told == [("t1", "release", "sent"), ("t1", "release", "ACCEPTED")]
+        told = [(event["task_id"], event["action"], event["outcome"]) for event in await quad.told("tasks.gripper")]
+        assert told == [("t1", "release", "sent"), ("t1", "release", "done")]
 
 
 @pytest.mark.parametrize(
@@ -45,7 +46,7 @@ async def test_any_other_answer_stops_the_queue_and_is_not_tried_again_unasked(a
         put_at(quad, 20.0, 10.0)
         await quad.until(lambda: report(quad).state == "paused", "it must stand")
         await quad.ticks(5)
-        assert said in report(quad).reason
+        assert said in in_words(report(quad).reason)
         assert (report(quad).task_list, len(quad.vehicle.releases)) == ([1], 1)
         assert (await changes(quad))[-1] == ("blocked", "t1")
         quad.desk.resume(quad.lease)
@@ -65,11 +66,10 @@ async def test_a_release_whose_task_ends_before_the_answer_is_not_known_and_says
         await flying(quad, "goto", gripper="release")
         put_at(quad, 20.0, 10.0)
         await asyncio.wait_for(sent.wait(), 10.0)
-        quad.control.release(quad.lease, "released by its holder")
+        quad.control.release(quad.lease, because(ReasonCode.OFFBOARD_RELEASED))
         await quad.ticks(0)
-        results = [event["result"] for event in await quad.told("tasks.gripper")]
-        assert results[0] == "sent"
-        assert results[1].startswith("not known")
+        results = [event["outcome"] for event in await quad.told("tasks.gripper")]
+        assert results == ["sent", "unknown"]
 
 
 @pytest.mark.parametrize("mode", ["prepend", "replace_current", "replace_all"])
