@@ -74,7 +74,8 @@ async def moves_nothing_after_it_woke(simulated: SimulatedFleet, service: Servic
     finally:
         os.kill(service.pid, signal.SIGCONT)
     assert await ann.until_closed() == 4410, "the lease and the buffered frames are dropped"
-    assert ann.offboard["reason"]["code"] == "offboard.stood_still", "what the vehicle did meanwhile has that as its cause"
+    promise = "what the vehicle did meanwhile has that as its cause"
+    assert ann.offboard["reason"]["code"] == "offboard.stood_still", promise
 
 
 async def test_a_hung_and_a_killed_waydrop_leave_the_vehicle_to_its_own_failsafe(

@@ -103,7 +103,7 @@ async def test_after_manual_control_the_vehicle_comes_home_and_flies_again(
             else:
                 await dispatcher.post(f"/runs/{run_id}/{way}")
                 await ann.until_closed()
-                assert ann.offboard["reason"] == f"{way.capitalize()} was commanded"
+                assert ann.offboard["reason"]["params"] == {"command": way}
         if way == "killed, return":
             service.start()
             await dispatcher.until_vehicles(1)
