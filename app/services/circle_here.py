@@ -7,20 +7,11 @@ from typing import Final
 
 from app.domain.commands import CommandRequest
 from app.domain.errors import LinkError, LinkTimeoutError
+from app.domain.offboard.modes import who_acts
 from app.domain.ports import VehicleLink
 from app.domain.tasks.order_request import CIRCLE_HERE
-from app.domain.vehicle import FlightMode, VehicleState
 
 ATTEMPTS: Final = 3
-
-
-def who_acts(state: VehicleState) -> str:
-    """Who else has a vehicle that was left in Hold, in words; empty if nobody. An unknown mode is nobody's."""
-    if state.in_failsafe:
-        return "a failsafe acts"
-    if state.mode not in (FlightMode.HOLD, None):
-        return f"{state.mode.value} mode was commanded by somebody else"
-    return ""
 
 
 async def circle_here(link: VehicleLink, send: Callable[[CommandRequest], Awaitable[None]]) -> None:

@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict
 
-from app.domain.offboard_state import OffboardState
+from app.domain.offboard.state import OffboardState
 
 
 class LeaseView(BaseModel):

@@ -45,7 +45,7 @@ from app.domain.errors import (
     LeaseLostError,
     WaydropError,
 )
-from app.domain.offboard_state import LeaseChange
+from app.domain.offboard.state import LeaseChange
 from app.services.access import Principal, Role
 from app.services.offboard import ByHand
 from app.services.tasks import TaskDesk

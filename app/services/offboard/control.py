@@ -6,20 +6,19 @@ from collections.abc import Callable
 
 from app.domain.errors import LeaseLostError, OffboardNotReadyError, SetpointRefusedError, WaydropError
 from app.domain.events.vehicle import OffboardChanged, OffboardLease
-from app.domain.offboard_state import LeaseChange, OffboardState
+from app.domain.offboard.modes import ended_by, who_acts
+from app.domain.offboard.state import LeaseChange, OffboardState
 from app.domain.ports import LinkFact, StateChanged, Unsubscribe, VehicleLink
 from app.domain.setpoint.forms import Setpoint
 from app.domain.setpoint.limiter import Clamp
 from app.domain.setpoint.means import Means
 from app.domain.setpoint.message import SetpointMessage
 from app.domain.vehicle import FlightMode
-from app.services.circle_here import who_acts
 from app.services.clock import Clock
 from app.services.fleet import Fleet, FleetVehicle
 from app.services.offboard.guide import Guide
 from app.services.offboard.holding import Holding
 from app.services.offboard.lease import Lease, LeaseSlot
-from app.services.offboard.loss import ended_by
 from app.services.offboard.orders import Orders
 from app.services.offboard.setpoint_flow import SENDING, SetpointFlow
 from app.services.offboard.settings import OffboardSettings
@@ -288,7 +287,9 @@ class OffboardControl:
         self._end_if_taken(StateChanged())
 
     def _end_if_taken(self, fact: LinkFact) -> None:
-        if self.state is not _S.IDLE and (reason := ended_by(fact, self.state, self.means, self.link, self.commanded)):
+        if self.state is not _S.IDLE and (
+            reason := ended_by(fact, self.state, self.means, self.link.state(), self.commanded)
+        ):
             self.end(LeaseChange.REVOKED, reason)
 
     def _stood_still(self) -> None:

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Literal, TypeVar
 
 from app.domain.errors import ConflictError, LeaseLostError, OffboardNotReadyError, WaydropError
-from app.domain.offboard_state import LeaseChange, OffboardState
+from app.domain.offboard.state import LeaseChange, OffboardState
 from app.domain.run import Run
 from app.domain.setpoint.audit import LOITER_RADIUS, AuditEntry
 from app.domain.setpoint.means import Means

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
-from app.domain.offboard_state import OffboardState
+from app.domain.offboard.state import OffboardState
 from app.domain.setpoint.dead_man import Silence, can_stand
 from app.domain.setpoint.encode import encode
 from app.domain.setpoint.forms import Setpoint

@@ -7,7 +7,7 @@ from typing import Final
 
 from app.domain.errors import SetpointRefusedError, WaydropError
 from app.domain.events.vehicle import TaskChange, TasksChanged, TasksGripper
-from app.domain.offboard_state import OffboardState
+from app.domain.offboard.state import OffboardState
 from app.domain.setpoint.capability import FlightKind
 from app.domain.setpoint.means import Means
 from app.domain.tasks.course import PointCourse, Reference

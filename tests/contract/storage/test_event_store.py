@@ -12,7 +12,7 @@ from app.domain.errors import InvalidInputError, StorageError
 from app.domain.events import AnyPayload, Event, NewEvent
 from app.domain.events.run import RunItemEnded
 from app.domain.events.vehicle import OffboardChanged, OffboardLease, TasksChanged, TasksGripper, VehicleRebooted
-from app.domain.offboard_state import LeaseChange, OffboardState
+from app.domain.offboard.state import LeaseChange, OffboardState
 from app.domain.run import RunState
 from tests.contract.storage.conftest import ADAPTERS, Opener, Stores
 from tests.contract.storage.samples import event, plan, run

@@ -11,7 +11,7 @@ import pytest
 
 from app.domain.errors import JobWrongStateError, LinkTimeoutError, VehicleBusyError
 from app.domain.jobs.job import Job, JobState
-from app.domain.offboard_state import OffboardState
+from app.domain.offboard.state import OffboardState
 from app.domain.run import Run, RunState
 from app.domain.vehicle import LandedState, VehicleFacts
 from app.services.offboard_view import LeaseView, OffboardView

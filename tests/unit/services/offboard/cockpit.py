@@ -8,7 +8,7 @@ from collections.abc import AsyncIterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from app.domain.offboard_state import OffboardState
+from app.domain.offboard.state import OffboardState
 from app.domain.run import Run, RunState
 from app.domain.setpoint.message import SetpointMessage
 from app.domain.vehicle import FlightMode, GlobalPosition, LandedState, VehicleType

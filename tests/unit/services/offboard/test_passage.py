@@ -15,7 +15,7 @@ from app.domain.errors import (
     SetpointRefusedError,
     VehicleRefusedError,
 )
-from app.domain.offboard_state import OffboardState
+from app.domain.offboard.state import OffboardState
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode, VehicleType
 from app.domain.vehicle_clock import VehicleClock

@@ -11,7 +11,7 @@ from shapely import Polygon
 from app.domain.errors import OffboardNotReadyError, SetpointRefusedError, TaskRefusedError
 from app.domain.fence_area import FenceArea
 from app.domain.mission import MavCmd
-from app.domain.offboard_state import OffboardState
+from app.domain.offboard.state import OffboardState
 from app.domain.tasks.order_request import CIRCLE_HERE
 from app.domain.vehicle import FlightMode
 from tests.unit.services.offboard.cockpit import cockpit, paused_run

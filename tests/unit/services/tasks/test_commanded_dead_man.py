@@ -9,7 +9,7 @@ import pytest
 from app.domain.commands import MavResult
 from app.domain.errors import ConflictError, LinkTimeoutError
 from app.domain.mission import MavCmd
-from app.domain.offboard_state import OffboardState
+from app.domain.offboard.state import OffboardState
 from app.domain.tasks.order_request import CIRCLE_HERE
 from app.domain.vehicle import FlightMode, VehicleType
 from tests.unit.services.offboard.cockpit import SETTINGS

@@ -12,7 +12,7 @@ from shapely import Polygon
 
 from app.domain.errors import LeaseLostError, LinkTimeoutError
 from app.domain.fence_area import FenceArea
-from app.domain.offboard_state import OffboardState
+from app.domain.offboard.state import OffboardState
 from app.domain.setpoint.message import LocalTarget
 from app.domain.vehicle import FlightMode, VehicleType
 from tests.unit.services.offboard.cockpit import SETTINGS, Cockpit, cockpit, paused_run

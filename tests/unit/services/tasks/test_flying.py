@@ -12,7 +12,7 @@ from app.domain.errors import (
     TasksFullError,
     TaskUnderWayError,
 )
-from app.domain.offboard_state import OffboardState
+from app.domain.offboard.state import OffboardState
 from app.domain.setpoint.message import LocalTarget
 from app.domain.tasks.forms import LocalPoint, Motion
 from app.domain.tasks.terms import TaskTerms

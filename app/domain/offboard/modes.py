@@ -1,10 +1,11 @@
-"""Which modes a vehicle may be in while it is flown by hand."""
+"""Which modes a vehicle may be in while it is flown by hand, and which facts of its link end that."""
 
 from __future__ import annotations
 
 from typing import Final
 
-from app.domain.offboard_state import OffboardState
+from app.domain.offboard.state import OffboardState
+from app.domain.ports import DuplicateSystem, LinkFact, LinkLost, Rebooted, StateChanged
 from app.domain.setpoint.means import Means
 from app.domain.vehicle import FlightMode, VehicleState
 
@@ -25,8 +26,31 @@ _ON_THE_WAY: Final = {
 """A person's command: out of OFFBOARD it goes through Hold."""
 
 
-def taken_away(state: OffboardState, means: Means, vehicle: VehicleState, commanded: str = "") -> str:
-    """Why the vehicle is not ours any more, in words; empty if it is."""
+def who_acts(state: VehicleState) -> str:
+    """Who else has a vehicle that was left in Hold, in words; empty if nobody. An unknown mode is nobody's."""
+    if state.in_failsafe:
+        return "a failsafe acts"
+    if state.mode not in (FlightMode.HOLD, None):
+        return f"{state.mode.value} mode was commanded by somebody else"
+    return ""
+
+
+def ended_by(fact: LinkFact, state: OffboardState, means: Means, vehicle: VehicleState, commanded: str) -> str:
+    """Why the vehicle is not ours any more, in words; empty if it is. `commanded`: by a person, beside the lease."""
+    match fact:
+        case LinkLost():
+            return "the link to the vehicle is lost"
+        case Rebooted():
+            return "the vehicle rebooted"
+        case DuplicateSystem():
+            return "the vehicle is quarantined"
+        case StateChanged():
+            return _taken_away(state, means, vehicle, commanded)
+        case _:
+            return ""
+
+
+def _taken_away(state: OffboardState, means: Means, vehicle: VehicleState, commanded: str) -> str:
     expected = MAY_BE_IN.get(state)
     if expected is None:
         return ""
