@@ -107,7 +107,7 @@ async def test_a_socket_that_closes_while_leaving_is_hold_too(service: Service, 
         await asyncio.wait_for(waits.wait(), 10)
         link.return_to_launch = original  # type: ignore[method-assign]
     await until(lambda: link.state().mode is FlightMode.HOLD, timeout_s=10)
-    assert service.services.offboard.vehicle("v1").control.lease is None
+    assert service.services.offboard.vehicle("v1").lease is None
 
 
 async def test_a_second_socket_is_told_who_flies(service: Service, link: FakeLink) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 from app.domain.errors import AuditFailedError, OffboardNotReadyError
 from app.domain.fence_area import FenceArea
@@ -13,10 +13,11 @@ from app.domain.live_control import MAX_LIVE_RATE, is_too_fast
 from app.domain.mission import MissionType
 from app.domain.ports import VehicleLink
 from app.domain.run import Run, RunState
-from app.domain.setpoint.audit import AUDITED, AUDITED_COMMANDED, AuditEntry, audit, audit_commanded
+from app.domain.setpoint.audit import AUDITED, AUDITED_COMMANDED, LOITER_RADIUS, AuditEntry, audit, audit_commanded
 from app.domain.setpoint.capability import FlightKind
 from app.domain.setpoint.means import Means
 from app.domain.setpoint.onboard_fence import onboard_fence
+from app.domain.tasks.commanded import Wing
 from app.domain.vehicle import VehicleState
 from app.services.offboard.surroundings import Surroundings
 
@@ -98,7 +99,13 @@ async def until_calm(link: VehicleLink, within_s: float) -> None:
         end()
 
 
-async def read_fence(link: VehicleLink) -> FenceArea | None:
+async def enclosed(surroundings: Surroundings, link: VehicleLink, entries: Sequence[AuditEntry]) -> Surroundings:
+    """With the fence on board and how wide it circles. Raises as `_read_fence`."""
+    loiter_m = next((entry.value for entry in entries if entry.parameter == LOITER_RADIUS), None)
+    return replace(surroundings, fence=await _read_fence(link), wing=Wing.of(loiter_m, link.identity.firmware))
+
+
+async def _read_fence(link: VehicleLink) -> FenceArea | None:
     """The fence on board around home; None without one. Raises OffboardNotReadyError without a home, LinkError."""
     items = await link.download(MissionType.FENCE)
     home = link.state().home

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Final
 
-from app.domain.offboard.state import OffboardState
+from app.domain.offboard.state import SENDING, OffboardState
 from app.domain.setpoint.dead_man import Silence, can_stand
 from app.domain.setpoint.encode import encode
 from app.domain.setpoint.forms import Setpoint
@@ -16,9 +15,6 @@ from app.services.offboard.settings import OffboardSettings
 from app.services.offboard.stream import Author, SetpointStream, Slotted
 from app.services.offboard.surroundings import Surroundings
 from app.services.offboard_view import CadenceView, SentView
-
-_S = OffboardState
-SENDING: Final = frozenset({_S.STREAMING, _S.SWITCHING, _S.ACTIVE, _S.LEAVING})
 
 
 class SetpointFlow:

@@ -142,7 +142,7 @@ async def test_somebody_elses_hold_ends_it_though_the_mode_shows_no_change() -> 
 async def test_leaving_to_hold_circles_here_and_any_other_way_is_its_mode(to: Any, mode: FlightMode) -> None:
     async with plane() as wing:
         await flying(wing, "goto", **FAR)
-        await wing.passage.leave(wing.lease, to)
+        await wing.control.leave(wing.lease, to)
         assert (wing.control.lease, wing.vehicle.truth.mode) == (None, mode)
         assert (wing.vehicle.orders[-1] == CIRCLE_HERE) is (to == "hold")
 

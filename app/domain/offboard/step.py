@@ -1,0 +1,219 @@
+"""Offboard control as one pure function: what each input makes of it, and what is to be done."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from app.domain.errors import LeaseHeldError, OffboardNotReadyError
+from app.domain.events.vehicle import OffboardChanged, OffboardLease
+from app.domain.offboard.inputs import (
+    Commanded,
+    Do,
+    Due,
+    Effect,
+    End,
+    Enter,
+    EntryFailed,
+    GiveUp,
+    Heard,
+    HoldSaid,
+    Input,
+    Leave,
+    LeavingFailed,
+    Left,
+    Offer,
+    Proceed,
+    Renew,
+    Start,
+    Take,
+    Tell,
+    Tick,
+)
+from app.domain.offboard.modes import ended_by, who_acts
+from app.domain.offboard.state import SENDING, TRANSITIONS, Control, LeaseChange, OffboardState
+from app.domain.ports import LinkFact, StateChanged
+from app.domain.setpoint.means import Means
+from app.domain.vehicle import FlightMode, VehicleState
+
+Step = tuple[Control, tuple[Effect, ...]]
+_S = OffboardState
+
+
+def step(control: Control, given: Input) -> Step:
+    """The next state and what is to be done, in this order. What is refused raises, and changes nothing.
+
+    Raises:
+        LeaseHeldError, LeaseLostError: of a lease. OffboardNotReadyError: of an entry.
+    """
+    match given.what:
+        case Take() | Renew() | Offer():
+            return _of_lease(control, given.what, given)
+        case Enter() | Proceed() | EntryFailed() | Leave() | LeavingFailed() | Left():
+            return _on_the_way(control, given.what, given.vehicle)
+        case GiveUp(change, reason):
+            return _give_up(control, change, reason, given.vehicle)
+        case End(change, reason):
+            return _end(control, change, reason)
+        case Commanded(action):
+            return _commanded(control, action, given.vehicle)
+        case Heard(fact):
+            return _heard(control, fact, given.vehicle)
+        case HoldSaid(unconfirmed):
+            return _hold_said(replace(control, says_hold=False), unconfirmed, given.vehicle)
+        case Tick():
+            return _expire(control, given)
+        case Due():
+            return _due(control, given.vehicle)
+
+
+def _of_lease(control: Control, what: Take | Renew | Offer, given: Input) -> Step:
+    if isinstance(what, Take):
+        return _take(control, what, given)
+    lease = replace(control.held(what.lease_id, given.now_s), expires_s=given.now_s + control.lease_s)
+    if isinstance(what, Renew):
+        return replace(control, lease=lease), ()
+    control = replace(control, lease=replace(lease, offered_to=what.to))
+    told = _lease_told(LeaseChange.OFFERED, lease.holder, f"to {what.to}" if what.to else "withdrawn")
+    return control, (told, Do.SHOW)
+
+
+def _take(control: Control, what: Take, given: Input) -> Step:
+    control, effects = _expire(control, given)
+    before, holder = control.lease, what.lease.holder
+    effects += (Do.CLEAR_SETPOINT, Do.COUNT_SILENCE)
+    if before is None:
+        control = replace(control, lease=what.lease, means=what.means, commanded="")
+        control, moved = _move(control, _S.LEASED, "")
+        return control, (*effects, Start(what.rate_hz), _lease_told(LeaseChange.TAKEN, holder, ""), *moved)
+    if not what.override and before.offered_to != holder:
+        raise LeaseHeldError(
+            f"{before.holder} has the offboard lease of vehicle {control.vehicle_id}",
+            hint="wait until it ends, ask for a hand-over, or let an admin override it",
+            holder=before.holder,
+            expires_in_s=round(before.expires_s - given.now_s, 1),
+        )
+    change = LeaseChange.HANDED_OVER if before.offered_to == holder else LeaseChange.OVERRIDDEN
+    control = replace(control, lease=what.lease, says_hold=control.says_hold or control.is_commanded)
+    hold = (Do.SAY_HOLD,) if control.is_commanded else ()
+    return control, (*effects, *hold, _lease_told(change, holder, before.holder), Do.STOP_LEAVING, Do.SHOW)
+
+
+def _on_the_way(
+    control: Control, what: Enter | Proceed | EntryFailed | Leave | LeavingFailed | Left, vehicle: VehicleState
+) -> Step:
+    """An answer to a lease that is over, or out of turn, changes nothing."""
+    if control.lease is None:
+        return control, ()
+    match what:
+        case Enter(by, usual):
+            if control.state is not _S.LEASED:
+                raise OffboardNotReadyError(f"offboard control is {control.state.value} already")
+            if by is Means.COMMANDS and usual is not Means.COMMANDS:
+                raise OffboardNotReadyError("this vehicle is flown by setpoints", hint="enter without `by`")
+            return replace(control, means=by or usual or Means.SETPOINTS), ()
+        case Proceed(state, reason):
+            control, effects = _unsay(control) if state is _S.HOLDING else (control, ())
+            control, moved = _move(control, state, reason)
+            return control, (*effects, *moved)
+        case EntryFailed(reason):
+            if vehicle.mode is FlightMode.OFFBOARD:
+                return _give_up(control, LeaseChange.REVOKED, reason, vehicle)
+            return _move(control, _S.LEASED, reason)
+        case Leave(to):
+            control, effects = _unsay(control)
+            control, moved = _move(
+                control, _S.LEAVING if control.state is _S.ACTIVE else control.state, f"leaving to {to}"
+            )
+            return control, (*effects, *moved)
+        case LeavingFailed(to):
+            if control.state is not _S.LEAVING:
+                return control, ()
+            control, moved = _move(control, _S.ACTIVE, f"leaving to {to} failed")
+            control, effects = _heard(control, StateChanged(), vehicle)
+            return control, (*moved, *effects)
+        case Left(lease_id, to):
+            return _end(control, LeaseChange.RELEASED, f"left to {to}") if control.has(lease_id) else (control, ())
+
+
+def _move(control: Control, state: OffboardState, reason: str) -> Step:
+    """The next state, if the table allows it. Under control the dead-man counts from here."""
+    if state is not control.state and state not in TRANSITIONS[control.state]:
+        return control, ()
+    counts = (Do.COUNT_SILENCE,) if state is _S.ACTIVE else ()
+    if (state, reason) == (control.state, control.reason):
+        return control, (*counts, Do.SHOW)
+    told = Tell(OffboardChanged(state=state, holder=control.holder, reason=reason))
+    return replace(control, state=state, reason=reason), (*counts, told, Do.SHOW)
+
+
+def _end(control: Control, change: LeaseChange, reason: str) -> Step:
+    """End the lease and stop sending; command nothing. Idempotent."""
+    if control.lease is None:
+        return control, ()
+    told = _lease_told(change, control.lease.holder, reason)
+    control, moved = _move(replace(control, lease=None), _S.IDLE, reason)
+    return control, (Do.STOP, told, *moved)
+
+
+def _give_up(control: Control, change: LeaseChange, reason: str, vehicle: VehicleState) -> Step:
+    """End the lease, and command Hold if the vehicle follows us."""
+    mode = FlightMode.HOLD if control.is_commanded else FlightMode.OFFBOARD
+    follows = control.state is _S.SWITCHING or (control.state in SENDING and vehicle.mode in (mode, None))
+    control, effects = _end(control, change, reason)
+    return (replace(control, says_hold=True), (*effects, Do.SAY_HOLD)) if follows else (control, effects)
+
+
+def _expire(control: Control, given: Input) -> Step:
+    if control.lease is None or given.now_s < control.lease.expires_s:
+        return control, ()
+    return _give_up(control, LeaseChange.EXPIRED, f"not renewed for {control.lease_s:g} s", given.vehicle)
+
+
+def _unsay(control: Control) -> Step:
+    """Whatever is commanded now is newer than the Hold that the end of control has left under way."""
+    return (replace(control, says_hold=False), (Do.UNSAY_HOLD,)) if control.says_hold else (control, ())
+
+
+def _commanded(control: Control, action: str, vehicle: VehicleState) -> Step:
+    """A commanded wing is in Hold, so that the mode tells nothing of Hold; on the way in and out it is ours."""
+    control = replace(control, commanded=action)
+    if action not in ("", "hold"):
+        return _unsay(control)
+    if action == "hold" and control.is_commanded and control.state is _S.ACTIVE:
+        return _give_up(control, LeaseChange.REVOKED, "Hold was commanded", vehicle)
+    return control, ()
+
+
+def _heard(control: Control, fact: LinkFact, vehicle: VehicleState) -> Step:
+    """Somebody else's mode is never fought for: stream and last word end at once, or they would pull it back."""
+    effects: tuple[Effect, ...] = ()
+    ours = vehicle.mode is FlightMode.OFFBOARD and not control.is_commanded  # the last word leads out of it
+    if control.says_hold and who_acts(vehicle) and not ours:
+        control, effects = _unsay(control)
+    if control.state is _S.IDLE:
+        return control, effects
+    if reason := ended_by(fact, control.state, control.means, vehicle, control.commanded):
+        control, ended = _end(control, LeaseChange.REVOKED, reason)
+        effects += ended
+    return control, effects
+
+
+def _hold_said(control: Control, unconfirmed: str, vehicle: VehicleState) -> Step:
+    if not unconfirmed or control.state is not _S.IDLE or (control.is_commanded and who_acts(vehicle)):
+        return control, ()
+    acts = "it circles at its last place" if control.is_commanded else "the vehicle's own failsafe acts"
+    return _move(control, _S.IDLE, f"{control.reason}; Hold is not confirmed ({unconfirmed}): {acts}")
+
+
+def _due(control: Control, vehicle: VehicleState) -> Step:
+    if not control.is_commanded:
+        return control, (Do.SEND,) if control.state in SENDING else ()
+    if control.state is not _S.ACTIVE or control.says_hold:
+        return control, ()  # an order now would be ended by the last word that is still being said
+    if acts := who_acts(vehicle):  # seen while it was being left, which has failed
+        return _end(control, LeaseChange.REVOKED, acts)
+    return control, (Do.ORDER,)
+
+
+def _lease_told(change: LeaseChange, holder: str, reason: str) -> Tell:
+    return Tell(OffboardLease(change=change, holder=holder, reason=reason))
