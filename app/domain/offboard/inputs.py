@@ -38,19 +38,12 @@ class Offer:
 
 
 @dataclass(frozen=True, slots=True)
-class GiveUp:
-    """The lease ends, and a vehicle that follows us holds."""
-
-    change: LeaseChange
-    reason: str
-
-
-@dataclass(frozen=True, slots=True)
 class End:
-    """The lease ends, and nothing is commanded."""
+    """The lease ends. `holds`: a vehicle that follows us is told to; otherwise nothing is commanded."""
 
     change: LeaseChange
     reason: str
+    holds: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,14 +84,6 @@ class LeavingFailed:
 
 
 @dataclass(frozen=True, slots=True)
-class Left:
-    """It was seen."""
-
-    lease_id: str
-    to: str
-
-
-@dataclass(frozen=True, slots=True)
 class Commanded:
     """A person commands something beside the lease; empty: it was refused."""
 
@@ -129,10 +114,9 @@ class Due:
     """Whoever guides has spoken: what is to leave leaves now."""
 
 
-What = (
-    Take | Renew | Offer | GiveUp | End | Enter | Proceed | EntryFailed | Leave | LeavingFailed | Left
-    | Commanded | Heard | HoldSaid | Tick | Due
-)  # fmt: skip
+OfLease = Take | Renew | Offer
+OnTheWay = Enter | Proceed | EntryFailed | Leave | LeavingFailed
+What = OfLease | OnTheWay | End | Commanded | Heard | HoldSaid | Tick | Due
 
 
 @dataclass(frozen=True, slots=True)

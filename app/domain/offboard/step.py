@@ -6,29 +6,8 @@ from dataclasses import replace
 
 from app.domain.errors import LeaseHeldError, OffboardNotReadyError
 from app.domain.events.vehicle import OffboardChanged, OffboardLease
-from app.domain.offboard.inputs import (
-    Commanded,
-    Do,
-    Due,
-    Effect,
-    End,
-    Enter,
-    EntryFailed,
-    GiveUp,
-    Heard,
-    HoldSaid,
-    Input,
-    Leave,
-    LeavingFailed,
-    Left,
-    Offer,
-    Proceed,
-    Renew,
-    Start,
-    Take,
-    Tell,
-    Tick,
-)
+from app.domain.offboard import inputs as what
+from app.domain.offboard.inputs import Do, Effect, Input, OfLease, OnTheWay, Start, Tell
 from app.domain.offboard.modes import ended_by, who_acts
 from app.domain.offboard.state import SENDING, TRANSITIONS, Control, LeaseChange, OffboardState
 from app.domain.ports import LinkFact, StateChanged
@@ -46,46 +25,44 @@ def step(control: Control, given: Input) -> Step:
         LeaseHeldError, LeaseLostError: of a lease. OffboardNotReadyError: of an entry.
     """
     match given.what:
-        case Take() | Renew() | Offer():
+        case what.Take() | what.Renew() | what.Offer():
             return _of_lease(control, given.what, given)
-        case Enter() | Proceed() | EntryFailed() | Leave() | LeavingFailed() | Left():
+        case what.Enter() | what.Proceed() | what.EntryFailed() | what.Leave() | what.LeavingFailed():
             return _on_the_way(control, given.what, given.vehicle)
-        case GiveUp(change, reason):
-            return _give_up(control, change, reason, given.vehicle)
-        case End(change, reason):
-            return _end(control, change, reason)
-        case Commanded(action):
+        case what.End(change, reason, holds):
+            return _give_up(control, change, reason, given.vehicle) if holds else _end(control, change, reason)
+        case what.Commanded(action):
             return _commanded(control, action, given.vehicle)
-        case Heard(fact):
+        case what.Heard(fact):
             return _heard(control, fact, given.vehicle)
-        case HoldSaid(unconfirmed):
+        case what.HoldSaid(unconfirmed):
             return _hold_said(replace(control, says_hold=False), unconfirmed, given.vehicle)
-        case Tick():
+        case what.Tick():
             return _expire(control, given)
-        case Due():
+        case what.Due():
             return _due(control, given.vehicle)
 
 
-def _of_lease(control: Control, what: Take | Renew | Offer, given: Input) -> Step:
-    if isinstance(what, Take):
-        return _take(control, what, given)
-    lease = replace(control.held(what.lease_id, given.now_s), expires_s=given.now_s + control.lease_s)
-    if isinstance(what, Renew):
+def _of_lease(control: Control, it: OfLease, given: Input) -> Step:
+    if isinstance(it, what.Take):
+        return _take(control, it, given)
+    lease = replace(control.held(it.lease_id, given.now_s), expires_s=given.now_s + control.lease_s)
+    if isinstance(it, what.Renew):
         return replace(control, lease=lease), ()
-    control = replace(control, lease=replace(lease, offered_to=what.to))
-    told = _lease_told(LeaseChange.OFFERED, lease.holder, f"to {what.to}" if what.to else "withdrawn")
+    control = replace(control, lease=replace(lease, offered_to=it.to))
+    told = _lease_told(LeaseChange.OFFERED, lease.holder, f"to {it.to}" if it.to else "withdrawn")
     return control, (told, Do.SHOW)
 
 
-def _take(control: Control, what: Take, given: Input) -> Step:
+def _take(control: Control, it: what.Take, given: Input) -> Step:
     control, effects = _expire(control, given)
-    before, holder = control.lease, what.lease.holder
+    before, holder = control.lease, it.lease.holder
     effects += (Do.CLEAR_SETPOINT, Do.COUNT_SILENCE)
     if before is None:
-        control = replace(control, lease=what.lease, means=what.means, commanded="")
+        control = replace(control, lease=it.lease, means=it.means, commanded="")
         control, moved = _move(control, _S.LEASED, "")
-        return control, (*effects, Start(what.rate_hz), _lease_told(LeaseChange.TAKEN, holder, ""), *moved)
-    if not what.override and before.offered_to != holder:
+        return control, (*effects, Start(it.rate_hz), _lease_told(LeaseChange.TAKEN, holder, ""), *moved)
+    if not it.override and before.offered_to != holder:
         raise LeaseHeldError(
             f"{before.holder} has the offboard lease of vehicle {control.vehicle_id}",
             hint="wait until it ends, ask for a hand-over, or let an admin override it",
@@ -93,46 +70,41 @@ def _take(control: Control, what: Take, given: Input) -> Step:
             expires_in_s=round(before.expires_s - given.now_s, 1),
         )
     change = LeaseChange.HANDED_OVER if before.offered_to == holder else LeaseChange.OVERRIDDEN
-    control = replace(control, lease=what.lease, says_hold=control.says_hold or control.is_commanded)
+    control = replace(control, lease=it.lease, says_hold=control.says_hold or control.is_commanded)
     hold = (Do.SAY_HOLD,) if control.is_commanded else ()
     return control, (*effects, *hold, _lease_told(change, holder, before.holder), Do.STOP_LEAVING, Do.SHOW)
 
 
-def _on_the_way(
-    control: Control, what: Enter | Proceed | EntryFailed | Leave | LeavingFailed | Left, vehicle: VehicleState
-) -> Step:
+def _on_the_way(control: Control, it: OnTheWay, vehicle: VehicleState) -> Step:
     """An answer to a lease that is over, or out of turn, changes nothing."""
     if control.lease is None:
         return control, ()
-    match what:
-        case Enter(by, usual):
+    match it:
+        case what.Enter(by, usual):
             if control.state is not _S.LEASED:
                 raise OffboardNotReadyError(f"offboard control is {control.state.value} already")
             if by is Means.COMMANDS and usual is not Means.COMMANDS:
                 raise OffboardNotReadyError("this vehicle is flown by setpoints", hint="enter without `by`")
             return replace(control, means=by or usual or Means.SETPOINTS), ()
-        case Proceed(state, reason):
+        case what.Proceed(state, reason):
             control, effects = _unsay(control) if state is _S.HOLDING else (control, ())
             control, moved = _move(control, state, reason)
             return control, (*effects, *moved)
-        case EntryFailed(reason):
+        case what.EntryFailed(reason):
             if vehicle.mode is FlightMode.OFFBOARD:
                 return _give_up(control, LeaseChange.REVOKED, reason, vehicle)
             return _move(control, _S.LEASED, reason)
-        case Leave(to):
+        case what.Leave(to):
             control, effects = _unsay(control)
-            control, moved = _move(
-                control, _S.LEAVING if control.state is _S.ACTIVE else control.state, f"leaving to {to}"
-            )
+            state = _S.LEAVING if control.state is _S.ACTIVE else control.state
+            control, moved = _move(control, state, f"leaving to {to}")
             return control, (*effects, *moved)
-        case LeavingFailed(to):
+        case what.LeavingFailed(to):
             if control.state is not _S.LEAVING:
                 return control, ()
             control, moved = _move(control, _S.ACTIVE, f"leaving to {to} failed")
             control, effects = _heard(control, StateChanged(), vehicle)
             return control, (*moved, *effects)
-        case Left(lease_id, to):
-            return _end(control, LeaseChange.RELEASED, f"left to {to}") if control.has(lease_id) else (control, ())
 
 
 def _move(control: Control, state: OffboardState, reason: str) -> Step:
@@ -190,8 +162,6 @@ def _heard(control: Control, fact: LinkFact, vehicle: VehicleState) -> Step:
     ours = vehicle.mode is FlightMode.OFFBOARD and not control.is_commanded  # the last word leads out of it
     if control.says_hold and who_acts(vehicle) and not ours:
         control, effects = _unsay(control)
-    if control.state is _S.IDLE:
-        return control, effects
     if reason := ended_by(fact, control.state, control.means, vehicle, control.commanded):
         control, ended = _end(control, LeaseChange.REVOKED, reason)
         effects += ended

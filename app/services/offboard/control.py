@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import secrets
 from collections.abc import Callable, Sequence
 from typing import Literal, TypeVar
 
@@ -32,14 +33,12 @@ from app.services.offboard.entry import (
     until_calm,
 )
 from app.services.offboard.guide import Guide
-from app.services.offboard.lease import new_lease, view_of
 from app.services.offboard.orders import Orders
-from app.services.offboard.setpoint_flow import SetpointFlow
+from app.services.offboard.setpoint_flow import Author, SetpointFlow
 from app.services.offboard.settings import OffboardSettings
-from app.services.offboard.stream import Author
 from app.services.offboard.surroundings import Surroundings
 from app.services.offboard.ticking import Ticking
-from app.services.offboard_view import FlownBy, OffboardView
+from app.services.offboard_view import FlownBy, LeaseView, OffboardView
 from app.services.runs import Runs
 
 Destination = Literal["hold", "mission", "return"]
@@ -117,7 +116,7 @@ class OffboardControl:
         sent, cadence = self._flow.views(now_s) if streams else (None, None)
         return OffboardView(
             state=control.state,
-            lease=None if control.lease is None else view_of(control.lease, now_s),
+            lease=None if control.lease is None else LeaseView.of(control.lease, now_s),
             reason=control.reason,
             sent=sent,
             cadence=cadence,
@@ -141,7 +140,8 @@ class OffboardControl:
         self._stood_still()
         self._fleet.link(self.vehicle.id)
         means = self._surroundings().means(self.link.state()) or Means.SETPOINTS
-        lease = new_lease(self.vehicle.id, holder, self._clock.monotonic() + self.settings.lease_s)
+        expires_s = self._clock.monotonic() + self.settings.lease_s
+        lease = Lease(f"lease-{secrets.token_urlsafe(16)}", self.vehicle.id, holder, expires_s)
         self._feed(what.Take(lease, rate_hz, means, override))
         return lease
 
@@ -168,11 +168,11 @@ class OffboardControl:
 
     def give_up(self, change: LeaseChange, reason: str) -> None:
         """End the lease, stop sending, and command Hold if the vehicle follows us. Idempotent."""
-        self._feed(what.GiveUp(change, reason))
+        self._feed(what.End(change, reason, holds=True))
 
     def end(self, change: LeaseChange, reason: str) -> None:
         """End the lease and stop sending; command nothing. Idempotent."""
-        self._feed(what.End(change, reason))
+        self._feed(what.End(change, reason, holds=False))
 
     def put(self, lease_id: str, setpoint: Setpoint) -> tuple[Clamp, ...]:
         """The newest setpoint, sent from the next tick on if the vehicle is under control. What was clamped of it.
@@ -305,7 +305,8 @@ class OffboardControl:
         except BaseException:
             self._feed(what.LeavingFailed(to))
             raise
-        self._feed(what.Left(lease_id, to))
+        if self._control.has(lease_id):
+            self.end(LeaseChange.RELEASED, f"left to {to}")
 
     async def _command(self, to: Destination, run: Run | None) -> None:
         by = self._control.holder or ""
