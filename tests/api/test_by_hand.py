@@ -193,7 +193,7 @@ async def test_what_no_message_can_say_is_refused_and_the_socket_stays(
     async with pilot(service) as ann:
         await ann.say("take")
         with monkeypatch.context() as patch:
-            patch.setattr(service.services.offboard.vehicle("v1").control, "put", beyond)
+            patch.setattr(service.services.offboard.vehicle("v1"), "put", beyond)
             refused = await ann.say("setpoint", setpoint=NORTH)
         assert (refused["type"], refused["code"], refused["hint"]) == ("refused", "request.invalid", "ask for less")
         assert (await ann.say("setpoint", setpoint=NORTH))["type"] == "taken"
