@@ -59,15 +59,15 @@ async def flown(service: Service, rate_hz: float, seconds: float) -> list[float]
 
     link.send_setpoint = note  # type: ignore[method-assign, assignment]
     link.change(armed=True, landed=LandedState.IN_AIR, absolute_altitude_m=520.0)
-    lease = by_hand.control.take("bench", rate_hz=rate_hz)
-    await by_hand.passage.enter(lease.id, sticks_held=False)
+    lease = by_hand.take("bench", rate_hz=rate_hz)
+    await by_hand.enter(lease.id, sticks_held=False)
     times.clear()
     until_s = time.monotonic() + seconds
     while time.monotonic() < until_s:
-        by_hand.control.put(lease.id, ZERO_VELOCITY)
+        by_hand.put(lease.id, ZERO_VELOCITY)
         await asyncio.sleep(LOOK_S)
     found = list(times)
-    await by_hand.passage.leave(lease.id, "hold")
+    await by_hand.leave(lease.id, "hold")
     return found
 
 

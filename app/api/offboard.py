@@ -35,7 +35,7 @@ from app.domain.reason import ReasonCode, because
 from app.domain.setpoint.capability import flight_kind
 from app.domain.setpoint.table import capabilities
 from app.services.access import Role
-from app.services.offboard import ByHand
+from app.services.offboard import OffboardControl
 from app.services.offboard_view import OffboardView
 
 _PATH: Final = BY_HAND_PATH
@@ -44,7 +44,7 @@ _LEASE: Final = ("not_found", "offboard.lease_lost")
 _LINK: Final = ("vehicle.quarantined", "vehicle.refused", "vehicle.link", "vehicle.timeout", "storage.failed")
 
 
-def _by_hand(call: Call[Any, Any]) -> ByHand:
+def _by_hand(call: Call[Any, Any]) -> OffboardControl:
     return call.request.app[OFFBOARD].vehicle(call.path_value("vehicle_id"))
 
 
@@ -59,7 +59,7 @@ async def get_offboard(call: Call[NoQuery, Empty]) -> web.Response:
         profile = autopilot(who.autopilot).setpoint_profile(who.firmware)
         known = [CapabilityView.of(row) for row in capabilities(kind, profile)]
         tasks = TaskMeansView.of(kind, profile)
-    view, limits = offboard.vehicle(vehicle.id).control.view(), offboard.settings.limits
+    view, limits = offboard.vehicle(vehicle.id).view(), offboard.settings.limits
     return json_answer(OffboardDetail(offboard=view, capabilities=known, tasks=tasks, limits=limits))
 
 
@@ -67,7 +67,7 @@ async def take_offboard_lease(call: Call[NoQuery, LeaseRequest]) -> web.Response
     """POST /vehicles/{vehicle_id}/offboard/lease."""
     if call.body.override:
         require_role(call.principal, Role.ADMIN)
-    control = _by_hand(call).control
+    control = _by_hand(call)
     rate_hz = call.body.rate_hz or control.settings.rate_hz
     lease = control.take(call.principal.name, rate_hz=rate_hz, override=call.body.override)
     return json_answer(
@@ -84,21 +84,21 @@ async def take_offboard_lease(call: Call[NoQuery, LeaseRequest]) -> web.Response
 
 async def renew_offboard_lease(call: Call[NoQuery, LeaseUse]) -> web.Response:
     """POST /vehicles/{vehicle_id}/offboard/lease/renew."""
-    control = _by_hand(call).control
+    control = _by_hand(call)
     control.require(call.body.lease)
     return json_answer(control.view())
 
 
 async def hand_over_offboard_lease(call: Call[NoQuery, HandOverRequest]) -> web.Response:
     """POST /vehicles/{vehicle_id}/offboard/lease/hand-over."""
-    control = _by_hand(call).control
+    control = _by_hand(call)
     control.offer(call.body.lease, call.body.to)
     return json_answer(control.view())
 
 
 async def release_offboard_lease(call: Call[NoQuery, LeaseUse]) -> web.Response:
     """POST /vehicles/{vehicle_id}/offboard/lease/release."""
-    control = _by_hand(call).control
+    control = _by_hand(call)
     control.release(call.body.lease, because(ReasonCode.OFFBOARD_RELEASED))
     return json_answer(control.view())
 
@@ -106,27 +106,27 @@ async def release_offboard_lease(call: Call[NoQuery, LeaseUse]) -> web.Response:
 async def check_offboard_entry(call: Call[EntryCheckQuery, Empty]) -> web.Response:
     """GET /vehicles/{vehicle_id}/offboard/entry-check."""
     call.request.app[FLEET].link(call.path_value("vehicle_id"))  # of a quarantined one nothing could be told for sure
-    outlook = await _by_hand(call).passage.look_ahead(sticks_held=call.query.sticks_held)
+    outlook = await _by_hand(call).look_ahead(sticks_held=call.query.sticks_held)
     return json_answer(EntryCheckView.of(outlook))
 
 
 async def enter_offboard(call: Call[NoQuery, EntryRequest]) -> web.Response:
     """POST /vehicles/{vehicle_id}/offboard/enter."""
-    vehicle = _by_hand(call)
-    entries = await vehicle.passage.enter(call.body.lease, sticks_held=call.body.sticks_held, by=call.body.by)
-    return json_answer(EntryView(audit=[AuditView.of(entry) for entry in entries], offboard=vehicle.control.view()))
+    control = _by_hand(call)
+    entries = await control.enter(call.body.lease, sticks_held=call.body.sticks_held, by=call.body.by)
+    return json_answer(EntryView(audit=[AuditView.of(entry) for entry in entries], offboard=control.view()))
 
 
 async def leave_offboard(call: Call[NoQuery, LeaveRequest]) -> web.Response:
     """POST /vehicles/{vehicle_id}/offboard/leave."""
-    vehicle = _by_hand(call)
-    await vehicle.passage.leave(call.body.lease, call.body.to)
-    return json_answer(vehicle.control.view())
+    control = _by_hand(call)
+    await control.leave(call.body.lease, call.body.to)
+    return json_answer(control.view())
 
 
 async def put_setpoint(call: Call[NoQuery, SetpointRequest]) -> web.Response:
     """POST /vehicles/{vehicle_id}/offboard/setpoint."""
-    clamps = _by_hand(call).control.put(call.body.lease, call.body.setpoint)
+    clamps = _by_hand(call).put(call.body.lease, call.body.setpoint)
     return json_answer(SetpointTaken(clamped=[ClampView.of(clamp) for clamp in clamps]))
 
 

@@ -10,7 +10,7 @@ from app.domain.commands import CommandAck, CommandRequest
 from app.domain.events import Event, NewEvent
 from app.domain.jobs.port import JobRecord
 from app.domain.mission_port import MissionLink
-from app.domain.offboard_port import OffboardLink
+from app.domain.offboard.port import OffboardLink
 from app.domain.run import Run
 from app.domain.run_filter import RunFilter
 from app.domain.vehicle import AutopilotKind, FirmwareVersion, FlightMode, VehicleFacts, VehicleState, VehicleType

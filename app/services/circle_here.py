@@ -7,21 +7,11 @@ from typing import Final
 
 from app.domain.commands import CommandRequest
 from app.domain.errors import LinkError, LinkTimeoutError
+from app.domain.offboard.modes import who_acts
 from app.domain.ports import VehicleLink
-from app.domain.reason import Reason, ReasonCode, because
 from app.domain.tasks.order_request import CIRCLE_HERE
-from app.domain.vehicle import FlightMode, VehicleState
 
 ATTEMPTS: Final = 3
-
-
-def who_acts(state: VehicleState) -> Reason | None:
-    """Who else has a vehicle that was left in Hold; None if nobody. An unknown mode is nobody's."""
-    if state.in_failsafe:
-        return because(ReasonCode.OFFBOARD_FAILSAFE)
-    if state.mode not in (FlightMode.HOLD, None):
-        return because(ReasonCode.OFFBOARD_MODE_BY_OTHERS, mode=state.mode.value)
-    return None
 
 
 async def circle_here(link: VehicleLink, send: Callable[[CommandRequest], Awaitable[None]]) -> None:

@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict
 
-from app.domain.offboard_state import OffboardState
+from app.domain.offboard.state import Lease, OffboardState
 from app.domain.reason import Reason
 
 
@@ -18,6 +18,12 @@ class LeaseView(BaseModel):
     holder: str
     expires_in_s: float
     offered_to: str | None
+
+    @classmethod
+    def of(cls, lease: Lease, now_s: float) -> LeaseView:
+        """Of this lease."""
+        left_s = round(max(0.0, lease.expires_s - now_s), 1)
+        return cls(holder=lease.holder, expires_in_s=left_s, offered_to=lease.offered_to)
 
 
 class SentView(BaseModel):

@@ -108,7 +108,7 @@ async def test_a_socket_that_closes_while_leaving_is_hold_too(service: Service, 
         await asyncio.wait_for(waits.wait(), 10)
         link.return_to_launch = original  # type: ignore[method-assign]
     await until(lambda: link.state().mode is FlightMode.HOLD, timeout_s=10)
-    assert service.services.offboard.vehicle("v1").control.lease is None
+    assert service.services.offboard.vehicle("v1").lease is None
 
 
 async def test_a_second_socket_is_told_who_flies(service: Service, link: FakeLink) -> None:
@@ -194,7 +194,7 @@ async def test_what_no_message_can_say_is_refused_and_the_socket_stays(
     async with pilot(service) as ann:
         await ann.say("take")
         with monkeypatch.context() as patch:
-            patch.setattr(service.services.offboard.vehicle("v1").control, "put", beyond)
+            patch.setattr(service.services.offboard.vehicle("v1"), "put", beyond)
             refused = await ann.say("setpoint", setpoint=NORTH)
         assert (refused["type"], refused["code"], refused["hint"]) == ("refused", "request.invalid", "ask for less")
         assert (await ann.say("setpoint", setpoint=NORTH))["type"] == "taken"

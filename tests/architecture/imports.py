@@ -122,7 +122,7 @@ def servers_outside_api(sources: Iterable[Source]) -> list[str]:
 def words_inside(sources: Iterable[Source]) -> list[str]:
     """Reasons turned into sentences anywhere but where people read them: inside, their codes are compared."""
     edges = {"api", "cli"}
-    told_in_errors = {"app.domain.reason", "app.domain.consent", "app.services.offboard.passage"}
+    told_in_errors = {"app.domain.reason", "app.domain.consent", "app.services.offboard.control"}
     return [
         f"{source.at(node)}: in_words is for what people read; compare the code"
         for source in sources

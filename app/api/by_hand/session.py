@@ -45,10 +45,10 @@ from app.domain.errors import (
     LeaseLostError,
     WaydropError,
 )
-from app.domain.offboard_state import LeaseChange
+from app.domain.offboard.state import LeaseChange
 from app.domain.reason import ReasonCode, because
 from app.services.access import Principal, Role
-from app.services.offboard import ByHand
+from app.services.offboard import OffboardControl
 from app.services.tasks import TaskDesk
 
 STATE_PERIOD_S: Final = 0.1
@@ -58,11 +58,12 @@ TASKS_PERIOD_S: Final = 1.0
 class ByHandSession:
     """Reads, answers and tells. `ended` has the code once the service wants the socket closed."""
 
-    def __init__(self, socket: web.WebSocketResponse, vehicle: ByHand, desk: TaskDesk, principal: Principal) -> None:
+    def __init__(
+        self, socket: web.WebSocketResponse, control: OffboardControl, desk: TaskDesk, principal: Principal
+    ) -> None:
         self._socket = socket
-        self._vehicle = vehicle
         self._desk = desk
-        self._control = vehicle.control
+        self._control = control
         self._principal = principal
         self._lease_id: str | None = None
         self._leaving = False
@@ -203,13 +204,13 @@ class ByHandSession:
         await self._send(answer)
 
     async def _enter(self, lease_id: str, frame: EnterFrame) -> BaseModel:
-        entries = await self._vehicle.passage.enter(lease_id, sticks_held=frame.sticks_held, by=frame.by)
+        entries = await self._control.enter(lease_id, sticks_held=frame.sticks_held, by=frame.by)
         return DoneFrame(id=frame.id, what="enter", audit=[AuditView.of(entry) for entry in entries])
 
     async def _leave(self, lease_id: str, frame: LeaveFrame) -> BaseModel:
         self._leaving = True  # the lease's end is what was asked for
         try:
-            await self._vehicle.passage.leave(lease_id, frame.to)
+            await self._control.leave(lease_id, frame.to)
             self._lease_id = None
         finally:
             self._leaving = False

@@ -6,7 +6,7 @@ from typing import ClassVar, Literal
 
 from app.domain.events.kinds import EventKind
 from app.domain.events.payload import Payload
-from app.domain.offboard_state import LeaseChange, OffboardState
+from app.domain.offboard.state import LeaseChange, OffboardState
 from app.domain.reason import Reason
 from app.domain.tasks.forms import InsertMode, Task
 from app.domain.vehicle import FlightMode, LandedState, VehicleType

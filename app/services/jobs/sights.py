@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from app.domain.jobs.readiness import VehicleSight
-from app.domain.offboard_state import OffboardState
+from app.domain.offboard.state import OffboardState
 from app.domain.run import Run
 from app.domain.run_filter import RunFilter
 from app.services.fleet import Fleet, FleetVehicle

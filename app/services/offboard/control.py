@@ -1,60 +1,134 @@
-"""One vehicle under offboard control: its lease, its stream, its dead-man, and who took it away."""
+"""One vehicle under offboard control: feeds what happens to `domain/offboard` and carries out what that decides."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import asyncio
+import secrets
+from collections.abc import Callable, Sequence
+from typing import Literal, TypeVar
 
-from app.domain.errors import LeaseLostError, OffboardNotReadyError, SetpointRefusedError, WaydropError
-from app.domain.events.vehicle import OffboardChanged, OffboardLease
-from app.domain.offboard_state import LeaseChange, OffboardState
-from app.domain.ports import LinkFact, StateChanged, Unsubscribe, VehicleLink
-from app.domain.reason import Reason, ReasonCode, because
+import structlog
+
+from app.domain.errors import ConflictError, LeaseLostError, OffboardNotReadyError, SetpointRefusedError, WaydropError
+from app.domain.offboard import inputs as what
+from app.domain.offboard.inputs import Do, Effect, Input, Start, Tell
+from app.domain.offboard.state import SENDING, Control, Lease, LeaseChange, OffboardState
+from app.domain.offboard.step import step
+from app.domain.ports import LinkFact, Unsubscribe, VehicleLink
+from app.domain.reason import Reason, ReasonCode, because, because_of_error, in_words
+from app.domain.run import Run
+from app.domain.setpoint.audit import AuditEntry
 from app.domain.setpoint.forms import Setpoint
 from app.domain.setpoint.limiter import Clamp
 from app.domain.setpoint.means import Means
 from app.domain.setpoint.message import SetpointMessage
 from app.domain.vehicle import FlightMode
-from app.services.circle_here import who_acts
 from app.services.clock import Clock
 from app.services.fleet import Fleet, FleetVehicle
+from app.services.offboard.entry import (
+    Outlook,
+    enclosed,
+    look_ahead,
+    refuse_unready,
+    refuse_unsafe_parameters,
+    until_calm,
+)
 from app.services.offboard.guide import Guide
-from app.services.offboard.holding import Holding
-from app.services.offboard.lease import Lease, LeaseSlot
-from app.services.offboard.loss import ended_by
 from app.services.offboard.orders import Orders
-from app.services.offboard.setpoint_flow import SENDING, SetpointFlow
+from app.services.offboard.setpoint_flow import Author, SetpointFlow
 from app.services.offboard.settings import OffboardSettings
-from app.services.offboard.stream import Author
 from app.services.offboard.surroundings import Surroundings
 from app.services.offboard.ticking import Ticking
-from app.services.offboard_view import OffboardView
+from app.services.offboard_view import FlownBy, LeaseView, OffboardView
+from app.services.runs import Runs
 
+Destination = Literal["hold", "mission", "return"]
+T = TypeVar("T")
 _S = OffboardState
+log = structlog.get_logger(__name__)
 
 
 class OffboardControl:
     """All of it runs on the event loop. Nothing is sent but by a tick, and no tick sends without a lease."""
 
-    def __init__(self, vehicle: FleetVehicle, fleet: Fleet, clock: Clock, settings: OffboardSettings) -> None:
+    def __init__(
+        self, vehicle: FleetVehicle, fleet: Fleet, runs: Runs, clock: Clock, settings: OffboardSettings
+    ) -> None:
         self.vehicle = vehicle
         self.settings = settings
-        self.state = _S.IDLE
-        self.reason: Reason | None = None
         self.surroundings: Surroundings | None = None
-        self._fleet = fleet
-        self._clock = clock
-        self._leases = LeaseSlot(vehicle.id, settings.lease_s)
-        self.means = Means.SETPOINTS
-        self.orders = Orders(vehicle.link, clock, settings.dead_man.gone_s, self.changed)
-        self.flow = SetpointFlow(settings, self._put_out)
-        self._ticking = Ticking(vehicle.id, clock, settings.gap_s, self._tick, self._on_gap, self._on_defect)
-        self._holding = Holding(vehicle.id, self.hold, self._hold_unconfirmed)
-        self._listeners: list[Callable[[], None]] = []
         self.guide: Guide | None = None
-        self.commanded = ""
-        """What a person has commanded beside the lease, since it was taken."""
+        self._control = Control(vehicle.id, settings.lease_s)
+        self._fleet = fleet
+        self._runs = runs
+        self._clock = clock
+        self.orders = Orders(vehicle.link, clock, settings.dead_man.gone_s, self.changed)
+        self._flow = SetpointFlow(settings, self._put_out)
+        self._ticking = Ticking(vehicle.id, clock, settings.gap_s, self._tick, self._on_gap, self._on_defect)
+        self._holding: asyncio.Task[None] | None = None
+        self._entering: asyncio.Task[Sequence[AuditEntry]] | None = None
+        self._leaving: asyncio.Task[None] | None = None
+        self._listeners: list[Callable[[], None]] = []
         self._unsubscribe = vehicle.link.subscribe(self._heard)
         vehicle.offboard = self.view_if_used
+        vehicle.commanded = lambda action: self._feed(what.Commanded(action))
+
+    # what is seen of it ---------------------------------------------------------------------------------------
+
+    @property
+    def link(self) -> VehicleLink:
+        """The vehicle's link."""
+        return self.vehicle.link
+
+    @property
+    def state(self) -> OffboardState:
+        """How far it is."""
+        return self._control.state
+
+    @property
+    def reason(self) -> Reason | None:
+        """Why it is so, or why the last lease ended."""
+        return self._control.reason
+
+    @property
+    def lease(self) -> Lease | None:
+        """The lease now."""
+        return self._control.lease
+
+    @property
+    def means(self) -> Means:
+        """How it is flown, since the last lease was taken."""
+        return self._control.means
+
+    def subscribe(self, listener: Callable[[], None]) -> Unsubscribe:
+        """Call `listener` when state or lease have changed."""
+        self._listeners.append(listener)
+        return lambda: self._listeners.remove(listener) if listener in self._listeners else None
+
+    def changed(self) -> None:
+        """Tell the listeners to look again."""
+        for listener in tuple(self._listeners):
+            listener()
+
+    def view(self) -> OffboardView:
+        """How it is now."""
+        now_s, control = self._clock.monotonic(), self._control
+        streams = control.state in SENDING and not control.is_commanded
+        sent, cadence = self._flow.views(now_s) if streams else (None, None)
+        return OffboardView(
+            state=control.state,
+            lease=None if control.lease is None else LeaseView.of(control.lease, now_s),
+            reason=control.reason,
+            sent=sent,
+            cadence=cadence,
+            tasks=None if self.guide is None else self.guide.report(),
+            flown_by=None if control.lease is None else control.means.value,
+            order=self.orders.view(now_s),
+        )
+
+    def view_if_used(self) -> OffboardView | None:
+        """For telemetry: nothing while nobody has ever had a lease."""
+        return None if self.state is _S.IDLE and not self.reason else self.view()
 
     # what clients do ------------------------------------------------------------------------------------------
 
@@ -66,46 +140,40 @@ class OffboardControl:
         """
         self._stood_still()
         self._fleet.link(self.vehicle.id)
-        who, now_s = self.vehicle.link.identity, self._clock.monotonic()
-        if who.vehicle_type is None:
-            raise OffboardNotReadyError(f"the type of vehicle {self.vehicle.id} is not known yet", hint="wait a moment")
-        self._end_expired(now_s)
-        before = self._leases.lease
-        lease = self._leases.take(holder, now_s, override=override)
-        self.flow.clear()
-        self.flow.count_from(now_s)
-        if before is not None and self.state is not _S.IDLE:
-            if self._is_commanded:
-                self._holding.soon()
-            change = LeaseChange.HANDED_OVER if before.offered_to == holder else LeaseChange.OVERRIDDEN
-            self._tell_lease(change, holder, other=before.holder)
-            self.changed()
-            return lease
-        self.surroundings = Surroundings.of(who.vehicle_type, who.firmware, self.settings.fresh_s)
-        self.means = self.surroundings.means(self.link.state()) or Means.SETPOINTS
-        self.commanded = ""
-        self.flow.start(rate_hz)
-        self._ticking.start(rate_hz)
-        self._tell_lease(LeaseChange.TAKEN, holder)
-        self.move(_S.LEASED)
+        means = self._surroundings().means(self.link.state()) or Means.SETPOINTS
+        expires_s = self._clock.monotonic() + self.settings.lease_s
+        lease = Lease(f"lease-{secrets.token_urlsafe(16)}", self.vehicle.id, holder, expires_s)
+        self._feed(what.Take(lease, rate_hz, means, override))
         return lease
 
     def require(self, lease_id: str) -> Lease:
         """Renew the lease. Raises LeaseLostError."""
         self._stood_still()
-        return self._leases.require(lease_id, self._clock.monotonic())
+        self._feed(what.Renew(lease_id))
+        return self.check(lease_id)
 
     def check(self, lease_id: str) -> Lease:
         """Look whether it is still this lease, and renew nothing. Raises LeaseLostError."""
         self._stood_still()
-        return self._leases.check(lease_id, self._clock.monotonic())
+        return self._control.held(lease_id, self._clock.monotonic())
 
-    def offer(self, lease_id: str, to: str | None) -> Lease:
-        """Let `to` take the lease over. Raises LeaseLostError."""
-        lease = self._leases.offer(self.require(lease_id).id, to, self._clock.monotonic())
-        self._tell_lease(LeaseChange.OFFERED, lease.holder, other=to)
-        self.changed()
-        return lease
+    def offer(self, lease_id: str, to: str | None) -> None:
+        """Let `to` take the lease over; None takes the offer back. Raises LeaseLostError."""
+        self._stood_still()
+        self._feed(what.Offer(lease_id, to))
+
+    def release(self, lease_id: str, reason: Reason) -> None:
+        """The holder gives the lease up, or its socket closed: Hold if the vehicle is flown. Raises LeaseLostError."""
+        self.check(lease_id)
+        self.give_up(LeaseChange.RELEASED, reason)
+
+    def give_up(self, change: LeaseChange, reason: Reason) -> None:
+        """End the lease, stop sending, and command Hold if the vehicle follows us. Idempotent."""
+        self._feed(what.End(change, reason, holds=True))
+
+    def end(self, change: LeaseChange, reason: Reason) -> None:
+        """End the lease and stop sending; command nothing. Idempotent."""
+        self._feed(what.End(change, reason, holds=False))
 
     def put(self, lease_id: str, setpoint: Setpoint) -> tuple[Clamp, ...]:
         """The newest setpoint, sent from the next tick on if the vehicle is under control. What was clamped of it.
@@ -127,143 +195,240 @@ class OffboardControl:
         """
         return self._slot(setpoint, "task")
 
-    def release(self, lease_id: str, reason: Reason) -> None:
-        """The holder gives the lease up, or its socket closed: Hold if the vehicle is flown. Raises LeaseLostError."""
+    async def close(self) -> None:
+        """The service ends: Hold for what it flies, within a bound; the vehicle's own failsafe does the rest."""
+        self.give_up(LeaseChange.REVOKED, because(ReasonCode.OFFBOARD_SERVICE_STOPS))
+        if self._holding is not None:
+            await asyncio.wait({self._holding}, timeout=self.settings.goodbye_s)
+            self._holding.cancel()
+        self._unsubscribe()
+
+    # the way in -----------------------------------------------------------------------------------------------
+
+    async def look_ahead(self, *, sticks_held: bool) -> Outlook:
+        """What `enter` would find now. Needs no lease. Raises OffboardNotReadyError (type unknown), LinkError."""
+        run = await self._run()
+        return await look_ahead(self.vehicle.id, self.link, self._surroundings(), run, sticks_held=sticks_held)
+
+    async def enter(self, lease_id: str, *, sticks_held: bool, by: FlownBy | None = None) -> Sequence[AuditEntry]:
+        """Hold, one second of stream, then the mode: a stream alone could pull a vehicle out of a failsafe.
+
+        `by` None: as its tasks are flown. By commands it stays in Hold, and nothing is streamed.
+
+        Raises:
+            LeaseLostError, OffboardNotReadyError, AuditFailedError, VehicleRefusedError (with the vehicle's reasons),
+            LinkError.
+        """
         self.require(lease_id)
-        self.give_up(LeaseChange.RELEASED, reason)
+        usual = None if self.surroundings is None else self.surroundings.means(self.link.state())
+        self._feed(what.Enter(Means(by) if by else None, usual))
+        self._entering = asyncio.create_task(self._enter(sticks_held), name=f"enter {self.vehicle.id}")
+        return await self._ended(self._entering)
 
-    # what the parts of this package use -----------------------------------------------------------------------
+    async def _enter(self, sticks_held: bool) -> Sequence[AuditEntry]:
+        try:
+            entries = await self._check_entry(sticks_held)
+            self._feed(what.Proceed(_S.HOLDING, because(ReasonCode.OFFBOARD_COMMANDING_HOLD)))
+            was_in_hold, run = self.link.state().mode is FlightMode.HOLD, await self._run()
+            await (self.link.hold() if run is None else self._runs.pause(run.id, by=self._control.holder or ""))
+            await until_calm(self.link, self.settings.calm_s)
+            if self.means is Means.COMMANDS:
+                if was_in_hold:  # by the mode alone it flies on to wherever it was sent last
+                    await self.orders.circle_here()
+            else:
+                self._feed(what.Proceed(_S.STREAMING, because(ReasonCode.OFFBOARD_STREAM_FIRST)))
+                await self._flow.streamed(self.settings.stream_s)
+                self._feed(what.Proceed(_S.SWITCHING, because(ReasonCode.OFFBOARD_ASKING_MODE)))
+                await self.orders.switch(self.link.enter_offboard())
+            self._feed(what.Proceed(_S.ACTIVE))
+            return entries
+        except BaseException as error:
+            reason = because(ReasonCode.OFFBOARD_ENTRY_BROKEN_OFF)
+            if isinstance(error, WaydropError):
+                reason = because_of_error(error.code, error.detail)
+            self._feed(what.EntryFailed(reason))
+            raise
 
-    @property
-    def link(self) -> VehicleLink:
-        """The vehicle's link."""
-        return self.vehicle.link
-
-    @property
-    def lease(self) -> Lease | None:
-        """The lease now."""
-        return self._leases.lease
-
-    def move(self, state: OffboardState, reason: Reason | None = None) -> None:
-        """The next state. Under control the dead-man counts from here."""
-        if state is _S.ACTIVE:
-            self.flow.count_from(self._clock.monotonic())
-        if state is not self.state or reason != self.reason:
-            self.state, self.reason = state, reason
-            holder = None if self.lease is None else self.lease.holder
-            self._fleet.tell(self.vehicle, OffboardChanged(state=state, holder=holder, reason=reason))
-        self.changed()
-
-    async def hold(self) -> None:
-        """Hold, seen; a commanded wing is in Hold and is told to circle where it is. Raises LinkError."""
-        await (self.orders.circle_here() if self._is_commanded else self.orders.switch(self.link.hold()))
-
-    def say_no_last_word(self) -> None:
-        """Whatever is commanded now is newer than the Hold that the end of control has left under way."""
-        self._holding.cancel()
-
-    def forget_setpoint(self) -> None:
-        """What was put before does not count any more."""
-        self.flow.clear()
+    async def _check_entry(self, sticks_held: bool) -> Sequence[AuditEntry]:
+        surroundings, state = self._surroundings(), self.link.state()
+        refuse_unready(self.vehicle.id, state, surroundings.kind(state), await self._run())
+        self._feed(what.Proceed(_S.CHECKING, because(ReasonCode.OFFBOARD_CHECKING)))
+        entries = await refuse_unsafe_parameters(self.link, self.means, sticks_held=sticks_held)
+        self.enclose(await enclosed(surroundings, self.link, entries))
+        self._flow.clear()  # it was not measured against this fence
+        return entries
 
     def enclose(self, surroundings: Surroundings) -> None:
         """What was read for the entry."""
         self.surroundings = surroundings
 
-    def give_up(self, change: LeaseChange, reason: Reason) -> None:
-        """End the lease, stop sending, and command Hold if the vehicle follows our stream."""
-        mode = FlightMode.HOLD if self._is_commanded else FlightMode.OFFBOARD
-        follows = self.state is _S.SWITCHING or (self.state in SENDING and self.link.state().mode in (mode, None))
-        self.end(change, reason)
-        if follows:
-            self._holding.soon()
+    def _surroundings(self) -> Surroundings:
+        """Before anything was read. Raises OffboardNotReadyError: its type is not known."""
+        who = self.link.identity
+        if who.vehicle_type is None:
+            name = self.vehicle.id
+            raise OffboardNotReadyError(f"the type of vehicle {name} is not known yet", hint="wait a moment")
+        return Surroundings.of(who.vehicle_type, who.firmware, self.settings.fresh_s)
 
-    def end(self, change: LeaseChange, reason: Reason) -> None:
-        """End the lease and stop sending; command nothing. Idempotent."""
-        self._ticking.stop()
-        lease, self._leases.lease = self._leases.lease, None
-        self.flow.clear()
-        self.orders.forget()
-        if lease is not None:
-            self._tell_lease(change, lease.holder, reason)
-            self.move(_S.IDLE, reason)
+    # the way out: a lost lease ends either way, and a new leaving ends the one before ---------------------------
 
-    def subscribe(self, listener: Callable[[], None]) -> Unsubscribe:
-        """Call `listener` when state or lease have changed."""
-        self._listeners.append(listener)
-        return lambda: self._listeners.remove(listener) if listener in self._listeners else None
+    async def leave(self, lease_id: str, to: Destination) -> None:
+        """Leave to a mode, seen, and give the lease back; what is guided stops first.
 
-    def view(self) -> OffboardView:
-        """How it is now."""
-        now_s, lease = self._clock.monotonic(), self.lease
-        streams = self.state in SENDING and not self._is_commanded
-        sent, cadence = self.flow.views(now_s) if streams else (None, None)
-        return OffboardView(
-            state=self.state,
-            lease=None if lease is None else lease.view(now_s),
-            reason=self.reason,
-            sent=sent,
-            cadence=cadence,
-            tasks=None if self.guide is None else self.guide.report(),
-            flown_by=None if lease is None else self.means.value,
-            order=self.orders.view(now_s),
-        )
+        Raises:
+            LeaseLostError, ConflictError, LinkError.
+        """
+        self.require(lease_id)
+        if to == "mission" and self.vehicle.run_id is None:
+            raise ConflictError("the vehicle flies no run: there is no mission to go back to", hint="leave to hold")
+        if self.guide is not None:
+            self.guide.left()
+        await self.leave_unasked(lease_id, to)
 
-    def view_if_used(self) -> OffboardView | None:
-        """For telemetry: nothing while nobody has ever had a lease."""
-        return None if self.state is _S.IDLE and not self.reason else self.view()
+    async def leave_unasked(self, lease_id: str, to: Destination) -> None:
+        """As `leave`, for a guide that has ended: it renews nothing. Raises LeaseLostError, LinkError."""
+        self.check(lease_id)
+        while self._leaving is not None and not self._leaving.done():
+            self._leaving.cancel()
+            await asyncio.wait({self._leaving})
+        self._leaving = asyncio.create_task(self._leave(lease_id, to), name=f"leave {self.vehicle.id}")
+        try:
+            await self._ended(self._leaving)
+        except LeaseLostError:
+            if self._control.has(lease_id):
+                raise ConflictError(f"leaving to {to} was broken off: another leaving was asked for") from None
+            raise
 
-    async def close(self) -> None:
-        """The service ends: Hold for what it flies, within a bound; the vehicle's own failsafe does the rest."""
-        self.give_up(LeaseChange.REVOKED, because(ReasonCode.OFFBOARD_SERVICE_STOPS))
-        await self._holding.end(self.settings.goodbye_s)
-        self._unsubscribe()
+    async def _leave(self, lease_id: str, to: Destination) -> None:
+        run = await self._run()
+        self.check(lease_id)  # it may have ended meanwhile, and Hold been commanded
+        self._feed(what.Leave(to))
+        try:
+            await self._command(to, run)
+        except BaseException:
+            self._feed(what.LeavingFailed(to))
+            raise
+        if self._control.has(lease_id):
+            self.end(LeaseChange.RELEASED, because(ReasonCode.OFFBOARD_LEFT, to=to))
 
-    # ticks and facts ------------------------------------------------------------------------------------------
+    async def _command(self, to: Destination, run: Run | None) -> None:
+        by = self._control.holder or ""
+        if to == "hold" and (run is None or self.means is Means.COMMANDS):
+            await self._hold()
+        if run is None:
+            if to == "return":
+                await self.link.return_to_launch()
+        elif to == "mission":
+            await self._runs.resume(run.id, by=by)
+        elif to == "return":
+            await self._runs.return_to_launch(run.id, by=by)
+        else:
+            await self._runs.pause(run.id, by=by)
+
+    async def _ended(self, task: asyncio.Task[T]) -> T:
+        try:
+            await asyncio.wait({task})
+        finally:
+            task.cancel()
+        if task.cancelled():
+            raise LeaseLostError(f"the lease ended on the way: {in_words(self.reason)}", hint="take it again")
+        return task.result()
+
+    async def _run(self) -> Run | None:
+        run_id = self.vehicle.run_id
+        return None if run_id is None else await self._runs.get(run_id)
+
+    # inputs and effects ---------------------------------------------------------------------------------------
+
+    def _feed(self, happened: what.What, now_s: float | None = None) -> None:
+        now_s = self._clock.monotonic() if now_s is None else now_s
+        self._control, effects = step(self._control, Input(happened, now_s, self.link.state()))
+        for effect in effects:
+            self._carry_out(effect, now_s)
+
+    def _carry_out(self, effect: Effect, now_s: float) -> None:
+        match effect:
+            case Start(rate_hz):
+                self.surroundings = self._surroundings()
+                self._flow.start(rate_hz)
+                self._ticking.start(rate_hz)
+            case Tell(payload):
+                self._fleet.tell(self.vehicle, payload)
+            case Do.CLEAR_SETPOINT:
+                self._flow.clear()
+            case Do.COUNT_SILENCE:
+                self._flow.count_from(now_s)
+            case Do.SEND | Do.ORDER:
+                self._send(effect, now_s)
+            case Do.SAY_HOLD:
+                _cancel(self._holding)
+                self._holding = asyncio.create_task(self._say_hold(), name=f"hold {self.vehicle.id}")
+            case Do.UNSAY_HOLD:
+                _cancel(self._holding)
+            case Do.STOP_LEAVING:
+                self._stop_leaving()
+            case Do.STOP:
+                self._ticking.stop()
+                self._flow.clear()
+                self.orders.forget()
+                _cancel(self._entering)
+                self._stop_leaving()
+            case Do.SHOW:
+                self.changed()
+
+    def _stop_leaving(self) -> None:
+        if self._leaving is not asyncio.current_task():  # one that has succeeded ends its lease itself
+            _cancel(self._leaving)
 
     def _tick(self, now_s: float) -> None:
-        self._end_expired(now_s)
+        self._feed(what.Tick(), now_s)
         try:
             if self.guide is not None:
                 self.guide.tick(now_s)
-            if gone := self._act(now_s):
-                self.give_up(LeaseChange.REVOKED, gone)
+            self._feed(what.Due(), now_s)
         except WaydropError as error:
-            self.give_up(
-                LeaseChange.REVOKED, because(ReasonCode.OFFBOARD_CANNOT_SEND, error=error.code, detail=error.detail)
-            )
+            reason = because(ReasonCode.OFFBOARD_CANNOT_SEND, error=error.code, detail=error.detail)
+            self.give_up(LeaseChange.REVOKED, reason)
+
+    def _send(self, by: Do, now_s: float) -> None:
+        """Raises LinkError, SetpointRefusedError."""
+        if self.surroundings is None:
+            return
+        state = self.link.state()
+        if by is Do.SEND:
+            gone = self._flow.tick(self.state, self.surroundings, state, now_s)
+        else:
+            gone = self.orders.tick(now_s, self.surroundings.kind(state))
+        if gone:
+            self.give_up(LeaseChange.REVOKED, gone)
 
     def _on_defect(self) -> None:
         """Without ticks there is neither a stream nor a dead-man: a defect in one is Hold."""
         self.give_up(LeaseChange.REVOKED, because(ReasonCode.OFFBOARD_DEFECT))
 
+    def _on_gap(self, gap_s: float) -> None:
+        """What was meant before may not be meant now: nothing is sent, Hold neither. The vehicle's failsafe acts."""
+        self.end(LeaseChange.REVOKED, because(ReasonCode.OFFBOARD_STOOD_STILL, gap_s=gap_s))
+
+    def _stood_still(self) -> None:
+        if self.state is not _S.IDLE:
+            self._ticking.look()
+
+    def _heard(self, fact: LinkFact) -> None:
+        """What the vehicle did while the service stood still has that as its cause, so it is asked first."""
+        self._stood_still()
+        self._feed(what.Heard(fact))
+
     def _slot(self, setpoint: Setpoint, by: Author) -> tuple[Clamp, ...]:
         if self.surroundings is None:
             raise LeaseLostError("the lease has ended")
-        if self._is_commanded and self.state is not _S.LEASED:
+        if self.means is Means.COMMANDS and self.state is not _S.LEASED:
             raise SetpointRefusedError(
                 "it is flown by commands, in Hold: a setpoint would not be followed",
                 refusal="setpoint.flown_by_commands",
                 hint='leave, and enter with "by": "setpoints"',
             )
-        return self.flow.put(setpoint, self.surroundings, self.link.state(), self._clock.monotonic(), by)
-
-    def _end_expired(self, now_s: float) -> None:
-        if self._leases.has_expired(now_s):
-            self.give_up(LeaseChange.EXPIRED, because(ReasonCode.OFFBOARD_NOT_RENEWED, lease_s=self.settings.lease_s))
-
-    def _act(self, now_s: float) -> Reason | None:
-        """Send, or give orders. Why the lease must end, None if it goes on. Raises LinkError, SetpointRefusedError."""
-        if self.surroundings is None:
-            return None
-        if not self._is_commanded:
-            return self.flow.tick(self.state, self.surroundings, self.link.state(), now_s)
-        if self.state is not _S.ACTIVE or self._holding.is_under_way:
-            return None  # an order now would be ended by the last word that is still being said
-        if acts := who_acts(self.link.state()):  # seen while it was being left, which has failed
-            self.end(LeaseChange.REVOKED, acts)
-            return None
-        return self.orders.tick(now_s, self.surroundings.kind(self.link.state()))
+        return self._flow.put(setpoint, self.surroundings, self.link.state(), self._clock.monotonic(), by)
 
     def _put_out(self, message: SetpointMessage) -> None:
         """A last look before a message leaves: the process may have stood still in the middle of a tick."""
@@ -271,53 +436,21 @@ class OffboardControl:
         if self.state is not _S.IDLE:
             self.link.send_setpoint(message)
 
-    def _heard(self, fact: LinkFact) -> None:
-        """Somebody else's mode is never fought for: stream and last word end at once, or they would pull it back.
+    async def _hold(self) -> None:
+        """Hold, seen; a commanded wing is in Hold and is told to circle where it is. Raises LinkError."""
+        await (self.orders.circle_here() if self.means is Means.COMMANDS else self.orders.switch(self.link.hold()))
 
-        What the vehicle did while the service stood still has that as its cause, so it is asked first.
-        """
-        self._stood_still()
-        if self._holding.is_under_way and self._others_act():
-            self._holding.cancel()
-        self._end_if_taken(fact)
+    async def _say_hold(self) -> None:
+        """In a task of its own, because what ends control does not wait."""
+        unconfirmed = ""
+        try:
+            await self._hold()
+        except WaydropError as error:
+            unconfirmed = error.detail
+            log.warning("hold after offboard control not confirmed", vehicle=self.vehicle.id, error=unconfirmed)
+        self._feed(what.HoldSaid(unconfirmed))
 
-    def _others_act(self) -> bool:
-        """While the last word is said: OFFBOARD, out of which it leads, is ours."""
-        state = self.link.state()
-        return bool(who_acts(state)) and (self._is_commanded or state.mode is not FlightMode.OFFBOARD)
 
-    def look_again(self) -> None:
-        """A leaving has failed: the vehicle may have left OFFBOARD all the same."""
-        self._end_if_taken(StateChanged())
-
-    def _end_if_taken(self, fact: LinkFact) -> None:
-        if self.state is not _S.IDLE and (reason := ended_by(fact, self.state, self.means, self.link, self.commanded)):
-            self.end(LeaseChange.REVOKED, reason)
-
-    def _stood_still(self) -> None:
-        if self.state is not _S.IDLE:
-            self._ticking.look()
-
-    def _on_gap(self, gap_s: float) -> None:
-        """What was meant before may not be meant now: nothing is sent, Hold neither. The vehicle's failsafe acts."""
-        self.end(LeaseChange.REVOKED, because(ReasonCode.OFFBOARD_STOOD_STILL, gap_s=gap_s))
-
-    @property
-    def _is_commanded(self) -> bool:
-        return self.means is Means.COMMANDS
-
-    def _hold_unconfirmed(self, detail: str) -> None:
-        if self.state is _S.IDLE and not (self._is_commanded and who_acts(self.link.state())):
-            circles = self._is_commanded
-            code = ReasonCode.OFFBOARD_CIRCLE_UNCONFIRMED if circles else ReasonCode.OFFBOARD_HOLD_UNCONFIRMED
-            self.move(_S.IDLE, because(code, self.reason, detail=detail))
-
-    def _tell_lease(
-        self, change: LeaseChange, holder: str, reason: Reason | None = None, *, other: str | None = None
-    ) -> None:
-        self._fleet.tell(self.vehicle, OffboardLease(change=change, holder=holder, other=other, reason=reason))
-
-    def changed(self) -> None:
-        """Tell the listeners to look again."""
-        for listener in tuple(self._listeners):
-            listener()
+def _cancel(task: asyncio.Task[Sequence[AuditEntry]] | asyncio.Task[None] | None) -> None:
+    if task is not None:
+        task.cancel()

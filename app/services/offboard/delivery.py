@@ -12,8 +12,8 @@ from typing import Final
 from app.domain.commands import CommandRequest, MavResult
 from app.domain.errors import ConflictError, LinkError, LinkTimeoutError, VehicleRefusedError
 from app.domain.mission import NAN, MavCmd
+from app.domain.offboard.modes import who_acts
 from app.domain.ports import VehicleLink
-from app.services.circle_here import who_acts
 from app.services.clock import Clock
 from app.services.offboard_view import OrderView
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
-from app.domain.autopilot import Behaviour, autopilot
+from app.domain.autopilot import Behaviour, Quantity, autopilot, behaviour_of
 from app.domain.errors import AuditFailedError, OffboardNotReadyError
 from app.domain.fence_area import FenceArea
 from app.domain.geo import LocalProjection
@@ -18,6 +18,7 @@ from app.domain.setpoint.audit import AuditEntry
 from app.domain.setpoint.capability import FlightKind
 from app.domain.setpoint.means import Means
 from app.domain.setpoint.onboard_fence import onboard_fence
+from app.domain.tasks.commanded import Wing
 from app.domain.vehicle import VehicleState
 from app.services.offboard.surroundings import Surroundings
 
@@ -101,7 +102,15 @@ async def until_calm(link: VehicleLink, within_s: float) -> None:
         end()
 
 
-async def read_fence(link: VehicleLink, behaviour: Behaviour) -> FenceArea | None:
+async def enclosed(surroundings: Surroundings, link: VehicleLink, entries: Sequence[AuditEntry]) -> Surroundings:
+    """With the fence on board and how wide it circles. Raises as `_read_fence`."""
+    known = behaviour_of(surroundings.vehicle_type, link.identity.firmware)
+    loiter = known.name_of(Quantity.LOITER_RADIUS_M)
+    loiter_m = next((entry.value for entry in entries if entry.parameter == loiter), None)
+    return replace(surroundings, fence=await _read_fence(link, known), wing=Wing.of(loiter_m, known))
+
+
+async def _read_fence(link: VehicleLink, behaviour: Behaviour) -> FenceArea | None:
     """The fence on board around home; None without one. Raises OffboardNotReadyError without a home, LinkError."""
     items = await link.download(MissionType.FENCE)
     home = link.state().home

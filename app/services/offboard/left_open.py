@@ -7,7 +7,7 @@ from typing import Final
 
 from app.domain.events import AnyPayload, Event, EventKind, NewEvent
 from app.domain.events.vehicle import OffboardChanged, OffboardLease, TasksChanged
-from app.domain.offboard_state import LeaseChange, OffboardState
+from app.domain.offboard.state import LeaseChange, OffboardState
 from app.domain.reason import ReasonCode, because
 from app.domain.tasks.forms import EMPTY_LIST
 from app.services.clock import Clock

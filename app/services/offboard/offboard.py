@@ -1,24 +1,14 @@
-"""Offboard control of the whole fleet: one control and one passage for each vehicle that was ever asked for."""
+"""Offboard control of the whole fleet: one control for each vehicle that was ever asked for."""
 
 from __future__ import annotations
 
 import asyncio
-from dataclasses import dataclass
 
 from app.services.clock import Clock
 from app.services.fleet import Fleet
 from app.services.offboard.control import OffboardControl
-from app.services.offboard.passage import Passage
 from app.services.offboard.settings import OffboardSettings
 from app.services.runs import Runs
-
-
-@dataclass(frozen=True, slots=True)
-class ByHand:
-    """One vehicle: `control` has its lease and its stream, `passage` the ways in and out."""
-
-    control: OffboardControl
-    passage: Passage
 
 
 class Offboard:
@@ -29,17 +19,17 @@ class Offboard:
         self._runs = runs
         self._clock = clock
         self.settings = settings or OffboardSettings()
-        self._vehicles: dict[str, ByHand] = {}
+        self._vehicles: dict[str, OffboardControl] = {}
 
-    def vehicle(self, vehicle_id: str) -> ByHand:
+    def vehicle(self, vehicle_id: str) -> OffboardControl:
         """One vehicle. Raises NotFoundError."""
         vehicle = self._fleet.vehicle(vehicle_id)
         if vehicle_id not in self._vehicles:
-            control = OffboardControl(vehicle, self._fleet, self._clock, self.settings)
-            self._vehicles[vehicle_id] = ByHand(control, Passage(control, self._runs))
+            control = OffboardControl(vehicle, self._fleet, self._runs, self._clock, self.settings)
+            self._vehicles[vehicle_id] = control
         return self._vehicles[vehicle_id]
 
     async def close(self) -> None:
         """Hold what is flown by hand, and stop. Idempotent."""
         vehicles, self._vehicles = tuple(self._vehicles.values()), {}
-        await asyncio.gather(*(one.control.close() for one in vehicles))
+        await asyncio.gather(*(one.close() for one in vehicles))

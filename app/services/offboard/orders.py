@@ -8,10 +8,11 @@ from typing import Final
 
 from app.domain.commands import CommandRequest
 from app.domain.errors import ConflictError, LinkTimeoutError, WaydropError
+from app.domain.offboard.modes import who_acts
 from app.domain.ports import VehicleLink
 from app.domain.reason import Reason, ReasonCode, because
 from app.domain.setpoint.capability import FlightKind
-from app.services.circle_here import circle_here, who_acts
+from app.services.circle_here import circle_here
 from app.services.clock import Clock
 from app.services.offboard.delivery import Delivery
 from app.services.offboard_view import OrderView

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Final
 
 from app.domain.errors import SetpointRefusedError
-from app.domain.offboard_state import OffboardState
+from app.domain.offboard.state import OffboardState
 from app.domain.setpoint.capability import FlightKind
 from app.domain.setpoint.means import Means
 from app.domain.tasks.course import Ground

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from app.domain.errors import ConflictError, LeaseLostError, TaskRefusedError, TaskUnderWayError
-from app.domain.offboard_state import OffboardState
+from app.domain.offboard.state import OffboardState
 from app.domain.ports import Unsubscribe
 from app.domain.reason import ReasonCode, because
 from app.domain.setpoint.means import Means, task_means

@@ -7,7 +7,7 @@ from typing import Final, Literal
 
 from app.domain.errors import SetpointRefusedError, WaydropError
 from app.domain.events.vehicle import TaskChange, TasksChanged, TasksGripper
-from app.domain.offboard_state import OffboardState
+from app.domain.offboard.state import OffboardState
 from app.domain.reason import Reason, ReasonCode, because, because_of_error
 from app.domain.setpoint.capability import FlightKind
 from app.domain.setpoint.means import Means
@@ -17,8 +17,7 @@ from app.domain.tasks.guidance import Fix, Wish
 from app.domain.tasks.origin import EkfOrigin
 from app.domain.tasks.queue import QueuedTask, TaskQueue
 from app.services.fleet import Fleet
-from app.services.offboard.control import OffboardControl
-from app.services.offboard.passage import Destination, Passage
+from app.services.offboard.control import Destination, OffboardControl
 from app.services.offboard_view import TaskReport, TaskState
 from app.services.tasks.by_commands import ByCommands
 from app.services.tasks.by_setpoints import BySetpoints
@@ -38,7 +37,7 @@ class TaskFlight:
     The queue belongs to one lease, `lease_id`: what is left of it is dropped when that lease ends, however it ends.
     """
 
-    def __init__(self, control: OffboardControl, passage: Passage, fleet: Fleet) -> None:
+    def __init__(self, control: OffboardControl, fleet: Fleet) -> None:
         self.control = control
         self.queue = TaskQueue()
         self.phase = Phase.IDLE
@@ -48,7 +47,6 @@ class TaskFlight:
         self.origin: EkfOrigin | None = None
         self.seen: Reference | None = None
         self.changes = 0
-        self._passage = passage
         self._fleet = fleet
         self._helm: Helm | None = None
         self._ticked_s: float | None = None
@@ -244,7 +242,7 @@ class TaskFlight:
         """The paused run goes on; without one the vehicle holds."""
         to: Destination = "hold" if self.control.vehicle.run_id is None else "mission"
         try:
-            await self._passage.leave_unasked(lease_id, to)
+            await self.control.leave_unasked(lease_id, to)
         except WaydropError as error:
             if self.phase is Phase.ENDING:
                 self.stop(

@@ -20,8 +20,8 @@ class Tasks:
 
     def vehicle(self, vehicle_id: str) -> TaskDesk:
         """The queue of one vehicle. Raises NotFoundError."""
-        by_hand = self._offboard.vehicle(vehicle_id)
+        control = self._offboard.vehicle(vehicle_id)
         if vehicle_id not in self._desks:
-            flight = TaskFlight(by_hand.control, by_hand.passage, self._fleet)
+            flight = TaskFlight(control, self._fleet)
             self._desks[vehicle_id] = TaskDesk(flight, self._clock)
         return self._desks[vehicle_id]

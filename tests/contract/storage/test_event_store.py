@@ -12,7 +12,7 @@ from app.domain.errors import InvalidInputError, StorageError
 from app.domain.events import AnyPayload, Event, NewEvent
 from app.domain.events.run import RunItemEnded
 from app.domain.events.vehicle import OffboardChanged, OffboardLease, TasksChanged, TasksGripper, VehicleRebooted
-from app.domain.offboard_state import LeaseChange, OffboardState
+from app.domain.offboard.state import LeaseChange, OffboardState
 from app.domain.run import RunState
 from tests.contract.storage.conftest import ADAPTERS, Opener, Stores
 from tests.contract.storage.samples import event, plan, run
@@ -69,7 +69,7 @@ async def test_the_last_of_flying_by_hand_is_the_newest_of_each_kind_per_vehicle
     changed: AnyPayload = OffboardChanged(state=OffboardState.LEASED, holder="ann")
     tasks: AnyPayload = TasksChanged(change="cleared", task_id=None, task=None, holder="ann", task_list=(0,))
     told = [(lease, "v1"), (lease, "v2"), (changed, "v1"), (changed, "v1"), (tasks, "v2"), (lease, "v1")]
-    others = [(VehicleRebooted(), "v1"), (TasksGripper(task_id="t1", action="release", result="sent"), "v1")]
+    others = [(VehicleRebooted(), "v1"), (TasksGripper(task_id="t1", action="release", outcome="sent"), "v1")]
     await stores.events.append([NewEvent.of(one, 1.0, vehicle_id=vehicle_id) for one, vehicle_id in told + others])
     last = await stores.events.last_by_hand()
     assert seqs(last) == [2, 4, 5, 6]

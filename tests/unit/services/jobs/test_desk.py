@@ -11,7 +11,7 @@ import pytest
 
 from app.domain.errors import JobWrongStateError, LinkTimeoutError, VehicleBusyError
 from app.domain.jobs.job import Job, JobState
-from app.domain.offboard_state import OffboardState
+from app.domain.offboard.state import OffboardState
 from app.domain.reason import in_words
 from app.domain.run import Run, RunState
 from app.domain.vehicle import LandedState, VehicleFacts
@@ -33,7 +33,7 @@ def lease(vehicle_id: str, yard: Yard, holder: str | None) -> None:
     view = OffboardView(
         state=OffboardState.LEASED,
         lease=LeaseView(holder=holder or "", expires_in_s=5.0, offered_to=None),
-        reason="",
+        reason=None,
         sent=None,
         cadence=None,
         tasks=None,

@@ -8,7 +8,7 @@ from collections.abc import AsyncIterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from app.domain.offboard_state import OffboardState
+from app.domain.offboard.state import OffboardState
 from app.domain.run import Run, RunState
 from app.domain.setpoint.message import SetpointMessage
 from app.domain.vehicle import FlightMode, GlobalPosition, LandedState, VehicleType
@@ -16,7 +16,6 @@ from app.services.fleet import Fleet
 from app.services.journal import Journal
 from app.services.offboard import Offboard, OffboardSettings
 from app.services.offboard.control import OffboardControl
-from app.services.offboard.passage import Passage
 from app.services.tasks import TaskDesk, Tasks
 from tests.events import data_of
 from tests.unit.domain.setpoint.examples import example
@@ -64,7 +63,6 @@ class Cockpit:
     fleet: Fleet
     events: MemoryEventStore
     control: OffboardControl
-    passage: Passage
     desk: TaskDesk
     lease: str = ""
 
@@ -81,7 +79,7 @@ class Cockpit:
         return self.control.put(self.lease, example(form, **changes))
 
     async def enter(self, **more: Any) -> Any:
-        return await self.passage.enter(self.lease, sticks_held=False, **more)
+        return await self.control.enter(self.lease, sticks_held=False, **more)
 
     async def flown(self) -> None:
         """Take the lease, enter, and send what was put."""
@@ -151,9 +149,9 @@ async def cockpit(
     if run is not None:
         fleet.vehicle("v1").run_id = run.id
     offboard = Offboard(fleet, runs, clock, settings)  # type: ignore[arg-type]
-    found, desk = offboard.vehicle("v1"), Tasks(offboard, fleet, clock).vehicle("v1")
+    control, desk = offboard.vehicle("v1"), Tasks(offboard, fleet, clock).vehicle("v1")
     try:
-        yield Cockpit(vehicle, clock, runs, fleet, events, found.control, found.passage, desk)
+        yield Cockpit(vehicle, clock, runs, fleet, events, control, desk)
     finally:
         await offboard.close()
         await fleet.close()

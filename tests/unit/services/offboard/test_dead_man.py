@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from app.domain.errors import LeaseLostError, LinkError
-from app.domain.offboard_state import OffboardState
+from app.domain.offboard.state import OffboardState
 from app.domain.ports import DuplicateSystem, LinkLost, Rebooted
 from app.domain.reason import ReasonCode, because, in_words
 from app.domain.setpoint.message import LocalTarget

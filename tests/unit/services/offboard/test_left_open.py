@@ -6,7 +6,7 @@ import pytest
 
 from app.domain.events import AnyPayload, Event, EventKind, NewEvent
 from app.domain.events.vehicle import OffboardChanged, OffboardLease, TaskChange, TasksChanged
-from app.domain.offboard_state import LeaseChange, OffboardState
+from app.domain.offboard.state import LeaseChange, OffboardState
 from app.domain.reason import Reason, ReasonCode, because
 from app.domain.tasks.forms import Circle, InsertMode, LocalPoint
 from app.services.clock import SystemClock

@@ -15,7 +15,7 @@ from app.domain.errors import (
     SetpointRefusedError,
     VehicleRefusedError,
 )
-from app.domain.offboard_state import OffboardState
+from app.domain.offboard.state import OffboardState
 from app.domain.reason import ReasonCode, because
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode, VehicleType
@@ -109,7 +109,7 @@ async def test_with_a_pilot_at_the_sticks_position_mode_is_a_right_answer_to_a_l
     async with cockpit() as quad:
         quad.vehicle.parameters = {"COM_OBL_RC_ACT": 0}
         quad.take()
-        await quad.passage.enter(quad.lease, sticks_held=True)
+        await quad.control.enter(quad.lease, sticks_held=True)
         assert quad.control.state is OffboardState.ACTIVE
 
 
@@ -192,7 +192,7 @@ async def test_entering_twice_is_refused() -> None:
 async def test_leaving_goes_through_the_run_and_gives_the_lease_back(to: str, asked: str, mode: FlightMode) -> None:
     async with cockpit(run=paused_run()) as quad:
         await quad.flown()
-        await quad.passage.leave(quad.lease, to)  # type: ignore[arg-type]
+        await quad.control.leave(quad.lease, to)  # type: ignore[arg-type]
         assert (quad.runs.asked[-1], quad.vehicle.truth.mode) == (asked, mode)
         assert quad.control.lease is None
         assert await quad.quiet() == 0
@@ -203,9 +203,9 @@ async def test_without_a_run_there_is_no_mission_to_leave_to() -> None:
     async with cockpit() as quad:
         await quad.flown()
         with pytest.raises(ConflictError, match="no run"):
-            await quad.passage.leave(quad.lease, "mission")
+            await quad.control.leave(quad.lease, "mission")
         assert quad.control.state is OffboardState.ACTIVE
-        await quad.passage.leave(quad.lease, "return")
+        await quad.control.leave(quad.lease, "return")
         assert quad.vehicle.truth.mode is FlightMode.RETURN
 
 
@@ -218,7 +218,7 @@ async def test_a_leaving_that_fails_keeps_the_lease_and_the_stream() -> None:
 
         quad.vehicle.hold = refuse  # type: ignore[method-assign]
         with pytest.raises(VehicleRefusedError):
-            await quad.passage.leave(quad.lease, "hold")
+            await quad.control.leave(quad.lease, "hold")
         assert quad.control.state is OffboardState.ACTIVE
         await quad.ticks(2)
 

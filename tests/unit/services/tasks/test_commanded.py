@@ -11,7 +11,7 @@ from shapely import Polygon
 from app.domain.errors import OffboardNotReadyError, SetpointRefusedError, TaskRefusedError
 from app.domain.fence_area import FenceArea
 from app.domain.mission import MavCmd
-from app.domain.offboard_state import OffboardState
+from app.domain.offboard.state import OffboardState
 from app.domain.reason import in_words
 from app.domain.tasks.order_request import CIRCLE_HERE
 from app.domain.vehicle import FlightMode
@@ -45,7 +45,7 @@ async def test_a_lost_stream_blocks_no_entry_for_there_is_none() -> None:
         entries = await wing.enter()
         assert [entry.parameter for entry in entries if entry.blocks] == []
         assert next(entry.value for entry in entries if entry.parameter == "NAV_LOITER_RAD") == 80.0
-        assert (await wing.passage.look_ahead(sticks_held=False)).flown_by == "commands"
+        assert (await wing.control.look_ahead(sticks_held=False)).flown_by == "commands"
 
 
 async def test_circle_pause_resume_insert_and_next_are_orders() -> None:
@@ -125,7 +125,7 @@ async def test_setpoints_are_flown_if_they_were_asked_for_and_then_no_task_is() 
         with pytest.raises(SetpointRefusedError, match="by commands") as refused:
             wing.put("attitude")
         assert refused.value.refusal == "setpoint.flown_by_commands"
-        await wing.passage.leave(wing.lease, "hold")
+        await wing.control.leave(wing.lease, "hold")
         wing.take()
         saying = asyncio.create_task(say(wing, "attitude"))
         await wing.enter(by="setpoints")

@@ -9,7 +9,7 @@ import pytest
 from app.domain.commands import MavResult
 from app.domain.errors import ConflictError, LinkTimeoutError
 from app.domain.mission import MavCmd
-from app.domain.offboard_state import OffboardState
+from app.domain.offboard.state import OffboardState
 from app.domain.reason import ReasonCode, because, in_words
 from app.domain.tasks.order_request import CIRCLE_HERE
 from app.domain.vehicle import FlightMode, VehicleType
@@ -146,7 +146,7 @@ async def test_somebody_elses_hold_ends_it_though_the_mode_shows_no_change() -> 
 async def test_leaving_to_hold_circles_here_and_any_other_way_is_its_mode(to: Any, mode: FlightMode) -> None:
     async with plane() as wing:
         await flying(wing, "goto", **FAR)
-        await wing.passage.leave(wing.lease, to)
+        await wing.control.leave(wing.lease, to)
         assert (wing.control.lease, wing.vehicle.truth.mode) == (None, mode)
         assert (wing.vehicle.orders[-1] == CIRCLE_HERE) is (to == "hold")
 

@@ -85,7 +85,7 @@ async def test_the_same_task_in_a_later_lease_is_ordered_anew() -> None:
     same = {**CIRCLE, "center": {"east_m": 0.0, "north_m": 0.0}, "absolute_altitude_m": 560.0}
     async with plane() as wing:
         await flying(wing, "circle", **same)
-        await wing.passage.leave(wing.lease, "return")
+        await wing.control.leave(wing.lease, "return")
         wing.take()
         queue(wing, "circle", **same)
         await wing.enter()
@@ -139,7 +139,7 @@ async def test_a_leaving_that_failed_because_somebody_else_took_the_wing_ends_th
         await flying(wing, "goto", **FAR)
         wing.vehicle.order_gate.clear()
         wing.vehicle.order_answers = [NO_ACK]
-        leaving = asyncio.create_task(wing.passage.leave(wing.lease, "hold"))
+        leaving = asyncio.create_task(wing.control.leave(wing.lease, "hold"))
         await wing.until(lambda: wing.vehicle.orders[-1] == CIRCLE_HERE, "it is said")
         wing.vehicle.put(mode=FlightMode.POSITION)
         wing.vehicle.order_gate.set()

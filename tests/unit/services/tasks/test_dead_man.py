@@ -12,7 +12,7 @@ from shapely import Polygon
 
 from app.domain.errors import LeaseLostError, LinkTimeoutError
 from app.domain.fence_area import FenceArea
-from app.domain.offboard_state import OffboardState
+from app.domain.offboard.state import OffboardState
 from app.domain.reason import ReasonCode, because, in_words
 from app.domain.setpoint.message import LocalTarget
 from app.domain.vehicle import FlightMode, VehicleType
@@ -231,7 +231,7 @@ async def test_a_queue_that_ends_by_itself_renews_nothing() -> None:
 async def test_the_pilot_leaves_while_the_queue_ends_and_the_pilot_counts() -> None:
     async with cockpit(run=paused_run()) as quad:
         gate = await ending(quad, "resume")
-        await quad.passage.leave(quad.lease, "hold")
+        await quad.control.leave(quad.lease, "hold")
         gate.set()
         await quad.quiet()
         assert (quad.runs.asked[-1], quad.vehicle.truth.mode) == ("pause", FlightMode.HOLD)
@@ -247,7 +247,7 @@ async def test_leaving_that_fails_does_not_fly_the_tasks_on_unasked() -> None:
 
         quad.vehicle.hold = silent  # type: ignore[method-assign]
         with pytest.raises(LinkTimeoutError):
-            await quad.passage.leave(quad.lease, "hold")
+            await quad.control.leave(quad.lease, "hold")
         quad.vehicle.hold = hold  # type: ignore[method-assign]
         before = len(quad.sent)
         await quad.ticks(3)

@@ -12,7 +12,7 @@ from app.domain.errors import (
     TasksFullError,
     TaskUnderWayError,
 )
-from app.domain.offboard_state import OffboardState
+from app.domain.offboard.state import OffboardState
 from app.domain.reason import ReasonCode, because, in_words
 from app.domain.setpoint.message import LocalTarget
 from app.domain.tasks.forms import LocalPoint, Motion

@@ -1,0 +1,1 @@
+"""Flying a vehicle by hand: the states of offboard control, and what each input makes of them."""

@@ -1,0 +1,114 @@
+"""How far offboard control of a vehicle is, what may follow, and the lease that it needs."""
+
+from __future__ import annotations
+
+import hmac
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Final
+
+from app.domain.errors import LeaseLostError
+from app.domain.reason import Reason
+from app.domain.setpoint.means import Means
+
+
+class OffboardState(StrEnum):
+    """How far offboard control is. A vehicle in `leased` is not commanded yet."""
+
+    IDLE = "idle"
+    LEASED = "leased"
+    CHECKING = "checking"
+    HOLDING = "holding"
+    STREAMING = "streaming"
+    SWITCHING = "switching"
+    ACTIVE = "active"
+    LEAVING = "leaving"
+
+
+_S = OffboardState
+TRANSITIONS: Final[Mapping[OffboardState, frozenset[OffboardState]]] = {
+    _S.IDLE: frozenset({_S.LEASED}),
+    _S.LEASED: frozenset({_S.CHECKING, _S.IDLE}),
+    _S.CHECKING: frozenset({_S.HOLDING, _S.LEASED, _S.IDLE}),
+    _S.HOLDING: frozenset({_S.STREAMING, _S.ACTIVE, _S.LEASED, _S.IDLE}),  # by commands it stays in Hold
+    _S.STREAMING: frozenset({_S.SWITCHING, _S.LEASED, _S.IDLE}),
+    _S.SWITCHING: frozenset({_S.ACTIVE, _S.LEASED, _S.IDLE}),
+    _S.ACTIVE: frozenset({_S.LEAVING, _S.IDLE}),
+    _S.LEAVING: frozenset({_S.ACTIVE, _S.IDLE}),
+}
+"""What may follow each state: an entry that fails goes back to `leased`, a leaving that fails to `active`."""
+SENDING: Final = frozenset({_S.STREAMING, _S.SWITCHING, _S.ACTIVE, _S.LEAVING})
+"""Setpoints flow, if it is flown by setpoints."""
+
+
+class LeaseChange(StrEnum):
+    """What became of a lease. The last three end it."""
+
+    TAKEN = "taken"
+    HANDED_OVER = "handed_over"
+    OVERRIDDEN = "overridden"
+    OFFERED = "offered"
+    RELEASED = "released"
+    EXPIRED = "expired"
+    REVOKED = "revoked"
+
+    @property
+    def ends(self) -> bool:
+        """Whether nobody has the vehicle afterwards."""
+        return self in (LeaseChange.RELEASED, LeaseChange.EXPIRED, LeaseChange.REVOKED)
+
+
+@dataclass(frozen=True, slots=True)
+class Lease:
+    """The exclusive, expiring right of one client to fly one vehicle by hand.
+
+    `id` is the holder's secret. `expires_s` is monotonic. `offered_to` may take it over.
+    """
+
+    id: str
+    vehicle_id: str
+    holder: str
+    expires_s: float
+    offered_to: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Control:
+    """Offboard control of one vehicle. `reason` says why it is so, or why the last lease ended.
+
+    `commanded`: what a person has commanded beside the lease, since it was taken. `says_hold`: the Hold after the end
+    of control is under way.
+    """
+
+    vehicle_id: str
+    lease_s: float
+    state: OffboardState = OffboardState.IDLE
+    reason: Reason | None = None
+    lease: Lease | None = None
+    means: Means = Means.SETPOINTS
+    commanded: str = ""
+    says_hold: bool = False
+
+    @property
+    def is_commanded(self) -> bool:
+        """Whether it is flown by commands, in Hold."""
+        return self.means is Means.COMMANDS
+
+    @property
+    def holder(self) -> str | None:
+        """Who has the lease."""
+        return None if self.lease is None else self.lease.holder
+
+    def has(self, lease_id: str) -> bool:
+        """Whether the lease is still this one, over or not."""
+        return self.lease is not None and hmac.compare_digest(self.lease.id.encode(), lease_id.encode())
+
+    def held(self, lease_id: str, now_s: float) -> Lease:
+        """The lease with this id, as it is. Raises LeaseLostError for any other."""
+        if self.lease is None or now_s >= self.lease.expires_s or not self.has(lease_id):
+            raise LeaseLostError(
+                f"no such lease of vehicle {self.vehicle_id}, or it has ended",
+                hint="take the lease again, then enter again",
+            )
+        return self.lease

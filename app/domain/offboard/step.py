@@ -1,0 +1,193 @@
+"""Offboard control as one pure function: what each input makes of it, and what is to be done."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from app.domain.errors import LeaseHeldError, OffboardNotReadyError
+from app.domain.events.vehicle import OffboardChanged, OffboardLease
+from app.domain.offboard import inputs as what
+from app.domain.offboard.inputs import Do, Effect, Input, OfLease, OnTheWay, Start, Tell
+from app.domain.offboard.modes import ended_by, who_acts
+from app.domain.offboard.state import SENDING, TRANSITIONS, Control, LeaseChange, OffboardState
+from app.domain.ports import LinkFact, StateChanged
+from app.domain.reason import Reason, ReasonCode, because
+from app.domain.setpoint.means import Means
+from app.domain.vehicle import FlightMode, VehicleState
+
+Step = tuple[Control, tuple[Effect, ...]]
+_S = OffboardState
+
+
+def step(control: Control, given: Input) -> Step:
+    """The next state and what is to be done, in this order. What is refused raises, and changes nothing.
+
+    Raises:
+        LeaseHeldError, LeaseLostError: of a lease. OffboardNotReadyError: of an entry.
+    """
+    match given.what:
+        case what.Take() | what.Renew() | what.Offer():
+            return _of_lease(control, given.what, given)
+        case what.Enter() | what.Proceed() | what.EntryFailed() | what.Leave() | what.LeavingFailed():
+            return _on_the_way(control, given.what, given.vehicle)
+        case what.End(change, reason, holds):
+            return _give_up(control, change, reason, given.vehicle) if holds else _end(control, change, reason)
+        case what.Commanded(action):
+            return _commanded(control, action, given.vehicle)
+        case what.Heard(fact):
+            return _heard(control, fact, given.vehicle)
+        case what.HoldSaid(unconfirmed):
+            return _hold_said(replace(control, says_hold=False), unconfirmed, given.vehicle)
+        case what.Tick():
+            return _expire(control, given)
+        case what.Due():
+            return _due(control, given.vehicle)
+
+
+def _of_lease(control: Control, it: OfLease, given: Input) -> Step:
+    if isinstance(it, what.Take):
+        return _take(control, it, given)
+    lease = replace(control.held(it.lease_id, given.now_s), expires_s=given.now_s + control.lease_s)
+    if isinstance(it, what.Renew):
+        return replace(control, lease=lease), ()
+    control = replace(control, lease=replace(lease, offered_to=it.to))
+    told = _lease_told(LeaseChange.OFFERED, lease.holder, other=it.to)
+    return control, (told, Do.SHOW)
+
+
+def _take(control: Control, it: what.Take, given: Input) -> Step:
+    control, effects = _expire(control, given)
+    before, holder = control.lease, it.lease.holder
+    effects += (Do.CLEAR_SETPOINT, Do.COUNT_SILENCE)
+    if before is None:
+        control = replace(control, lease=it.lease, means=it.means, commanded="")
+        control, moved = _move(control, _S.LEASED, None)
+        return control, (*effects, Start(it.rate_hz), _lease_told(LeaseChange.TAKEN, holder), *moved)
+    if not it.override and before.offered_to != holder:
+        raise LeaseHeldError(
+            f"{before.holder} has the offboard lease of vehicle {control.vehicle_id}",
+            hint="wait until it ends, ask for a hand-over, or let an admin override it",
+            holder=before.holder,
+            expires_in_s=round(before.expires_s - given.now_s, 1),
+        )
+    change = LeaseChange.HANDED_OVER if before.offered_to == holder else LeaseChange.OVERRIDDEN
+    control = replace(control, lease=it.lease, says_hold=control.says_hold or control.is_commanded)
+    hold = (Do.SAY_HOLD,) if control.is_commanded else ()
+    return control, (*effects, *hold, _lease_told(change, holder, other=before.holder), Do.STOP_LEAVING, Do.SHOW)
+
+
+def _on_the_way(control: Control, it: OnTheWay, vehicle: VehicleState) -> Step:
+    """An answer to a lease that is over, or out of turn, changes nothing."""
+    if control.lease is None:
+        return control, ()
+    match it:
+        case what.Enter(by, usual):
+            if control.state is not _S.LEASED:
+                raise OffboardNotReadyError(f"offboard control is {control.state.value} already")
+            if by is Means.COMMANDS and usual is not Means.COMMANDS:
+                raise OffboardNotReadyError("this vehicle is flown by setpoints", hint="enter without `by`")
+            return replace(control, means=by or usual or Means.SETPOINTS), ()
+        case what.Proceed(state, reason):
+            control, effects = _unsay(control) if state is _S.HOLDING else (control, ())
+            control, moved = _move(control, state, reason)
+            return control, (*effects, *moved)
+        case what.EntryFailed(reason):
+            if vehicle.mode is FlightMode.OFFBOARD:
+                return _give_up(control, LeaseChange.REVOKED, reason, vehicle)
+            return _move(control, _S.LEASED, reason)
+        case what.Leave(to):
+            control, effects = _unsay(control)
+            state = _S.LEAVING if control.state is _S.ACTIVE else control.state
+            control, moved = _move(control, state, because(ReasonCode.OFFBOARD_LEAVING, to=to))
+            return control, (*effects, *moved)
+        case what.LeavingFailed(to):
+            if control.state is not _S.LEAVING:
+                return control, ()
+            control, moved = _move(control, _S.ACTIVE, because(ReasonCode.OFFBOARD_LEAVING_FAILED, to=to))
+            control, effects = _heard(control, StateChanged(), vehicle)
+            return control, (*moved, *effects)
+
+
+def _move(control: Control, state: OffboardState, reason: Reason | None) -> Step:
+    """The next state, if the table allows it. Under control the dead-man counts from here."""
+    if state is not control.state and state not in TRANSITIONS[control.state]:
+        return control, ()
+    counts = (Do.COUNT_SILENCE,) if state is _S.ACTIVE else ()
+    if (state, reason) == (control.state, control.reason):
+        return control, (*counts, Do.SHOW)
+    told = Tell(OffboardChanged(state=state, holder=control.holder, reason=reason))
+    return replace(control, state=state, reason=reason), (*counts, told, Do.SHOW)
+
+
+def _end(control: Control, change: LeaseChange, reason: Reason) -> Step:
+    """End the lease and stop sending; command nothing. Idempotent."""
+    if control.lease is None:
+        return control, ()
+    told = _lease_told(change, control.lease.holder, reason)
+    control, moved = _move(replace(control, lease=None), _S.IDLE, reason)
+    return control, (Do.STOP, told, *moved)
+
+
+def _give_up(control: Control, change: LeaseChange, reason: Reason, vehicle: VehicleState) -> Step:
+    """End the lease, and command Hold if the vehicle follows us."""
+    mode = FlightMode.HOLD if control.is_commanded else FlightMode.OFFBOARD
+    follows = control.state is _S.SWITCHING or (control.state in SENDING and vehicle.mode in (mode, None))
+    control, effects = _end(control, change, reason)
+    return (replace(control, says_hold=True), (*effects, Do.SAY_HOLD)) if follows else (control, effects)
+
+
+def _expire(control: Control, given: Input) -> Step:
+    if control.lease is None or given.now_s < control.lease.expires_s:
+        return control, ()
+    reason = because(ReasonCode.OFFBOARD_NOT_RENEWED, lease_s=control.lease_s)
+    return _give_up(control, LeaseChange.EXPIRED, reason, given.vehicle)
+
+
+def _unsay(control: Control) -> Step:
+    """Whatever is commanded now is newer than the Hold that the end of control has left under way."""
+    return (replace(control, says_hold=False), (Do.UNSAY_HOLD,)) if control.says_hold else (control, ())
+
+
+def _commanded(control: Control, action: str, vehicle: VehicleState) -> Step:
+    """A commanded wing is in Hold, so that the mode tells nothing of Hold; on the way in and out it is ours."""
+    control = replace(control, commanded=action)
+    if action not in ("", "hold"):
+        return _unsay(control)
+    if action == "hold" and control.is_commanded and control.state is _S.ACTIVE:
+        reason = because(ReasonCode.OFFBOARD_COMMANDED, command=action)
+        return _give_up(control, LeaseChange.REVOKED, reason, vehicle)
+    return control, ()
+
+
+def _heard(control: Control, fact: LinkFact, vehicle: VehicleState) -> Step:
+    """Somebody else's mode is never fought for: stream and last word end at once, or they would pull it back."""
+    effects: tuple[Effect, ...] = ()
+    ours = vehicle.mode is FlightMode.OFFBOARD and not control.is_commanded  # the last word leads out of it
+    if control.says_hold and who_acts(vehicle) and not ours:
+        control, effects = _unsay(control)
+    if reason := ended_by(fact, control.state, control.means, vehicle, control.commanded):
+        control, ended = _end(control, LeaseChange.REVOKED, reason)
+        effects += ended
+    return control, effects
+
+
+def _hold_said(control: Control, unconfirmed: str, vehicle: VehicleState) -> Step:
+    if not unconfirmed or control.state is not _S.IDLE or (control.is_commanded and who_acts(vehicle)):
+        return control, ()
+    circles = control.is_commanded
+    code = ReasonCode.OFFBOARD_CIRCLE_UNCONFIRMED if circles else ReasonCode.OFFBOARD_HOLD_UNCONFIRMED
+    return _move(control, _S.IDLE, because(code, control.reason, detail=unconfirmed))
+
+
+def _due(control: Control, vehicle: VehicleState) -> Step:
+    if not control.is_commanded:
+        return control, (Do.SEND,) if control.state in SENDING else ()
+    if control.state is not _S.ACTIVE or control.says_hold:
+        return control, ()  # an order now would be ended by the last word that is still being said
+    if acts := who_acts(vehicle):  # seen while it was being left, which has failed
+        return _end(control, LeaseChange.REVOKED, acts)
+    return control, (Do.ORDER,)
+
+
+def _lease_told(change: LeaseChange, holder: str, reason: Reason | None = None, *, other: str | None = None) -> Tell:
+    return Tell(OffboardLease(change=change, holder=holder, other=other, reason=reason))

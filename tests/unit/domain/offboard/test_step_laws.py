@@ -1,0 +1,218 @@
+"""Laws of the states of offboard control, over any inputs in any order."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.domain.errors import WaydropError
+from app.domain.events.vehicle import OffboardChanged, OffboardLease
+from app.domain.offboard.inputs import (
+    Commanded,
+    Do,
+    Due,
+    Effect,
+    End,
+    Enter,
+    EntryFailed,
+    Heard,
+    HoldSaid,
+    Input,
+    Leave,
+    LeavingFailed,
+    Offer,
+    Proceed,
+    Renew,
+    Start,
+    Take,
+    Tell,
+    Tick,
+)
+from app.domain.offboard.modes import who_acts
+from app.domain.offboard.state import SENDING, TRANSITIONS, Control, Lease, LeaseChange, OffboardState
+from app.domain.offboard.step import step
+from app.domain.ports import DuplicateSystem, LinkLost, Rebooted, StateChanged
+from app.domain.reason import ReasonCode, because
+from app.domain.setpoint.means import Means
+from app.domain.vehicle import FlightMode, VehicleState
+
+_S = OffboardState
+STOPS = because(ReasonCode.OFFBOARD_SERVICE_STOPS)
+WAY_IN = (_S.CHECKING, _S.HOLDING, _S.STREAMING, _S.SWITCHING, _S.ACTIVE)
+IDS = st.sampled_from(["a", "b", "c"])
+HOLDERS = st.sampled_from(["ann", "ben"])
+ENDS = st.sampled_from([change for change in LeaseChange if change.ends])
+TO = st.sampled_from(["hold", "mission", "return"])
+MEANS = st.sampled_from(Means)
+MODES = st.sampled_from(
+    [None, FlightMode.HOLD, FlightMode.OFFBOARD, FlightMode.RETURN, FlightMode.LAND, FlightMode.MISSION]
+)
+NEW_LEASES = st.builds(Lease, IDS, st.just("v1"), HOLDERS, st.just(10.0))
+ANY = st.one_of(
+    st.builds(Take, NEW_LEASES, st.just(20.0), MEANS, st.booleans()),
+    st.builds(Renew, IDS),
+    st.builds(Offer, IDS, st.none() | HOLDERS),
+    st.builds(End, ENDS, st.just(STOPS), st.booleans()),
+    st.builds(Enter, st.none() | MEANS, st.none() | MEANS),
+    st.builds(Proceed, st.sampled_from(WAY_IN)),
+    st.builds(EntryFailed, st.just(because(ReasonCode.OFFBOARD_ENTRY_BROKEN_OFF))),
+    st.builds(Leave, TO),
+    st.builds(LeavingFailed, TO),
+    st.builds(Commanded, st.sampled_from(["", "hold", "return", "land"])),
+    st.builds(Heard, st.sampled_from([StateChanged(), LinkLost(10.0), Rebooted(), DuplicateSystem("two")])),
+    st.builds(HoldSaid, st.sampled_from(["", "no answer"])),
+    st.builds(Tick),
+    st.builds(Due),
+)
+VEHICLES = st.builds(VehicleState, mode=MODES, armed=st.booleans(), in_failsafe=st.booleans())
+INPUTS = st.lists(st.tuples(ANY, st.floats(0.0, 6.0), VEHICLES), max_size=40)
+Seen = tuple[Control, Input, Control, tuple[Effect, ...]]
+
+
+def begun(state: OffboardState, means: Means) -> Control:
+    """One with a lease, in any state."""
+    lease = None if state is OffboardState.IDLE else Lease("a", "v1", "ann", 10.0)
+    return Control("v1", 10.0, state, lease=lease, means=means)
+
+
+def all_seen(control: Control, inputs: list[tuple[object, float, VehicleState]]) -> list[Seen]:
+    """Each step that was not refused: before, input, after, effects."""
+    seen, now_s = [], 0.0
+    for what, later_s, vehicle in inputs:
+        now_s += later_s
+        if isinstance(what, Renew | Offer) and control.lease is not None and what.lease_id != "c":
+            what = replace(what, lease_id=control.lease.id)
+        if isinstance(what, Take):
+            what = replace(what, lease=replace(what.lease, id=f"{what.lease.id}{len(seen)}", expires_s=now_s + 10.0))
+        happened = Input(what, now_s, vehicle)  # type: ignore[arg-type]
+        try:
+            after, effects = step(control, happened)
+        except WaydropError:
+            continue
+        seen.append((control, happened, after, effects))
+        control = after
+    return seen
+
+
+RUNS = st.builds(all_seen, st.builds(begun, st.sampled_from(OffboardState), MEANS), INPUTS)
+
+
+def told(effects: tuple[Effect, ...], change: LeaseChange | None = None) -> list[OffboardLease]:
+    """What is told of the lease."""
+    payloads = [effect.payload for effect in effects if isinstance(effect, Tell)]
+    leases = [payload for payload in payloads if isinstance(payload, OffboardLease)]
+    return [lease for lease in leases if change is None or lease.change is change]
+
+
+@given(RUNS)
+def test_each_change_of_state_is_in_the_table(run: list[Seen]) -> None:
+    for before, _what, after, effects in run:
+        state = before.state
+        for effect in effects:
+            if isinstance(effect, Tell) and isinstance(effect.payload, OffboardChanged):
+                assert effect.payload.state in TRANSITIONS[state] | {state}
+                state = effect.payload.state
+        assert state is after.state
+
+
+@given(RUNS)
+def test_nothing_leaves_without_a_lease_in_a_state_that_sends(run: list[Seen]) -> None:
+    for before, _what, after, effects in run:
+        if Do.SEND in effects:
+            assert before.lease is not None
+            assert before.state in SENDING
+            assert after.means is Means.SETPOINTS
+        if Do.ORDER in effects:
+            assert (before.lease is not None, before.state, before.means) == (
+                True,
+                OffboardState.ACTIVE,
+                Means.COMMANDS,
+            )
+        assert (after.lease is None) == (after.state is OffboardState.IDLE)
+
+
+@given(RUNS)
+def test_after_the_end_only_a_new_lease_or_the_last_word_has_an_effect(run: list[Seen]) -> None:
+    for before, what, after, effects in run:
+        if before.state is OffboardState.IDLE and not isinstance(what.what, Take):
+            assert after.state is OffboardState.IDLE
+            assert not told(effects)
+            assert not {effect for effect in effects if isinstance(effect, Do)} - {Do.UNSAY_HOLD, Do.SHOW}
+            if isinstance(what.what, HoldSaid) and effects:
+                assert after.reason is not None
+                assert after.reason.cause == before.reason
+
+
+@given(RUNS)
+def test_a_lease_that_is_gone_is_never_given_back(run: list[Seen]) -> None:
+    gone: set[str] = set()
+    for before, _what, after, effects in run:
+        if before.lease is not None and (after.lease is None or after.lease.id != before.lease.id):
+            gone.add(before.lease.id)
+            assert told(effects), "whoever loses it is told"
+        assert after.lease is None or after.lease.id not in gone
+
+
+@given(RUNS)
+def test_a_lease_that_is_over_is_neither_renewed_nor_used(run: list[Seen]) -> None:
+    for before, what, after, _effects in run:
+        if before.lease is not None and what.now_s >= before.lease.expires_s:
+            assert not isinstance(what.what, Renew | Offer)
+            if isinstance(what.what, Tick | Take):
+                assert after.lease is None or after.lease.id != before.lease.id
+
+
+@given(RUNS)
+def test_a_mode_that_somebody_else_commanded_is_never_fought(run: list[Seen]) -> None:
+    for before, what, after, effects in run:
+        others = who_acts(what.vehicle) and what.vehicle.mode is not FlightMode.OFFBOARD
+        if not others or not isinstance(what.what, Heard):
+            continue
+        assert not {Do.SAY_HOLD, Do.SEND, Do.ORDER} & {effect for effect in effects if isinstance(effect, Do)}
+        assert not after.says_hold
+        if before.state in (OffboardState.STREAMING, OffboardState.SWITCHING, OffboardState.ACTIVE) and (
+            what.vehicle.mode not in (FlightMode.HOLD, None)
+        ):
+            assert after.state is OffboardState.IDLE
+
+
+@given(RUNS)
+def test_hold_is_said_only_to_a_vehicle_that_follows_us(run: list[Seen]) -> None:
+    for before, what, after, effects in run:
+        if Do.SAY_HOLD not in effects:
+            continue
+        assert after.says_hold
+        if isinstance(what.what, Take) and told(effects, LeaseChange.EXPIRED) == []:
+            assert before.is_commanded, "a wing is flown by the one before until it circles"
+            continue
+        ours = FlightMode.HOLD if before.is_commanded else FlightMode.OFFBOARD
+        assert before.state is OffboardState.SWITCHING or what.vehicle.mode in (ours, None)
+
+
+@given(RUNS)
+def test_the_same_inputs_give_the_same_effects(run: list[Seen]) -> None:
+    for before, what, after, effects in run:
+        assert step(before, what) == (after, effects)
+
+
+@given(RUNS)
+def test_what_changes_is_told_and_shown(run: list[Seen]) -> None:
+    for before, _what, after, effects in run:
+        payloads = [effect.payload for effect in effects if isinstance(effect, Tell)]
+        changes = [payload for payload in payloads if isinstance(payload, OffboardChanged)]
+        if (before.state, before.reason) != (after.state, after.reason):
+            last = changes[-1]
+            assert (last.state, last.holder, last.reason) == (after.state, after.holder, after.reason)
+        if payloads:
+            assert Do.SHOW in effects
+        assert len([effect for effect in effects if isinstance(effect, Start)]) == len(told(effects, LeaseChange.TAKEN))
+
+
+@given(st.sampled_from(OffboardState), MEANS, VEHICLES)
+def test_an_end_without_a_word_is_silent(state: OffboardState, means: Means, vehicle: VehicleState) -> None:
+    after, effects = step(begun(state, means), Input(End(LeaseChange.REVOKED, STOPS, False), 0.0, vehicle))
+    assert (after.state, after.lease, after.says_hold) == (OffboardState.IDLE, None, False)
+    assert Do.SAY_HOLD not in effects
+    assert (Do.STOP in effects) == (state is not OffboardState.IDLE)
