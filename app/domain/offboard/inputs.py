@@ -140,7 +140,7 @@ class Do(Enum):
     SAY_HOLD = auto()
     UNSAY_HOLD = auto()
     SEND = auto()
-    """A setpoint, or nothing if the client is silent."""
+    """The newest setpoint, or a velocity of zero; the end, if the client is gone."""
     ORDER = auto()
     """The command that is wanted and does not hold yet."""
     SHOW = auto()

@@ -220,6 +220,8 @@ class OffboardControl:
             LinkError.
         """
         self.require(lease_id)
+        if self.state is _S.LEASED and self._entering is not None and not self._entering.done():
+            raise OffboardNotReadyError("offboard control is being entered already")
         usual = None if self.surroundings is None else self.surroundings.means(self.link.state())
         self._feed(what.Enter(Means(by) if by else None, usual))
         self._entering = asyncio.create_task(self._enter(sticks_held), name=f"enter {self.vehicle.id}")
@@ -243,10 +245,11 @@ class OffboardControl:
             self._feed(what.Proceed(_S.ACTIVE))
             return entries
         except BaseException as error:
-            reason = because(ReasonCode.OFFBOARD_ENTRY_BROKEN_OFF)
-            if isinstance(error, WaydropError):
-                reason = because_of_error(error.code, error.detail)
-            self._feed(what.EntryFailed(reason))
+            if self._entering is asyncio.current_task():
+                reason = because(ReasonCode.OFFBOARD_ENTRY_BROKEN_OFF)
+                if isinstance(error, WaydropError):
+                    reason = because_of_error(error.code, error.detail)
+                self._feed(what.EntryFailed(reason))
             raise
 
     async def _check_entry(self, sticks_held: bool) -> Sequence[AuditEntry]:
@@ -372,6 +375,7 @@ class OffboardControl:
                 self._flow.clear()
                 self.orders.forget()
                 _cancel(self._entering)
+                self._entering = None  # how it ends says nothing of the next lease
                 self._stop_leaving()
             case Do.SHOW:
                 self.changed()

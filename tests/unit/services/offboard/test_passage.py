@@ -252,3 +252,25 @@ async def test_the_slot_is_overwritten_and_never_queued() -> None:
         before = len(quad.sent)
         await quad.ticks(3)
         assert {message.velocity[0] for message in quad.sent[before + 1 :]} == {8.0}  # type: ignore[union-attr]
+
+
+async def test_an_entry_that_was_broken_off_says_nothing_of_the_next_lease() -> None:
+    async with cockpit() as quad:
+        quad.take()
+        entering = asyncio.create_task(quad.enter())
+        await quad.until_state(OffboardState.STREAMING)
+        quad.clock.time_s += 10.0
+        quad.take("ben")  # before the tick that would have noticed
+        with pytest.raises(LeaseLostError):
+            await entering
+        assert (quad.control.state, quad.control.reason) == (OffboardState.LEASED, None)
+
+
+async def test_two_entries_at_once_are_one() -> None:
+    async with cockpit() as quad:
+        quad.take()
+        quad.put()
+        first, second = await asyncio.gather(quad.enter(), quad.enter(), return_exceptions=True)
+        assert not isinstance(first, Exception)
+        assert isinstance(second, OffboardNotReadyError)
+        assert quad.vehicle.sent.count("hold") == 1
