@@ -30,6 +30,7 @@ from app.services.fleet import Fleet
 from app.services.hang_watch import hang_watch
 from app.services.jobs import Jobs
 from app.services.journal import Journal
+from app.services.known_plans import KnownPlans
 from app.services.offboard import Offboard, OffboardSettings
 from app.services.offboard.left_open import tell_left_open
 from app.services.plans import Plans
@@ -79,14 +80,15 @@ async def running(settings: Settings) -> AsyncIterator[str]:
         stack.push_async_callback(fleet.close)
         await fleet.start()
         targets = Targets(clock)
-        runs = Runs(fleet, storage.plans, storage.runs, journal, clock, storage.flight_log, targets=targets)
+        known = KnownPlans(storage.plans)
+        runs = Runs(fleet, known, storage.runs, journal, clock, storage.flight_log, targets=targets)
         stack.push_async_callback(runs.close)
         await runs.begin()
         offboard = Offboard(fleet, runs, clock, _offboard_settings(settings))
         stack.push_async_callback(offboard.close)
         telemetry = await stack.enter_async_context(_telemetry(fleet, settings))
         webhooks = await stack.enter_async_context(_webhooks(storage, journal, clock, settings))
-        plans = Plans(storage.plans, journal, clock)
+        plans = Plans(known, journal, clock)
         await stack.enter_async_context(_following(TargetFollower(runs, plans, fleet, targets, journal, clock)))
         jobs = await stack.enter_async_context(_begun(Jobs(storage.jobs, plans, runs, fleet, journal, clock)))
         services = ApiServices(

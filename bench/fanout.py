@@ -36,6 +36,7 @@ from app.services.comparisons import Comparisons
 from app.services.fleet import Fleet
 from app.services.jobs import Jobs
 from app.services.journal import Journal
+from app.services.known_plans import KnownPlans
 from app.services.offboard import Offboard
 from app.services.plans import Plans
 from app.services.proofs import Proofs
@@ -125,9 +126,10 @@ async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
         journal = Journal(ListStore(), clock)
         await journal.start()
         fleet = Fleet(NoVehicles(), journal)
-        runs = Runs(fleet, storage.plans, storage.runs, journal, clock, storage.flight_log)
+        known = KnownPlans(storage.plans)
+        runs = Runs(fleet, known, storage.runs, journal, clock, storage.flight_log)
         offboard = Offboard(fleet, runs, clock)
-        plans = Plans(storage.plans, journal, clock)
+        plans = Plans(known, journal, clock)
         services = ApiServices(
             journal=journal,
             plans=plans,

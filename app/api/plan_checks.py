@@ -5,14 +5,13 @@ from __future__ import annotations
 import asyncio
 
 from aiohttp import web
-from pydantic_core import to_json
 
 from app.api.answers import json_answer
 from app.api.bodies import json_body
 from app.api.models import PlanCheckRequest
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import FLEET, PLANS
-from app.domain.plan import PlanInvalid, parse_plan
+from app.domain.plan import PlanInvalid, parse_data
 from app.domain.prediction import CALM
 from app.services.access import Role
 from app.services.plans import PlanCheck
@@ -24,7 +23,7 @@ async def check_plan(call: Call[NoQuery, PlanCheckRequest]) -> web.Response:
     if vehicle_id is not None:
         fleet.link(vehicle_id)  # before the plan is read: there is no such vehicle
     try:
-        plan = await asyncio.to_thread(parse_plan, to_json(call.body.plan, inf_nan_mode="constants"))
+        plan = await asyncio.to_thread(parse_data, call.body.plan)
     except PlanInvalid as error:
         return json_answer(PlanCheck(findings=error.findings, timeline=None))
     facts = None if vehicle_id is None else await fleet.facts(vehicle_id)

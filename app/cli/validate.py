@@ -16,8 +16,8 @@ from app.cli.terminal import count, err, out, write_json
 from app.cli.wind_option import WindOption, wind_given, wind_of
 from app.domain.finding import Finding, Severity
 from app.domain.plan import Plan, PlanInvalid
-from app.domain.prediction import Timeline, WindGiven, predict
-from app.domain.rules import check_plan, default_facts
+from app.domain.prediction import Timeline, WindGiven
+from app.domain.rules import checked
 
 Checked = tuple[list[Finding], Timeline | None, float | None]
 """Findings, timeline, and the age of the vehicle's parameters in seconds."""
@@ -68,8 +68,8 @@ def validate(
 
 
 def _check(plan: Plan, given: WindGiven | None) -> Checked:
-    wind = wind_of(given)
-    return list(check_plan(plan, None, wind)), predict(plan, default_facts(plan.vehicle_type), wind), None
+    found = checked(plan, None, wind_of(given))
+    return list(found.findings), found.timeline, None
 
 
 async def _ask(plan: Plan, vehicle: str, given: WindGiven | None, server: str, token: str | None) -> Checked:

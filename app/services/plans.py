@@ -11,16 +11,17 @@ from typing import Any, Final
 
 from pydantic import BaseModel, ConfigDict
 
-from app.domain.errors import NotFoundError, PlanRejectedError
+from app.domain.errors import PlanRejectedError
 from app.domain.events import NewEvent
 from app.domain.events.dispatch import PlanCreated
-from app.domain.plan import Plan, PlanInvalid, parse_plan, plan_hash
-from app.domain.ports import PlanStore, StoredPlan
-from app.domain.prediction import CALM, Timeline, Wind, predict
-from app.domain.rules import Finding, Severity, check_plan, default_facts
+from app.domain.plan import Plan, PlanInvalid, plan_hash
+from app.domain.ports import StoredPlan
+from app.domain.prediction import CALM, Timeline, Wind
+from app.domain.rules import Finding, Severity, checked
 from app.domain.vehicle import VehicleFacts, VehicleType
 from app.services.clock import Clock
 from app.services.journal import Journal
+from app.services.known_plans import KnownPlans
 
 CACHED_VIEWS: Final = 32
 
@@ -70,6 +71,7 @@ class NewPlan:
     """A plan that was checked and is stored nowhere yet; `created` announces it, and is stored in the same step."""
 
     stored: StoredPlan
+    plan: Plan
     created: NewEvent
     check: PlanCheck
 
@@ -77,8 +79,8 @@ class NewPlan:
 class Plans:
     """Accepts plans and gives them back. A plan never changes, so its view is worked out once and kept a while."""
 
-    def __init__(self, store: PlanStore, journal: Journal, clock: Clock) -> None:
-        self._store = store
+    def __init__(self, known: KnownPlans, journal: Journal, clock: Clock) -> None:
+        self._known = known
         self._journal = journal
         self._clock = clock
         self._views: OrderedDict[str, PlanView] = OrderedDict()
@@ -88,11 +90,9 @@ class Plans:
 
         Pure, and slow for a plan of hundreds of items (up to a second): call it in a thread.
         """
-        defaults = default_facts(plan.vehicle_type)
-        fits = facts is not None and facts.vehicle_type is plan.vehicle_type  # that it does not is a finding
-        timeline = predict(plan, facts if facts is not None and fits else defaults, wind)
         age_s = None if facts is None or facts.parameters_age_s is None else round(facts.parameters_age_s, 1)
-        return PlanCheck(findings=check_plan(plan, facts, wind), timeline=timeline, parameters_age_s=age_s)
+        found = checked(plan, facts, wind)
+        return PlanCheck(findings=found.findings, timeline=found.timeline, parameters_age_s=age_s)
 
     async def create(self, plan: Plan, by: str) -> PlanView:
         """Store a plan that has no errors; the same document twice makes two plans with one hash.
@@ -132,30 +132,30 @@ class Plans:
                 created_by=by,
             )
         )
-        return NewPlan(stored, created, check)
+        self._known.keep(stored.id, plan)
+        return NewPlan(stored, plan, created, check)
 
     async def get(self, plan_id: str) -> PlanView:
         """One plan. Raises NotFoundError, StorageError."""
         if plan_id in self._views:
             return self._keep(self._views[plan_id])
-        return self._keep(await asyncio.to_thread(self._view_of, await self.stored(plan_id)))
+        return self._keep(await self._view_of(await self._known.stored(plan_id)))
 
     async def stored(self, plan_id: str) -> StoredPlan:
         """One plan as it was accepted, neither checked anew nor predicted. Raises NotFoundError, StorageError."""
-        stored = await self._store.get(plan_id)
-        if stored is None:
-            raise NotFoundError(f"no plan {plan_id!r}", hint="GET /api/v1/plans lists them")
-        return stored
+        return await self._known.stored(plan_id)
+
+    async def plan(self, plan_id: str) -> Plan:
+        """What it says. Raises NotFoundError, PlanInvalid (another version accepted it), StorageError."""
+        return await self._known.plan(plan_id)
 
     async def list_plans(self, limit: int) -> Sequence[PlanHead]:
         """Newest first, without their documents: to predict each of them takes too long for a list."""
-        return [
-            PlanHead.model_validate(plan, from_attributes=True) for plan in await self._store.list_plans(limit=limit)
-        ]
+        return [PlanHead.model_validate(plan, from_attributes=True) for plan in await self._known.list_plans(limit)]
 
-    def _view_of(self, stored: StoredPlan) -> PlanView:
+    async def _view_of(self, stored: StoredPlan) -> PlanView:
         try:
-            check = self.check(parse_plan(stored.document), None)
+            check = await asyncio.to_thread(self.check, await self._known.read(stored), None)
         except PlanInvalid as error:  # accepted by another version, which took what this one does not
             check = PlanCheck(findings=error.findings, timeline=None)
         return _view(stored, check)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from app.domain.errors import ChangeUnderWayError
-from app.domain.plan import Plan, parse_plan
+from app.domain.plan import Plan
 from app.domain.plan.insertion import with_items
 from app.domain.prediction import CALM, Wind
 from app.domain.run import Run
@@ -40,7 +40,7 @@ class Rerouting:
             ChangeUnderWayError: also if the run got another plan meanwhile. Others as Runs.change_mission.
         """
         before = await self._runs.get(run_id)
-        old = await self._plan(before)
+        old = await self._plans.plan(before.plan_id)
         plan, new_ids = await asyncio.to_thread(with_items, old, items, at=at, after=after)
         new = await self._plans.checked(plan, by)
         run = await self._runs.get(run_id)
@@ -58,12 +58,9 @@ class Rerouting:
         """
         run = await self._runs.continuable(run_id)
         self._runs.require_free(run.vehicle_id)
-        new = await self._plans.checked(tail_of(run, await self._plan(run), continue_at), by)
+        new = await self._plans.checked(tail_of(run, await self._plans.plan(run.plan_id), continue_at), by)
         wind = wind or run.wind or CALM
         return await self._runs.create(new, run.vehicle_id, start=False, by=by, wind=wind, continues=run_id)
-
-    async def _plan(self, run: Run) -> Plan:
-        return parse_plan((await self._plans.stored(run.plan_id)).document)
 
 
 def _comes_next(plan: Plan, new_ids: Sequence[str], current: str | None) -> bool:

@@ -16,7 +16,7 @@ from app.domain.events.run import Place, RunTargetMoved, RunTargetNotFollowed
 from app.domain.moving_target.aim import Aim, NoAim, aim
 from app.domain.moving_target.moved_plan import Follower, follower_at, moved, speed_towards_m_s
 from app.domain.moving_target.report import TargetEvidence, TargetFix
-from app.domain.plan import Plan, parse_plan
+from app.domain.plan import Plan
 from app.domain.reason import Reason, because_of_error
 from app.domain.run import Run, RunState
 from app.domain.vehicle import VehicleState
@@ -107,7 +107,7 @@ class TargetFollower:
             log.info("a target cannot be followed now", run_id=run.id, error=error.detail)
 
     async def _try(self, run: Run, followed: _Followed, now_s: float) -> None:
-        plan = await self._plan(run, followed)
+        plan = await self._plans.plan(run.plan_id)
         follower = follower_at(plan, run.item_id)
         if follower is None or run.drop(follower.drop.id).phase is not DropPhase.WAITING:
             return
@@ -134,7 +134,7 @@ class TargetFollower:
             await self._tell_not_followed(run, followed, follower, fix, because_of_error(error.code, error.detail))
 
     async def _move(self, run: Run, followed: _Followed, follower: Follower, fix: TargetFix, to: Aim) -> None:
-        plan = moved(await self._plan(run, followed), follower, to.latitude_deg, to.longitude_deg)
+        plan = moved(await self._plans.plan(run.plan_id), follower, to.latitude_deg, to.longitude_deg)
         by = f"target {follower.target.feed}"
         new = await self._plans.checked(plan, by)
         now = await self._runs.get(run.id)
@@ -183,12 +183,6 @@ class TargetFollower:
     def _evidence(self, run: Run, fix: TargetFix) -> TargetEvidence:
         state = self._fleet.link(run.vehicle_id).state()
         return fix.evidence(state.latitude_deg, state.longitude_deg)
-
-    async def _plan(self, run: Run, followed: _Followed) -> Plan:
-        if followed.plan is None or followed.plan_id != run.plan_id:
-            stored = await self._plans.stored(run.plan_id)
-            followed.plan_id, followed.plan = run.plan_id, parse_plan(stored.document)
-        return followed.plan
 
 
 def _is_free(run: Run) -> bool:

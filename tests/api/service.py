@@ -22,6 +22,7 @@ from app.services.comparisons import Comparisons
 from app.services.fleet import Fleet
 from app.services.jobs import Jobs, JobSettings
 from app.services.journal import Journal
+from app.services.known_plans import KnownPlans
 from app.services.offboard import Offboard, OffboardSettings
 from app.services.plans import Plans
 from app.services.proofs import Proofs
@@ -133,9 +134,10 @@ def _services(
     jobs_settings: JobSettings,
 ) -> ApiServices:
     targets = Targets(clock)
-    runs = Runs(fleet, storage.plans, storage.runs, journal, clock, storage.flight_log, targets=targets)
+    known = KnownPlans(storage.plans)
+    runs = Runs(fleet, known, storage.runs, journal, clock, storage.flight_log, targets=targets)
     offboard = Offboard(fleet, runs, clock, PATIENT)
-    plans = Plans(storage.plans, journal, clock)
+    plans = Plans(known, journal, clock)
     return ApiServices(
         journal=journal,
         plans=plans,

@@ -22,7 +22,7 @@ from app.domain.plan.items import (
     Winch,
 )
 from app.domain.plan.moving_target import Target
-from app.domain.plan.parse import PlanInvalid, parse_plan, plan_json_schema
+from app.domain.plan.parse import PlanInvalid, parse_data, parse_plan, plan_json_schema
 
 __all__ = [
     "Alternate",
@@ -52,6 +52,7 @@ __all__ = [
     "Transition",
     "Waypoint",
     "Winch",
+    "parse_data",
     "parse_plan",
     "plan_hash",
     "plan_json_schema",

@@ -9,7 +9,7 @@ from pydantic_core import PydanticCustomError
 
 from app.domain.finding import json_pointer
 from app.domain.plan.alternate import Alternate
-from app.domain.plan.fields import AbsoluteAltitudeM, LatitudeDeg, LongitudeDeg, PlanModel, SpeedMS, Text
+from app.domain.plan.fields import FROM_JSON, AbsoluteAltitudeM, LatitudeDeg, LongitudeDeg, PlanModel, SpeedMS, Text
 from app.domain.plan.geofence import Geofence, RallyPoint
 from app.domain.plan.items import Gripper, PlanItem
 from app.domain.plan.size_limits import MAX_ITEMS, MAX_RALLY_POINTS
@@ -62,9 +62,11 @@ class Plan(PlanModel):
 
     version: Literal[1]
     name: Annotated[str, Field(min_length=1, max_length=200)]
-    vehicle_type: VehicleType
+    vehicle_type: Annotated[VehicleType, FROM_JSON]
     items: Annotated[
-        tuple[Annotated[PlanItem, Field(discriminator="type")], ...], Field(min_length=1, max_length=MAX_ITEMS)
+        tuple[Annotated[PlanItem, Field(discriminator="type")], ...],
+        FROM_JSON,
+        Field(min_length=1, max_length=MAX_ITEMS),
     ]
     home: Home | None = None
     cruise_speed_m_s: SpeedMS | None = None
@@ -72,7 +74,7 @@ class Plan(PlanModel):
     limits: Limits = Limits()
     contingency: Contingency = Contingency()
     geofence: Geofence = Geofence()
-    rally_points: Annotated[tuple[RallyPoint, ...], Field(max_length=MAX_RALLY_POINTS)] = ()
+    rally_points: Annotated[tuple[RallyPoint, ...], FROM_JSON, Field(max_length=MAX_RALLY_POINTS)] = ()
 
     @field_validator("items")
     @classmethod

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Self
+from typing import Annotated, Final, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, Strict, model_validator
 from pydantic_core import PydanticCustomError
 
 LatitudeDeg = Annotated[float, Field(ge=-90, le=90, allow_inf_nan=False, description="WGS84 latitude")]
@@ -23,6 +23,8 @@ SignedRadiusM = Annotated[
     float,
     Field(ge=-10_000, le=10_000, allow_inf_nan=False, description="positive clockwise, negative counter-clockwise"),
 ]
+FROM_JSON: Final = Strict(False)
+"""For the types that JSON has no form of its own for: an array is a tuple, a string an enumeration's member."""
 Text = Annotated[str, Field(max_length=500)]
 
 

@@ -1,4 +1,4 @@
-"""Cuts the lists of a document that is no plan behind as many faulty entries as are told.
+"""Validates the entries of a document's lists, one after another, up to as many faults as are told.
 
 pydantic names all faults before anything else in the process goes on: a thousand items, each with every field of the
 others, take it a second. One entry after another holds nobody up.
@@ -6,7 +6,6 @@ others, take it a second. One entry after another holds nobody up.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from typing import Annotated, Any, Final
 
@@ -24,25 +23,30 @@ _FENCES: Final[Mapping[str, TypeAdapter[Any]]] = {
 }
 
 
-def to_first_faulty(document: Mapping[str, Any]) -> dict[str, Any]:
-    """The document itself if each of its lists has fewer than MAX_FINDINGS faults; else one that is no plan either."""
-    cut = _with_cut(document, _LISTS)
-    fence = cut.get("geofence")
-    return {**cut, "geofence": _with_cut(fence, _FENCES)} if isinstance(fence, dict) else cut
+def with_entries(document: Mapping[str, Any]) -> dict[str, Any]:
+    """The document with each valid entry as its model, so that nothing is validated twice.
+
+    A list ends behind the entry that brings its faults to MAX_FINDINGS: it is no plan either.
+    """
+    made = _with_lists(document, _LISTS)
+    fence = made.get("geofence")
+    return {**made, "geofence": _with_lists(fence, _FENCES)} if isinstance(fence, dict) else made
 
 
-def _with_cut(document: Mapping[str, Any], lists: Mapping[str, TypeAdapter[Any]]) -> dict[str, Any]:
+def _with_lists(document: Mapping[str, Any], lists: Mapping[str, TypeAdapter[Any]]) -> dict[str, Any]:
     found = {name: document[name] for name in lists if isinstance(document.get(name), list)}
-    return {**document, **{name: _cut(entries, lists[name]) for name, entries in found.items()}}
+    return {**document, **{name: _validated(entries, lists[name]) for name, entries in found.items()}}
 
 
-def _cut(entries: list[Any], kind: TypeAdapter[Any]) -> list[Any]:
+def _validated(entries: list[Any], kind: TypeAdapter[Any]) -> list[Any]:
+    made: list[Any] = []
     faults = 0
-    for count, entry in enumerate(entries, start=1):
+    for entry in entries:
         try:
-            kind.validate_json(json.dumps(entry))  # as JSON, like the whole: see parse_plan
+            made.append(kind.validate_python(entry))
         except ValidationError as error:
+            made.append(entry)
             faults += error.error_count()
             if faults >= MAX_FINDINGS:
-                return entries[:count]
-    return entries
+                break
+    return made

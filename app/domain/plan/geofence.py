@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from app.domain.plan.fields import LatitudeDeg, LongitudeDeg, PlanModel, Point, Position
+from app.domain.plan.fields import FROM_JSON, LatitudeDeg, LongitudeDeg, PlanModel, Point, Position
 from app.domain.plan.size_limits import MAX_POLYGONS, MAX_VERTICES
 
 FenceKind = Literal["inclusion", "exclusion"]
@@ -16,7 +16,7 @@ class FencePolygon(PlanModel):
     """At least three corners, in order, the first not repeated. Edges are the short way round."""
 
     kind: FenceKind
-    vertices: Annotated[tuple[Point, ...], Field(min_length=3, max_length=MAX_VERTICES, fail_fast=True)]
+    vertices: Annotated[tuple[Point, ...], FROM_JSON, Field(min_length=3, max_length=MAX_VERTICES, fail_fast=True)]
 
 
 class FenceCircle(PlanModel):
@@ -31,8 +31,8 @@ class FenceCircle(PlanModel):
 class Geofence(PlanModel):
     """Allowed is what lies in any inclusion (everywhere if there is none) and in no exclusion."""
 
-    polygons: Annotated[tuple[FencePolygon, ...], Field(max_length=MAX_POLYGONS)] = ()
-    circles: Annotated[tuple[FenceCircle, ...], Field(max_length=MAX_POLYGONS)] = ()
+    polygons: Annotated[tuple[FencePolygon, ...], FROM_JSON, Field(max_length=MAX_POLYGONS)] = ()
+    circles: Annotated[tuple[FenceCircle, ...], FROM_JSON, Field(max_length=MAX_POLYGONS)] = ()
 
 
 class RallyPoint(Position):

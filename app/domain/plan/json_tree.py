@@ -48,12 +48,16 @@ class JsonTree:
             )
 
 
-def read_json(raw: bytes | str | Mapping[str, Any]) -> JsonTree:
-    """Text or data to checked, plain JSON data. Never raises."""
+def read_data(value: Any) -> JsonTree:
+    """What a JSON reader made to checked, plain JSON data. Never raises."""
     tree = JsonTree()
-    if not isinstance(raw, (bytes, str)):
-        tree.value = _copy(raw, (), tree)
-        return tree
+    tree.value = _copy(value, (), tree)
+    return tree
+
+
+def read_json(raw: bytes | str) -> JsonTree:
+    """Text to checked, plain JSON data. Never raises."""
+    tree = JsonTree()
     text = _decode(raw, tree)
     if text is None:
         return tree
@@ -88,6 +92,7 @@ def _decode(raw: bytes | str, tree: JsonTree) -> str | None:
     return text
 
 
+_NAMES = {"nan": "NaN", "inf": "Infinity", "-inf": "-Infinity"}
 _STRING = re.compile(r'"[^"\\]*(?:\\.[^"\\]*)*"', re.DOTALL)
 _BRACKET = re.compile(r"[\[\]{}]")
 
@@ -154,7 +159,7 @@ def _copy_scalar(value: Any, path: tuple[str | int, ...], tree: JsonTree) -> Any
     if isinstance(value, _Unusable):
         tree.refuse(value.code, json_pointer(*path), value.message, "leave it out or write null if it is not known")
     elif isinstance(value, float) and not math.isfinite(value):
-        tree.refuse("plan.not_finite", json_pointer(*path), f"{value} is not a number that can be flown")
+        tree.refuse("plan.not_finite", json_pointer(*path), f"{_NAMES[str(value)]} is not a number that can be flown")
     elif isinstance(value, int) and abs(value) >= 10**MAX_INTEGER_DIGITS:
         tree.refuse("plan.not_finite", json_pointer(*path), "the number is too large")
     elif isinstance(value, str) and not _is_text(value):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Mapping
 from functools import cache
@@ -12,8 +11,8 @@ from pydantic import TypeAdapter, ValidationError
 
 from app.domain.finding import Finding, UnfitDocumentError
 from app.domain.plan.document import Plan
-from app.domain.plan.first_faulty import to_first_faulty
-from app.domain.plan.json_tree import read_json
+from app.domain.plan.first_faulty import with_entries
+from app.domain.plan.json_tree import JsonTree, read_data, read_json
 from app.domain.plan.outline import check_outline
 from app.domain.validation import findings_of
 
@@ -53,15 +52,22 @@ class PlanInvalid(UnfitDocumentError):  # noqa: N818 - the public name
 
 
 def parse_plan(raw: bytes | str | Mapping[str, Any]) -> Plan:
-    """A Plan from JSON text or from data that json.loads made. Raises PlanInvalid and nothing else."""
-    tree = read_json(raw)
+    """A Plan from JSON text, or from an object that a JSON reader made. Raises PlanInvalid and nothing else."""
+    return _plan(read_json(raw) if isinstance(raw, bytes | str) else read_data(raw))
+
+
+def parse_data(value: Any) -> Plan:
+    """A Plan from what a JSON reader made of it: any value, text is no JSON text here. Raises PlanInvalid."""
+    return _plan(read_data(value))
+
+
+def _plan(tree: JsonTree) -> Plan:
     if not tree.findings:
         check_outline(tree, _field_names)
     if tree.findings:
         raise PlanInvalid(tree.findings)
     try:
-        # Strict types are those of JSON (an array is a tuple), so the checked tree goes through JSON once more.
-        return Plan.model_validate_json(json.dumps(to_first_faulty(tree.value)))
+        return Plan.model_validate(with_entries(tree.value))
     except ValidationError as error:
         raise PlanInvalid(_findings(error, tree.value)) from None
 

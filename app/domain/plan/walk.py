@@ -98,9 +98,9 @@ def walk(
     return tuple(steps)
 
 
-def carried_in_flight(vehicle_type: VehicleType, in_flight: InFlight) -> Carried:
-    """What carries a vehicle that flies, or drives, now."""
-    if vehicle_type is VehicleType.VTOL and in_flight.wing_borne:
+def carried_in_flight(vehicle_type: VehicleType, in_flight: InFlight | None = None) -> Carried:
+    """What carries a vehicle that flies, or drives, now; by itself a VTOL hovers."""
+    if vehicle_type is VehicleType.VTOL and in_flight is not None and in_flight.wing_borne:
         return Carried.FIXED_WING
     return _IN_AIR[vehicle_type]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from app.domain.autopilot import behaviour
 from app.domain.compiler import compile_plan
@@ -15,7 +15,7 @@ from app.domain.plan.detour import over_alternates
 from app.domain.plan.document import Plan
 from app.domain.plan.drops import DropUse, drops_of
 from app.domain.plan.items import Delay, Land, Loiter, ReturnToLaunch, Takeoff, Waypoint
-from app.domain.plan.walk import Carried, Step, reference_home, walk
+from app.domain.plan.walk import Carried, Step, carried_in_flight, reference_home, walk
 from app.domain.prediction import vtol
 from app.domain.prediction.alternates import with_alternates
 from app.domain.prediction.durations import Ahead, effort, point_of
@@ -29,22 +29,35 @@ from app.domain.prediction.release import predicted_drop
 from app.domain.prediction.timeline import PredictedDrop, Timeline, TimelineEntry
 from app.domain.prediction.way_home import way_home_percent
 from app.domain.prediction.wind import CALM, Wind
-from app.domain.speeds import speeds_along
+from app.domain.speeds import cruise_speed_m_s, speeds_along
 from app.domain.vehicle import VehicleFacts
 
 AFTER_UNSURE_S, AFTER_UNSURE_MORE_S = 1.0, 4.0
 """After an item of unsure time the next begins elsewhere than predicted: it takes longer, and that is unsure too."""
 
 
+@dataclass(frozen=True, slots=True)
+class Prediction:
+    """`timeline` is that of the plan as it is meant, `over` that of the way over its alternates, if it has any."""
+
+    timeline: Timeline
+    over: Timeline | None = None
+
+
 def predict(plan: Plan, facts: VehicleFacts, wind: Wind = CALM) -> Timeline:
     """The timeline of a plan for a vehicle with these facts. Works for plans with errors too, as far as they go."""
+    return predict_all(plan, facts, wind).timeline
+
+
+def predict_all(plan: Plan, facts: VehicleFacts, wind: Wind = CALM) -> Prediction:
+    """As `predict`, with the way over the alternates beside it."""
     facts = behaviour(facts).usable()
     timeline = _timeline(plan, facts, wind)
     detour = over_alternates(plan, reference_home(plan, facts), facts.in_flight)
     if detour is None:
-        return timeline
-    seqs_of = _seqs_of(plan, facts)
-    return with_alternates(timeline, detour, _timeline(detour.plan, facts, wind), seqs_of)
+        return Prediction(timeline)
+    over = _timeline(detour.plan, facts, wind)
+    return Prediction(with_alternates(timeline, detour, over, _seqs_of(plan, facts)), over)
 
 
 def _timeline(plan: Plan, facts: VehicleFacts, wind: Wind) -> Timeline:
@@ -81,7 +94,8 @@ def _flown(flight: Flight, plan: Plan, steps: Sequence[Step]) -> tuple[list[Time
     for number, (step, speed_m_s) in enumerate(zip(steps, speeds, strict=True)):
         visits[step.item.id] += 1
         drop = drops.get(id(step)) or braking.get(id(step))
-        fly_m_s = speed_m_s or (speeds[number - 1] if number else 0.0)  # a landing flies at the speed before it
+        before_m_s = speeds[number - 1] if number else _asked_m_s(flight.facts)
+        fly_m_s = speed_m_s or before_m_s or _own_m_s(flight.facts, step)  # a landing flies at the speed before it
         took = effort(flight, motion, step, fly_m_s, drop, looks_ahead[number])
         if isinstance(step.item, ReturnToLaunch) and is_unsure_path(flight.facts):
             took = replace(took, unsure_s=took.unsure_s + now_s)
@@ -98,6 +112,17 @@ def _flown(flight: Flight, plan: Plan, steps: Sequence[Step]) -> tuple[list[Time
             found.append(predicted_drop(flight, drop, drop.anchor, visits[step.item.id], now_s, anchored, home))
         now_s, motion = now_s + took.duration_s, took.end
     return entries, found
+
+
+def _asked_m_s(facts: VehicleFacts) -> float:
+    """What a vehicle in flight was asked for last; 0: nothing."""
+    return 0.0 if facts.in_flight is None else facts.in_flight.asked_speed_m_s or 0.0
+
+
+def _own_m_s(facts: VehicleFacts, step: Step) -> float:
+    """What it flies unasked; from the ground, as it flies once it has taken off."""
+    grounded = step.before is Carried.GROUND
+    return cruise_speed_m_s(facts, carried_in_flight(facts.vehicle_type) if grounded else step.before)
 
 
 def _begins(flight: Flight) -> Motion:

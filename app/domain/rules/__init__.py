@@ -2,7 +2,7 @@
 
 from app.domain.default_facts import default_facts
 from app.domain.finding import Finding, Severity
-from app.domain.rules.check import RULES, check_plan
+from app.domain.rules.check import RULES, CheckedPlan, check_plan, checked
 from app.domain.rules.registry import Rule
 
-__all__ = ["RULES", "Finding", "Rule", "Severity", "check_plan", "default_facts"]
+__all__ = ["RULES", "CheckedPlan", "Finding", "Rule", "Severity", "check_plan", "checked", "default_facts"]

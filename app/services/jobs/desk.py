@@ -19,9 +19,9 @@ from app.services.clock import Clock
 from app.services.jobs.assessment import Assessment
 from app.services.jobs.book import JobBook
 from app.services.jobs.following import EXPIRED, JobFollower
-from app.services.jobs.planned import PlannedJobs
 from app.services.jobs.settings import JobSettings
 from app.services.jobs.sights import VehicleSights
+from app.services.plans import Plans
 from app.services.runs import Runs
 from app.services.runs.new_run import new_run_id
 
@@ -35,7 +35,7 @@ class JobDesk:
         self,
         book: JobBook,
         runs: Runs,
-        plans: PlannedJobs,
+        plans: Plans,
         sights: VehicleSights,
         assessment: Assessment,
         clock: Clock,

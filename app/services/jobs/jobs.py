@@ -7,7 +7,6 @@ import secrets
 from collections.abc import Callable, Sequence
 
 import structlog
-from pydantic_core import to_json
 
 from app.domain.errors import InvalidInputError, JobWrongStateError, NotFoundError
 from app.domain.jobs.choice import chosen_of, hopeless
@@ -15,7 +14,7 @@ from app.domain.jobs.job import Job, JobState
 from app.domain.jobs.port import ALL_JOBS, JobFilter, JobStore
 from app.domain.jobs.readiness import VehicleSight, why_not_ready
 from app.domain.jobs.vehicle_queue import VehicleQueue
-from app.domain.plan import Plan, parse_plan
+from app.domain.plan import Plan, parse_data
 from app.domain.prediction import CALM
 from app.domain.reason import ReasonCode, because
 from app.services.clock import Clock
@@ -24,7 +23,6 @@ from app.services.jobs.assessment import Assessment
 from app.services.jobs.book import JobBook
 from app.services.jobs.desk import JobDesk
 from app.services.jobs.orders import JobMove, JobOrder
-from app.services.jobs.planned import PlannedJobs
 from app.services.jobs.settings import JobSettings
 from app.services.jobs.sights import VehicleSights
 from app.services.jobs.views import AssignmentView, JobQueuesView, VehicleQueueView
@@ -56,8 +54,7 @@ class Jobs:
         self._book = JobBook(store, journal, clock, settings.capacity)
         self._sights = VehicleSights(fleet, runs, self._book)
         self._assessment = Assessment(fleet, settings.facts_s)
-        self._planned = PlannedJobs(plans)
-        parts = (self._book, runs, self._planned, self._sights, self._assessment)
+        parts = (self._book, runs, plans, self._sights, self._assessment)
         self._desk = JobDesk(*parts, clock, settings)
         self._task: asyncio.Task[None] | None = None
 
@@ -83,7 +80,7 @@ class Jobs:
         self._refuse_unusable(order)
         self._book.queue.refuse_if_full()
         plan_id = order.plan if isinstance(order.plan, str) else (await self._plans.create(await _parsed(order), by)).id
-        plan = await self._planned.plan(plan_id)
+        plan = await self._plans.plan(plan_id)
         now = self._clock.now()
 
         def make(rank: int) -> Job:
@@ -114,7 +111,7 @@ class Jobs:
         """Which vehicle would get it now; nothing is stored. Raises NotFoundError, PlanInvalid, StorageError."""
         self._refuse_unseen(order)
         wind = CALM if order.wind is None else order.wind.wind()
-        plan = await self._planned.plan(order.plan) if isinstance(order.plan, str) else await _parsed(order)
+        plan = await self._plans.plan(order.plan) if isinstance(order.plan, str) else await _parsed(order)
         candidates = await self._assessment.candidates(plan, order.wish(), self._sights.all(), wind)
         chosen = chosen_of(candidates)
         chosen_id = None if chosen is None else chosen.vehicle_id
@@ -223,7 +220,7 @@ class Jobs:
 
 
 async def _parsed(order: JobOrder) -> Plan:
-    return await asyncio.to_thread(parse_plan, to_json(order.plan, inf_nan_mode="constants"))
+    return await asyncio.to_thread(parse_data, order.plan)
 
 
 def _cancelled(job: Job, by: str, now: float) -> Job:

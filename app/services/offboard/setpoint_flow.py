@@ -72,9 +72,11 @@ class SetpointFlow:
     ) -> tuple[Clamp, ...]:
         """The newest setpoint, within the limits. Raises SetpointRefusedError: the one before stays to its age."""
         follower = surroundings.follower(state)
-        encode(setpoint, follower)  # refused by the table before any limit is looked at
+        message = encode(setpoint, follower)  # refused by the table before any limit is looked at
         limited = limit(setpoint, self._settings.limits, surroundings.whereabouts(state))
-        self._slot = Slotted(limited.setpoint, encode(limited.setpoint, follower), limited.clamps, now_s, by)
+        if limited.setpoint != setpoint:
+            message = encode(limited.setpoint, follower)
+        self._slot = Slotted(limited.setpoint, message, limited.clamps, now_s, by)
         self._spoke_s = now_s
         return limited.clamps
 

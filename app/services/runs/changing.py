@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Collection
 from contextlib import aclosing, suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 from app.domain.change_terms import ChangeTerms
@@ -25,12 +25,12 @@ from app.domain.flight.inputs import ChangeArrived, ChangeBegun, ChangeSent, Cha
 from app.domain.flight.leg import concluded_drops
 from app.domain.flight.pending_change import PendingChange
 from app.domain.mission import Mission, mission_hash
-from app.domain.plan import Plan, parse_plan
+from app.domain.plan import Plan
 from app.domain.plan.walk import carried_in_flight
-from app.domain.ports import StoredPlan, VehicleLink
-from app.domain.prediction import CALM, Wind, predict
-from app.domain.rules import check_plan
-from app.domain.run import Asked, PlanChange, Run
+from app.domain.ports import VehicleLink
+from app.domain.prediction import CALM, Timeline, Wind
+from app.domain.rules import check_plan, checked
+from app.domain.run import Asked, PlanChange
 from app.domain.vehicle import FlightMode, VehicleFacts
 from app.services.clock import Clock
 from app.services.plans import NewPlan
@@ -44,6 +44,16 @@ _OF_THE_REST = ("battery.", "payload.")
 
 
 CHANGE: Final = "change_mission"
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """The plan to fly on with. `new`: it is stored nowhere yet."""
+
+    plan_id: str
+    plan_hash: str
+    plan: Plan
+    new: NewPlan | None = None
 
 
 class MissionChanger:
@@ -74,9 +84,7 @@ class MissionChanger:
         """Whether a change is under way, or it is not known yet whether it arrived."""
         return self._turn.locked() or self._watch.flight.is_changing
 
-    async def change(
-        self, plan: StoredPlan | NewPlan, continue_at: str | None, by: str, needed: Collection[str] = ()
-    ) -> None:
+    async def change(self, wanted: Wanted, continue_at: str | None, by: str, needed: Collection[str] = ()) -> None:
         """Fly on with another plan, without a pause; None goes on with the item now flown. Stored when this returns.
 
         A new plan is stored in one step with the record that it is being sent. `needed` are items that must be among
@@ -94,13 +102,12 @@ class MissionChanger:
             orders = self._orders
             self._refuse_unfit()
             facts = await self._facts(fresh=True)
-            stored = plan.stored if isinstance(plan, NewPlan) else plan
-            pending = await self._prepare(stored, facts, continue_at, by, needed)
+            pending = await self._prepare(wanted, facts, continue_at, by, needed)
             back = await self._way_back(facts, by)
             self._refuse_broken_off(orders)  # that took its time
             self._refuse_unfit()
-            if isinstance(plan, NewPlan):
-                self._recorder.bring(plan)
+            if wanted.new is not None:
+                self._recorder.bring(wanted.new)
             if pending.is_same and pending.follows:
                 await self._adopt(pending, orders)
                 return
@@ -115,9 +122,9 @@ class MissionChanger:
         """What is left of the plan that is flown now; None if that cannot be told, in the middle of a loop."""
         undeclared = replace(facts, performance=None)  # it flies that already, whatever its battery has left
         try:
-            return await self._prepare(
-                _stored(self._recorder.run, self._watch.flight.leg.plan), undeclared, None, by, ()
-            )
+            run = self._recorder.run
+            flown = Wanted(run.plan_id, run.plan_hash, self._watch.flight.leg.plan)
+            return await self._prepare(flown, undeclared, None, by, ())
         except PlanRejectedError:
             return None
 
@@ -147,20 +154,20 @@ class MissionChanger:
 
     async def _prepare(
         self,
-        stored: StoredPlan,
+        new: Wanted,
         facts: VehicleFacts,
         continue_at: str | None,
         by: str,
         needed: Collection[str],
     ) -> PendingChange:
-        plan, run, now = parse_plan(stored.document), self._recorder.run, self._terms().in_flight()
+        plan, run, now = new.plan, self._recorder.run, self._terms().in_flight()
         flown = Flown(self._watch.flight.leg.plan, run.flown_item_ids, run.item_id, concluded_drops(run.drops))
         rest = continued(flown, plan, continue_at, carried_in_flight(flown.plan.vehicle_type, now), needed)
         wanted = continue_at or run.item_id or rest.begins_at
         speed_m_s = asked_speed_before(plan, wanted, carried_in_flight(plan.vehicle_type, now))
         began = now.model_copy(update={"asked_speed_m_s": speed_m_s})
         in_flight, wind = replace(facts, in_flight=began), run.wind or CALM
-        findings = await asyncio.to_thread(_findings, plan, rest, in_flight, wind)
+        findings, timeline = await asyncio.to_thread(_checked, plan, rest, in_flight, wind)
         if any(finding.severity is Severity.ERROR for finding in findings):
             raise PlanRejectedError(
                 "the vehicle cannot go on with this plan",
@@ -169,10 +176,9 @@ class MissionChanger:
             )
         mission = compile_plan(rest.plan, in_flight)
         mission_id = self._link.mission_id_of(mission)
-        timeline = await asyncio.to_thread(predict, rest.plan, in_flight, wind)
         change = PlanChange(
-            plan_id=stored.id,
-            plan_hash=stored.hash,
+            plan_id=new.plan_id,
+            plan_hash=new.plan_hash,
             mission_hash=mission_hash(mission),
             mission_id=mission_id,
             continue_at=wanted,
@@ -277,19 +283,14 @@ def _broken_off() -> ChangeUnderWayError:
     return ChangeUnderWayError("the change was broken off: something else was commanded meanwhile")
 
 
-def _stored(run: Run, plan: Plan) -> StoredPlan:
-    """The plan that a run flies now, as far as a change needs it."""
-    document = plan.model_dump(mode="json")
-    return StoredPlan(run.plan_id, run.plan_hash, plan.name, plan.vehicle_type, run.created_at, "", document)
-
-
-def _findings(plan: Plan, rest: Rest, in_flight: VehicleFacts, wind: Wind) -> tuple[Finding, ...]:
-    """What is wrong with the whole plan, and with its rest for a vehicle in flight: each once.
+def _checked(plan: Plan, rest: Rest, in_flight: VehicleFacts, wind: Wind) -> tuple[tuple[Finding, ...], Timeline]:
+    """What is wrong with the whole plan, and with its rest for a vehicle in flight: each once. The rest's timeline.
 
     Charge, load and wind are those of now: only what is left to fly is held to them.
     """
     whole = check_plan(plan, replace(in_flight, in_flight=None, performance=None))
     found = dict.fromkeys(finding for finding in whole if not finding.code.startswith(_OF_THE_REST))
-    for finding in check_plan(rest.plan, in_flight, wind):
+    left = checked(rest.plan, in_flight, wind)
+    for finding in left.findings:
         found[in_whole_plan(finding, rest.plan, plan)] = None
-    return tuple(found)
+    return tuple(found), left.timeline

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import replace
 from typing import Protocol
 
@@ -11,8 +11,8 @@ from app.domain.compiler import compile_plan
 from app.domain.errors import PlanRejectedError
 from app.domain.mission import Mission
 from app.domain.plan import Plan
-from app.domain.prediction import Timeline, Wind, predict
-from app.domain.rules import Severity, check_plan
+from app.domain.prediction import Timeline, Wind
+from app.domain.rules import Finding, Severity, check_plan, checked
 from app.domain.vehicle import GlobalPosition, VehicleFacts
 from app.services.runs.settings import RECORDED_VISITS
 
@@ -26,14 +26,7 @@ class FactsRead(Protocol):
 
 async def refuse_unfit_plan(plan: Plan, facts: VehicleFacts, wind: Wind) -> None:
     """Raises PlanRejectedError with all findings; slow plans are checked in a thread."""
-    findings = await asyncio.to_thread(check_plan, plan, facts, wind)
-    errors = [finding for finding in findings if finding.severity is Severity.ERROR]
-    if errors:
-        raise PlanRejectedError(
-            f"the plan cannot be flown by this vehicle: {errors[0].message}",
-            hint="mend what the findings name, and post it as a new plan",
-            findings=[finding.model_dump(mode="json") for finding in findings],
-        )
+    _refuse_errors(await asyncio.to_thread(check_plan, plan, facts, wind))
 
 
 async def refuse_changed_vehicle(
@@ -67,6 +60,16 @@ async def compiled_and_predicted(plan: Plan, facts: VehicleFacts, wind: Wind) ->
 
     Raises PlanRejectedError.
     """
-    await refuse_unfit_plan(plan, facts, wind)
-    timeline = await asyncio.to_thread(predict, plan, facts, wind)
-    return compile_plan(plan, facts), timeline.first(RECORDED_VISITS)
+    found = await asyncio.to_thread(checked, plan, facts, wind)
+    _refuse_errors(found.findings)
+    return compile_plan(plan, facts), found.timeline.first(RECORDED_VISITS)
+
+
+def _refuse_errors(findings: Sequence[Finding]) -> None:
+    errors = [finding for finding in findings if finding.severity is Severity.ERROR]
+    if errors:
+        raise PlanRejectedError(
+            f"the plan cannot be flown by this vehicle: {errors[0].message}",
+            hint="mend what the findings name, and post it as a new plan",
+            findings=[finding.model_dump(mode="json") for finding in findings],
+        )

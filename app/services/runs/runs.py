@@ -12,8 +12,8 @@ from app.domain.consent import Answer
 from app.domain.errors import NotFoundError, WrongStateError
 from app.domain.events.run import RunCreated, RunPredicted
 from app.domain.flight.log_port import FlightLog
-from app.domain.plan import parse_plan
-from app.domain.ports import PlanStore, RunStore, StoredPlan, VehicleLink
+from app.domain.plan import Plan
+from app.domain.ports import RunStore, StoredPlan, VehicleLink
 from app.domain.prediction import CALM, Wind
 from app.domain.run import Run, RunState
 from app.domain.run_filter import ALL_RUNS, RunFilter
@@ -21,8 +21,10 @@ from app.domain.run_tail import refuse_continued
 from app.services.clock import Clock
 from app.services.fleet import Fleet, FleetVehicle
 from app.services.journal import Journal
+from app.services.known_plans import KnownPlans
 from app.services.plans import NewPlan
 from app.services.runs.assembly import assemble
+from app.services.runs.changing import Wanted
 from app.services.runs.consents import without_flight
 from app.services.runs.flight import RunFlight
 from app.services.runs.new_run import new_run, new_run_id
@@ -41,7 +43,7 @@ class Runs:
     def __init__(
         self,
         fleet: Fleet,
-        plans: PlanStore,
+        plans: KnownPlans,
         store: RunStore,
         journal: Journal,
         clock: Clock,
@@ -133,10 +135,9 @@ class Runs:
         """
         flight = await self._flight(run_id)
         flight.require_startable()
-        stored = await self._plans.get(flight.run.plan_id)
-        if stored is not None:
-            facts = await self._fleet.facts(flight.run.vehicle_id, fresh=True)
-            await refuse_unfit_plan(parse_plan(stored.document), facts, flight.run.wind or CALM)
+        plan = await self._plans.plan(flight.run.plan_id)
+        facts = await self._fleet.facts(flight.run.vehicle_id, fresh=True)
+        await refuse_unfit_plan(plan, facts, flight.run.wind or CALM)
         last_look()
         flight.ask_start()
         return flight.run
@@ -194,8 +195,9 @@ class Runs:
             PlanRejectedError, LinkError, StorageError: see MissionChanger.
         """
         flight = await self._flight(run_id)
-        chosen = plan if isinstance(plan, NewPlan) else await self._stored(plan)
-        await flight.changer.change(chosen, continue_at, by, needed)
+        stored, parsed = await self._read(plan)
+        new = plan if isinstance(plan, NewPlan) else None
+        await flight.changer.change(Wanted(stored.id, stored.hash, parsed, new), continue_at, by, needed)
         return flight.run
 
     async def answer_consent(self, run_id: str, plan_item_id: str, answer: Answer, by: str) -> Run:
@@ -221,9 +223,8 @@ class Runs:
         start: bool,
         by: str,
     ) -> Run:
-        stored = await self._stored(plan)
+        stored, parsed = await self._read(plan)
         old = None if continues is None else await self.continuable(continues)  # nobody else has the vehicle now
-        parsed = parse_plan(stored.document)
         then = await self._fleet.facts(vehicle.id)
         mission, timeline = await compiled_and_predicted(parsed, then, wind)
         now, identity = self._clock.now(), link.identity
@@ -266,11 +267,11 @@ class Runs:
         refuse_unfit_vehicle(vehicle, self._taken_by(vehicle))
         return link
 
-    async def _stored(self, plan: str | NewPlan) -> StoredPlan:
-        stored = plan.stored if isinstance(plan, NewPlan) else await self._plans.get(plan)
-        if stored is None:
-            raise NotFoundError(f"no plan {plan!r}", hint="POST the plan to /api/v1/plans first")
-        return stored
+    async def _read(self, plan: str | NewPlan) -> tuple[StoredPlan, Plan]:
+        if isinstance(plan, NewPlan):
+            return plan.stored, plan.plan
+        stored = await self._plans.stored(plan)
+        return stored, await self._plans.read(stored)
 
     def _taken_by(self, vehicle: FleetVehicle) -> str | None:
         """The run that has the vehicle. One whose end is stored, and so may be known, has it no longer."""

@@ -11,14 +11,15 @@ from app.domain.errors import LinkError, NotFoundError, VehicleQuarantinedError
 from app.domain.flight.inputs import TakenUp
 from app.domain.flight.log_port import FlightLog
 from app.domain.mission import MissionItem, MissionType
-from app.domain.plan import Plan, parse_plan
-from app.domain.ports import PlanStore, VehicleLink
+from app.domain.plan import Plan
+from app.domain.ports import VehicleLink
 from app.domain.reason import ReasonCode, because
 from app.domain.run import Run, RunState
 from app.domain.vehicle import VehicleFacts
 from app.services.clock import Clock
 from app.services.fleet import Fleet
 from app.services.journal import Journal
+from app.services.known_plans import KnownPlans
 from app.services.runs.assembly import Assembled, assemble
 from app.services.runs.carried import Carried, carried_as_told, carried_change
 from app.services.runs.closing import close_unseen
@@ -36,7 +37,7 @@ class TakeUp:
     def __init__(
         self,
         fleet: Fleet,
-        plans: PlanStore,
+        plans: KnownPlans,
         journal: Journal,
         settings: RunSettings,
         clock: Clock,
@@ -80,8 +81,10 @@ class TakeUp:
         return made
 
     async def _plan(self, plan_id: str) -> Plan | None:
-        stored = await self._plans.get(plan_id)
-        return None if stored is None else parse_plan(stored.document)
+        try:
+            return await self._plans.plan(plan_id)
+        except NotFoundError:
+            return None
 
     async def _vehicle(self, run: Run) -> VehicleLink | None:
         """Wait for the vehicle to be seen, with its identity and mission known."""

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from app.domain.default_facts import default_facts
 from app.domain.geo import distance_m
+from app.domain.in_flight import InFlight
 from app.domain.plan import Plan
 from app.domain.prediction import CALM, PredictedDrop, Timeline, Wind, predict
 from app.domain.prediction.smooth_speed import Limits, travel_s
 from tests.unit.domain.plan_pieces import (
     HOME,
     RETURN,
+    Json,
     at,
     delay,
     facts,
@@ -280,3 +284,26 @@ def test_a_longer_way_never_takes_less_time(way_m: float, top_m_s: float, start_
     assert all(seconds >= 0.0 for seconds in times)
     assert times[1] <= times[2] + 1e-6
     assert times[2] >= way_m / top_m_s - 1e-6
+
+
+@pytest.mark.parametrize("vehicle_type", ["multicopter", "fixed_wing", "vtol", "rover", "airship"])
+@pytest.mark.parametrize("end", [RETURN, land()], ids=["return", "land"])
+def test_what_is_left_of_a_flight_goes_on_at_its_speed_when_it_is_only_the_end(vehicle_type: str, end: Json) -> None:
+    whole = plan(vehicle_type, *_start_of(vehicle_type), waypoint(500), waypoint(1000), end)
+    rest = whole.model_copy(update={"items": whole.items[-1:]})
+    known = facts(vehicle_type)
+    there = at(1000, 0)
+    here = InFlight(**there, relative_altitude_m=30.0, ground_speed_m_s=0.0, wing_borne=vehicle_type == "vtol")
+    left = predict(rest, replace(known, in_flight=here)).duration_s
+    assert left == pytest.approx(predict(whole, known).entries[-1].duration_s, rel=0.3, abs=15.0)
+
+
+@pytest.mark.parametrize("vehicle_type", ["multicopter", "vtol", "airship"])
+def test_a_return_from_a_landing_in_mid_plan_is_flown_as_fast_as_any(vehicle_type: str) -> None:
+    landed = plan(vehicle_type, *_start_of(vehicle_type), waypoint(500), land(500), RETURN)
+    assert predict(landed, facts(vehicle_type)).entries[-1].duration_s < 200.0
+
+
+def _start_of(vehicle_type: str) -> list[Json]:
+    starts = {"fixed_wing": [wing_takeoff()], "rover": [], "vtol": [takeoff(30, **at(60, 0))]}
+    return starts.get(vehicle_type, [takeoff()])

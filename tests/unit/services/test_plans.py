@@ -16,6 +16,7 @@ from app.domain.ports import StoredPlan
 from app.domain.rules import default_facts
 from app.domain.vehicle import VehicleType
 from app.services.journal import Journal
+from app.services.known_plans import KnownPlans
 from app.services.plans import CACHED_VIEWS, Plans
 from tests.events import data_of
 from tests.unit.services.fakes import ManualClock, MemoryEventStore
@@ -77,7 +78,7 @@ async def plans(store: MemoryPlanStore, events: MemoryEventStore) -> AsyncIterat
     clock = ManualClock(1234.5)
     journal = Journal(events, clock)
     await journal.start()
-    yield Plans(store, journal, clock)
+    yield Plans(KnownPlans(store), journal, clock)
     await journal.close()
 
 
@@ -127,7 +128,7 @@ async def test_the_same_document_twice_makes_two_plans_with_one_hash(plans: Plan
 async def test_a_plan_read_after_a_restart_is_shown_as_when_it_was_made(plans: Plans, store: MemoryPlanStore) -> None:
     view = await plans.create(a_plan(), by="ward 3")
     journal = Journal(MemoryEventStore(), ManualClock())
-    assert await Plans(store, journal, ManualClock()).get(view.id) == view
+    assert await Plans(KnownPlans(store), journal, ManualClock()).get(view.id) == view
 
 
 async def test_a_plan_that_was_shown_lately_is_not_worked_out_again(plans: Plans, store: MemoryPlanStore) -> None:

@@ -28,8 +28,8 @@ class Changing:
     async def get(self, _: str) -> SimpleNamespace:
         return self.run
 
-    async def stored(self, _: str) -> SimpleNamespace:
-        return SimpleNamespace(document=PLAN.model_dump(mode="json"))
+    async def plan(self, _: str) -> Plan:
+        return PLAN
 
     async def checked(self, plan: Plan, _: str) -> Plan:
         self.run = SimpleNamespace(**{**vars(self.run), **self._meanwhile})

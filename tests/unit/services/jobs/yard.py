@@ -19,6 +19,7 @@ from app.services.fleet import Fleet
 from app.services.jobs import Jobs, JobSettings
 from app.services.jobs.orders import JobOrder
 from app.services.journal import Journal
+from app.services.known_plans import KnownPlans
 from app.services.plans import Plans
 from app.services.runs import Runs
 from tests.api.job_plans import LAST_SEQ, ROUTE
@@ -80,9 +81,10 @@ class Yard:
         await self.journal.start()
         self.fleet = Fleet(KnownLinks(*self.vehicles), self.journal)
         await self.fleet.start()
-        self.runs = Runs(self.fleet, plans, MemoryRuns(self.events), self.journal, self.clock, MemoryFlightLog(), FAST)
+        known = KnownPlans(plans)
+        self.runs = Runs(self.fleet, known, MemoryRuns(self.events), self.journal, self.clock, MemoryFlightLog(), FAST)
         await self.runs.begin()
-        stored = Plans(plans, self.journal, self.clock)
+        stored = Plans(known, self.journal, self.clock)
         store = MemoryJobs(self.events)
         self.jobs = Jobs(store, stored, self.runs, self.fleet, self.journal, self.clock, PROMPT)
         await self.jobs.begin()

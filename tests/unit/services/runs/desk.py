@@ -21,6 +21,7 @@ from app.domain.run_filter import RunFilter
 from app.services.clock import SystemClock
 from app.services.fleet import Fleet
 from app.services.journal import Journal
+from app.services.known_plans import KnownPlans
 from app.services.runs import Runs, RunSettings
 from tests.unit.services.fakes import MemoryEventStore, MemoryFlightLog
 from tests.unit.services.known_links import KnownLinks
@@ -71,6 +72,7 @@ class Desk:
     journal: Journal
     fleet: Fleet
     runs: Runs
+    plans: MemoryPlans
     plan: Plan
     mission: Mission
     flight_log: MemoryFlightLog
@@ -134,10 +136,10 @@ async def desk(
     fleet = Fleet(KnownLinks(vehicle), journal, None if performance is None else {"v1": performance})
     await fleet.start()
     flight_log = MemoryFlightLog()
-    runs = Runs(fleet, plans, MemoryRuns(events), journal, clock, flight_log, settings)
+    runs = Runs(fleet, KnownPlans(plans), MemoryRuns(events), journal, clock, flight_log, settings)
     mission = compile_plan(plan, vehicle.facts)
     try:
-        at = Desk(vehicle, events, journal, fleet, runs, plan, mission, flight_log)
+        at = Desk(vehicle, events, journal, fleet, runs, plans, plan, mission, flight_log)
         yield at
     finally:
         events.open.set()  # a test that fails while nothing is stored must not hang
@@ -160,7 +162,7 @@ async def restarted(before: Desk, *, meanwhile: Callable[[], None] = lambda: Non
     await journal.start()
     fleet = Fleet(KnownLinks(before.vehicle), journal)
     await fleet.start()
-    runs = Runs(fleet, before.runs._plans, MemoryRuns(before.events), journal, clock, before.flight_log, FAST)
+    runs = Runs(fleet, KnownPlans(before.plans), MemoryRuns(before.events), journal, clock, before.flight_log, FAST)
     await runs.begin()
     before.runs, before.fleet, before.journal = runs, fleet, journal
     return runs, fleet, journal

@@ -24,7 +24,7 @@ from app.domain.plan import parse_plan
 from app.domain.reason import in_words
 from app.domain.run import RunState
 from app.domain.vehicle import LandedState
-from tests.unit.services.runs.desk import Desk, MemoryPlans, desk
+from tests.unit.services.runs.desk import Desk, desk
 
 Document = dict[str, Any]
 
@@ -34,9 +34,7 @@ def store(at: Desk, change: Callable[[Document], None], plan_id: str = "plan-2")
     document = copy.deepcopy(at.plan.model_dump(mode="json"))
     change(document)
     plan = parse_plan(document)
-    plans = at.runs._plans
-    assert isinstance(plans, MemoryPlans)
-    plans.add(plan, plan_id)
+    at.plans.add(plan, plan_id)
     return plan_id
 
 

@@ -22,6 +22,7 @@ from app.domain.events import Event
 from app.domain.events.run import RunAck
 from app.domain.flight.orders import FailureOrder
 from app.domain.mission import MavCmd
+from app.domain.plan import parse_plan
 from app.domain.ports import StoredPlan
 from app.domain.run import Run, RunState
 from app.domain.vehicle import FlightMode, LandedState
@@ -125,9 +126,10 @@ async def test_a_new_plan_whose_change_could_not_be_stored_is_not_stored_later()
         await fly(at)
         document = at.plan.model_dump(mode="json")
         clinic_moved(document)
+        changed = parse_plan(document)
         stored = StoredPlan("new", "h", "a plan", at.plan.vehicle_type, 0.0, "ann", document)
         created = at.journal.new_event(an_item())
-        plan = NewPlan(stored, created, PlanCheck(findings=(), timeline=None))
+        plan = NewPlan(stored, changed, created, PlanCheck(findings=(), timeline=None))
         at.events.refuse = lambda event: StorageError("disk full")
         with pytest.raises(StorageError):
             await at.runs.change_mission(at.run_id, plan, None, "ann")

@@ -11,6 +11,7 @@ from app.domain.drop import DropOutcome, DropRecord
 from app.domain.errors import StorageError
 from app.domain.events import Event, EventKind
 from app.domain.events.run import RunChanged, RunCommand, RunDrop
+from app.domain.plan import parse_plan
 from app.domain.ports import StoredPlan
 from app.domain.run import Run, RunState
 from app.domain.vehicle import VehicleType
@@ -20,8 +21,10 @@ from app.services.runs.recorder import MOST_WAITING, RunRecorder
 from tests.events import item
 from tests.reasons import some
 from tests.unit.services.fakes import ManualClock, MemoryEventStore
+from tests.unit.services.runs.desk import PLANS
 
 DROP = DropRecord(plan_item_id="drop", supervised=True)
+PLAN = parse_plan((PLANS / "clinic-run.json").read_bytes())
 RUN = Run(id="r", plan_id="p", plan_hash="h", vehicle_id="v1", drops=(DROP,), created_at=0.0, updated_at=0.0)
 
 
@@ -95,7 +98,7 @@ async def test_a_plan_that_is_taken_back_is_not_stored_later() -> None:
     for plan_id in ("p-2", "p-3"):
         stored = StoredPlan(plan_id, "h", "a plan", VehicleType.MULTICOPTER, 0.0, "ann", {})
         created = journal.new_event(item())
-        recorder.bring(NewPlan(stored, created, PlanCheck(findings=(), timeline=None)))
+        recorder.bring(NewPlan(stored, PLAN, created, PlanCheck(findings=(), timeline=None)))
     events.failures.append(StorageError("disk full"))
     with pytest.raises(StorageError):
         await recorder.flush()
