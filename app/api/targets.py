@@ -13,8 +13,8 @@ from app.api.bodies import NO_BODY, Empty, json_body
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import TARGETS
 from app.domain.errors import InvalidInputError
+from app.domain.items.target import FEED_PATTERN
 from app.domain.moving_target.report import TargetFix, TargetReport
-from app.domain.plan.moving_target import FEED_PATTERN
 from app.services.access import Role
 
 _FEED: Final = re.compile(FEED_PATTERN)

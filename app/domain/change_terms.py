@@ -9,7 +9,6 @@ from app.domain.errors import ConflictError, DropInProgressError, PauseFirstErro
 from app.domain.in_flight import InFlight
 from app.domain.mission import Mission
 from app.domain.plan.document import Plan
-from app.domain.plan.items import Land, ReturnToLaunch, Takeoff
 from app.domain.run import Asked, Run, RunState
 from app.domain.vehicle import FlightMode, LandedState, VehicleState, VehicleType
 
@@ -81,7 +80,7 @@ class ChangeTerms:
         item_id = self.run.item_id
         index = None if item_id is None else self.plan.index_of(item_id)
         item = None if index is None else self.plan.items[index]
-        if self.state.landed is not LandedState.IN_AIR or isinstance(item, Takeoff | Land | ReturnToLaunch):
+        if self.state.landed is not LandedState.IN_AIR or (item is not None and (item.takes_off or item.lands)):
             raise _wrong(self.run, "the vehicle takes off, lands or stands: its mission cannot be changed now")
         if self.state.vtol_state in _TURNING:
             raise _wrong(self.run, "the vehicle is in a transition: its mission cannot be changed now")

@@ -10,11 +10,12 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
+from app.domain.carried import Carried
 from app.domain.errors import PlanRejectedError
 from app.domain.finding import Finding, Severity, json_pointer
+from app.domain.items import PlanItem
 from app.domain.plan.document import Plan
-from app.domain.plan.items import Delay, Gripper, Jump, PlanItem, Takeoff, Transition, Winch
-from app.domain.plan.walk import Carried, Step, reference_home, walk
+from app.domain.plan.walk import Step, reference_home, walk
 from app.domain.speeds import asked_speed_m_s
 
 
@@ -49,7 +50,7 @@ def rest_of(plan: Plan, continue_at: str, concluded: Collection[str]) -> Rest:
         raise _refused(plan, continue_at, "change.nothing_left", f"nothing is left to fly from {continue_at} on", "")
     step = walk(plan, reference_home(plan, None))[begin]
     items = [item for item in plan.items[begin:] if item.id not in concluded]
-    if isinstance(step.item, (Gripper, Winch, Delay)) and step.anchor is not None:
+    if step.item.needs_stop and step.anchor is not None:
         items.insert(0, plan.items[step.anchor])
     left_out = tuple(item.id for item in plan.items[plan.index_of(continue_at) :] if item.id in concluded)
     return Rest(plan.model_copy(update={"items": tuple(items)}), items[0].id, left_out)
@@ -139,22 +140,23 @@ def begun_loops(passed: Collection[str], changed: Plan, rest: Rest) -> Iterator[
     """A jump leads back: never out of the rest, nor into a loop of which some turns were flown."""
     left = {item.id for item in rest.plan.items}
     for index, item in enumerate(changed.items):
-        if not isinstance(item, Jump) or item.id not in left:
+        back_to = item.jumps_to()
+        if back_to is None or item.id not in left:
             continue
-        target = changed.index_of(item.target)
+        target = changed.index_of(back_to)
         loop = changed.items[target:index] if target is not None else ()
-        if item.target not in left or any(inner.id in passed for inner in loop):
-            message = f"the jump leads back to {item.target}, and that loop was begun"
+        if back_to not in left or any(inner.id in passed for inner in loop):
+            message = f"the jump leads back to {back_to}, and that loop was begun"
             hint = "continue behind the jump, and write out the turns that are left"
             yield _at(changed, item.id, "change.loop_begun", message, hint)
 
 
 def _misfits(changed: Plan, rest: Rest, carried: Carried) -> Iterator[Finding]:
     step = _step(changed, rest.begins_at)
-    if any(isinstance(item, Takeoff) for item in rest.plan.items):
+    if any(item.takes_off for item in rest.plan.items):
         message = "the vehicle is in the air: it does not take off again"
         yield _at(changed, rest.begins_at, "change.takeoff", message, "continue behind the takeoff")
-    elif not isinstance(step.item, Transition) and step.before is not carried is not Carried.GROUND:
+    elif step.item.transition_to() is None and step.before is not carried is not Carried.GROUND:
         if step.before is Carried.GROUND:
             return  # behind a landing on the way: in the air it is flown to all the same
         message = f"the plan flies {rest.begins_at} by {step.before}, and the vehicle flies by {carried}"

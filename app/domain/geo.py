@@ -12,6 +12,15 @@ EARTH_RADIUS_M = 6_371_000.0
 """PX4's CONSTANTS_RADIUS_OF_EARTH."""
 
 
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A position; altitude above home."""
+
+    latitude_deg: float
+    longitude_deg: float
+    relative_altitude_m: float
+
+
 def distance_m(latitude_a_deg: float, longitude_a_deg: float, latitude_b_deg: float, longitude_b_deg: float) -> float:
     """Great-circle distance between two places (haversine)."""
     latitude_a, latitude_b = math.radians(latitude_a_deg), math.radians(latitude_b_deg)

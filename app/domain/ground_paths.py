@@ -10,11 +10,12 @@ from shapely import LineString, Point, union_all
 from shapely.geometry.base import BaseGeometry
 
 from app.domain.autopilot import Quantity, behaviour, quantity
-from app.domain.geo import LocalProjection
-from app.domain.landing_pattern import landing_pattern
+from app.domain.carried import Carried
+from app.domain.geo import LocalProjection, Place
+from app.domain.items import Land
+from app.domain.items.landing_pattern import landing_pattern
 from app.domain.plan.document import Plan
-from app.domain.plan.items import Jump, Land, Loiter, ReturnToLaunch, Takeoff
-from app.domain.plan.walk import Carried, Place, Step
+from app.domain.plan.walk import Step
 from app.domain.prediction.flight import flight_of
 from app.domain.prediction.path_return import positions_of
 from app.domain.prediction.return_ends import return_ends
@@ -41,17 +42,17 @@ def ground_paths(
         item = step.item
         if isinstance(item, Land) and facts.vehicle_type is VehicleType.FIXED_WING:
             yield GroundPath(step, _approach_shape(item, step, home, facts, projection))
-        elif isinstance(item, Jump):
-            if item.target in ends:
-                yield GroundPath(step, _line(step.start, ends[item.target], projection))
-        elif isinstance(item, ReturnToLaunch):
+        elif (target := item.jumps_to()) is not None:
+            if target in ends:
+                yield GroundPath(step, _line(step.start, ends[target], projection))
+        elif item.goes_home:
             yield from _return_paths(plan, step, facts, projection)
         else:
             yield GroundPath(step, _line(step.start, step.end, projection))
-        if isinstance(item, Loiter) and step.after in (Carried.FIXED_WING, Carried.BUOYANCY):
-            radius_m = abs(item.radius_m or quantity(facts, Quantity.LOITER_RADIUS_M))
+        if item.circles() and step.after in (Carried.FIXED_WING, Carried.BUOYANCY):
+            radius_m = abs(item.circle_radius_m() or quantity(facts, Quantity.LOITER_RADIUS_M))
             yield GroundPath(step, point_of(step.end, projection).buffer(radius_m, quad_segs=_SEGMENTS))
-        elif isinstance(item, Takeoff):
+        elif item.takes_off:
             yield GroundPath(step, point_of(step.start, projection))
 
 
@@ -71,7 +72,7 @@ def _approach_shape(
     item: Land, step: Step, home: GlobalPosition, facts: VehicleFacts, projection: LocalProjection
 ) -> BaseGeometry:
     """The way to the circle, the circle, and both possible tangents to the touchdown."""
-    pattern = landing_pattern(item, step.start, home, facts)
+    pattern = landing_pattern(item, item.approach, step.start, home, facts)
     circle = point_of(pattern.circle, projection).buffer(abs(pattern.radius_m), quad_segs=_SEGMENTS)
     tangents = union_all([circle, point_of(pattern.touchdown, projection)]).convex_hull
     return union_all([tangents, _line(step.start, pattern.circle, projection)])

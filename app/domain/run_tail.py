@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 
+from app.domain.carried import Carried
 from app.domain.continuation import Rest, begun_loops, rest_of
 from app.domain.drop import DropOutcome
 from app.domain.errors import (
@@ -18,9 +19,9 @@ from app.domain.errors import (
     RunNotOverError,
 )
 from app.domain.finding import Finding, Severity
+from app.domain.items import ChangeSpeed, PlanItem, Transition
 from app.domain.plan import Plan, parse_plan
-from app.domain.plan.items import ChangeSpeed, Delay, DropItem, Land, Loiter, PlanItem, Takeoff, Transition, Waypoint
-from app.domain.plan.walk import Carried, Step, reference_home, walk
+from app.domain.plan.walk import Step, reference_home, walk
 from app.domain.run import Run, RunState
 from app.domain.speeds import asked_speed_m_s
 
@@ -102,13 +103,13 @@ def _is_done_with(steps: tuple[Step, ...], item_id: str, over: Collection[str]) 
     """The item is a place, and all that is done there are drops that are over."""
     at = next(step for step in steps if step.item.id == item_id)
     there = [step.item.id for step in steps if step.anchor == at.index and step is not at]
-    return at.anchor == at.index and not isinstance(at.item, Land) and bool(there) and set(there) <= set(over)
+    return at.anchor == at.index and not at.item.lands and bool(there) and set(there) <= set(over)
 
 
 def _from_the_ground(run: Run, plan: Plan, rest: Rest) -> Plan:
     steps, items = walk(plan, reference_home(plan, None)), list(rest.plan.items)
     if plan.vehicle_type == "vtol":
-        while items and isinstance(items[0], Transition) and items[0].to == "fixed_wing":
+        while items and items[0].transition_to() == "fixed_wing":
             del items[0]  # its takeoff ends with that transition
     if not items:
         raise _nothing_left(run)
@@ -123,24 +124,24 @@ def _from_the_ground(run: Run, plan: Plan, rest: Rest) -> Plan:
 def _waits(steps: tuple[Step, ...], place: int, items: list[PlanItem]) -> list[PlanItem]:
     """The delays that were done between the first place and a drop there: a rover has no other way to stop for it."""
     drop = next((step for step in steps if step.item.id == items[1].id), None) if len(items) > 1 else None
-    if drop is None or not isinstance(drop.item, DropItem) or drop.anchor != place:
+    if drop is None or not drop.item.is_drop or drop.anchor != place:
         return []
-    return [step.item for step in steps[place + 1 : drop.index] if isinstance(step.item, Delay)]
+    return [step.item for step in steps[place + 1 : drop.index] if step.item.waits]
 
 
 def _way_up(steps: tuple[Step, ...], first: Step) -> Iterator[PlanItem]:
     """From the ground to what carries the vehicle at the first item: a VTOL turns where the plan turned."""
     before = steps[: first.index]
-    takeoff = next((step for step in reversed(before) if isinstance(step.item, Takeoff)), None)
+    takeoff = next((step for step in reversed(before) if step.item.takes_off), None)
     if takeoff is None:
         return
     yield takeoff.item
-    turns = isinstance(first.item, Transition)
+    turns = first.item.transition_to() is not None
     if takeoff.after is not Carried.FIXED_WING or not (turns or _by_rotor(first)):
         return
     turn = first if turns else next((step for step in reversed(before) if _to_rotors(step)), None)
     if turn is not None:
-        at = next((step for step in reversed(steps[: turn.index]) if isinstance(step.item, Waypoint | Loiter)), None)
+        at = next((step for step in reversed(steps[: turn.index]) if step.item.is_stop and step.item.flies), None)
         if at is not None:
             yield at.item
     if turn is not None and not turns:
@@ -154,7 +155,7 @@ def _by_rotor(step: Step) -> bool:
 
 
 def _to_rotors(step: Step) -> bool:
-    return isinstance(step.item, Transition) and step.item.to == "multicopter"
+    return step.item.transition_to() == "multicopter"
 
 
 def _with_speeds(plan: Plan, done: tuple[Step, ...], tail: Plan) -> Iterator[PlanItem]:
@@ -165,12 +166,16 @@ def _with_speeds(plan: Plan, done: tuple[Step, ...], tail: Plan) -> Iterator[Pla
         carried = steps[0].before if step is None else step.after
         if step is not None:
             yield step.item
-        if carried in asked or carried is Carried.GROUND or isinstance(getattr(step, "item", None), Land):
+        if (
+            carried in asked
+            or carried is Carried.GROUND
+            or (step is not None and step.item.is_stop and step.item.lands)
+        ):
             continue
         asked.add(carried)
         speed_m_s = asked_speed_m_s(plan, done, carried)
         through = steps[: 0 if step is None else step.index + 1]
-        own = step is not None and isinstance(step.item, Waypoint | ChangeSpeed) and step.item.speed_m_s is not None
+        own = step is not None and step.item.asked_speed_m_s() is not None
         if speed_m_s is not None and not own and speed_m_s != asked_speed_m_s(tail, through, carried):
             yield ChangeSpeed(type="change_speed", speed_m_s=speed_m_s)
 

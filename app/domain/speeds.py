@@ -7,10 +7,10 @@ from collections.abc import Iterable
 from typing import Final
 
 from app.domain.autopilot import Quantity, quantity
+from app.domain.carried import Carried, carried_in_flight
 from app.domain.default_facts import default_facts
 from app.domain.plan.document import Plan
-from app.domain.plan.items import ChangeSpeed, Takeoff, Transition, Waypoint
-from app.domain.plan.walk import Carried, Step, carried_in_flight
+from app.domain.plan.walk import Step
 from app.domain.vehicle import VehicleFacts
 
 SLOWEST_M_S: Final = 0.1
@@ -81,9 +81,8 @@ def _asked_at_start(plan: Plan) -> dict[Carried, float]:
 
 def _ask(asked: dict[Carried, float], plan: Plan, step: Step) -> None:
     item = step.item
-    if isinstance(item, Transition):
+    if item.transition_to() is not None:
         asked.clear()
-    if isinstance(item, Takeoff) and plan.cruise_speed_m_s is not None:
-        asked[step.after] = plan.cruise_speed_m_s
-    elif isinstance(item, (ChangeSpeed, Waypoint)) and item.speed_m_s is not None:
-        asked[step.after] = item.speed_m_s
+    speed_m_s = plan.cruise_speed_m_s if item.takes_off else item.asked_speed_m_s()
+    if speed_m_s is not None:
+        asked[step.after] = speed_m_s

@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final
 
+from app.domain.items import FORMS
+from app.domain.items.form import CommandForm, Param
 from app.domain.mission import MavCmd, MavFrame
-from app.interchange.command_forms import FORMS, CommandForm, Param
 from app.interchange.file_item import FileItem
 from app.interchange.findings import Report
 from app.interchange.mav_cmd_names import command_name

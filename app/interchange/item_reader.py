@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
+from app.domain.items import FORMS
 from app.domain.mission import MavCmd
 from app.domain.vehicle import VehicleType
-from app.interchange.command_forms import FORMS
 from app.interchange.extra import apply_item_extra
 from app.interchange.file_item import FileItem
 from app.interchange.findings import Report

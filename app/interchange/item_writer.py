@@ -10,36 +10,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
+from app.domain.carried import Carried
 from app.domain.compiler.drop_items import EMBEDDED_HOLD_S, settle_s, stop_radius_m
 from app.domain.default_facts import default_facts
-from app.domain.landing_pattern import LandingPattern, landing_pattern
+from app.domain.items import FORMS
+from app.domain.items.fields import Altitude
+from app.domain.items.landing_pattern import LandingPattern, landing_pattern
 from app.domain.mission import MavCmd, MavFrame
-from app.domain.plan import Delay, Gripper, Jump, Land, Loiter, Plan, PlanItem, Takeoff, Waypoint, Winch
+from app.domain.plan import Delay, Land, Plan, PlanItem
 from app.domain.plan.drops import DropUse, drops_of
-from app.domain.plan.fields import Altitude
-from app.domain.plan.walk import Carried, Step, walk
+from app.domain.plan.walk import Step, walk
 from app.domain.vehicle import GlobalPosition, VehicleType
-from app.interchange.command_forms import FORMS
 from app.interchange.file_item import FileItem, ItemExtra
 from app.interchange.item_reader import speed_kind
 
-_COMMANDS: Final[Mapping[str, MavCmd]] = {
-    "waypoint": MavCmd.NAV_WAYPOINT,
-    "delay": MavCmd.NAV_DELAY,
-    "gripper": MavCmd.DO_GRIPPER,
-    "winch": MavCmd.DO_WINCH,
-    "change_speed": MavCmd.DO_CHANGE_SPEED,
-    "transition": MavCmd.DO_VTOL_TRANSITION,
-    "return_to_launch": MavCmd.NAV_RETURN_TO_LAUNCH,
-    "jump": MavCmd.DO_JUMP,
-}
-_LOITERS: Final = {
-    "time": MavCmd.NAV_LOITER_TIME,
-    "turns": MavCmd.NAV_LOITER_TURNS,
-    "unlimited": MavCmd.NAV_LOITER_UNLIM,
-    "to_altitude": MavCmd.NAV_LOITER_TO_ALT,
-}
-_WING_PITCH_DEG: Final = 15.0
 _BEFORE_DROP_S: Final = 1.0
 """Stops what only a NAV_DELAY stops: a rover, a vehicle on the ground."""
 
@@ -71,8 +55,13 @@ def write_items(plan: Plan, home: GlobalPosition) -> tuple[WrittenItem, ...]:
 
 def _stops_at_waypoint(drop: DropUse) -> bool:
     """The waypoint of this drop must brake, whoever commands the drop and whatever is waited for before it."""
-    is_waypoint = drop.anchor is not None and isinstance(drop.anchor.item, Waypoint)
-    return is_waypoint and drop.first and drop.stopped and drop.carried is Carried.ROTARY_WING
+    return (
+        drop.anchor is not None
+        and drop.anchor.item.holds()
+        and drop.first
+        and drop.stopped
+        and drop.carried is Carried.ROTARY_WING
+    )
 
 
 def _write(plan: Plan, step: Step, drop: DropUse | None, braking: bool, home: GlobalPosition) -> WrittenItem:
@@ -80,36 +69,23 @@ def _write(plan: Plan, step: Step, drop: DropUse | None, braking: bool, home: Gl
     after: list[FileItem] = []
     item = step.item
     fields = item.model_dump(exclude_none=True)
-    match item:
-        case Takeoff():
-            fields |= _takeoff_fields(item, plan.vehicle_type, home)
-            after += _speed_item(plan.cruise_speed_m_s, plan.vehicle_type, "cruise_speed")
-        case Waypoint():
-            before += _speed_item(item.speed_m_s, plan.vehicle_type, "speed")
-            if braking:
-                radius_m = stop_radius_m(item)
-                fields |= {"hold_s": max(EMBEDDED_HOLD_S, item.hold_s), "acceptance_radius_m": radius_m}
-        case Land() if plan.vehicle_type is VehicleType.FIXED_WING:
-            before += _landing_items(item, step, home)
-        case Gripper() | Winch() if drop is not None:
-            following = plan.items[step.index + 1] if step.index + 1 < len(plan.items) else None
-            before, after = _around_drop(item, drop, following)
+    fields |= item.written_fields(plan.vehicle_type, home)
+    if item.takes_off:
+        after += _speed_item(plan.cruise_speed_m_s, plan.vehicle_type, "cruise_speed")
+    elif item.is_stop:
+        before += _speed_item(item.asked_speed_m_s(), plan.vehicle_type, "speed")
+    if braking:
+        hold_s, radius_m = max(EMBEDDED_HOLD_S, item.hovers_s()), stop_radius_m(item.reach_m())
+        fields |= {"hold_s": hold_s, "acceptance_radius_m": radius_m}
+    if isinstance(item, Land) and plan.vehicle_type is VehicleType.FIXED_WING:
+        before += _landing_items(item, step, home)
+    if drop is not None:
+        following = plan.items[step.index + 1] if step.index + 1 < len(plan.items) else None
+        before, after = _around_drop(drop, following)
     if step.index == 0 and plan.vehicle_type is VehicleType.ROVER:
         before = [*_speed_item(plan.cruise_speed_m_s, plan.vehicle_type, "cruise_speed"), *before]
-    main = _item(_command(item, plan.vehicle_type), fields, ItemExtra("", id=item.id))
+    main = _item(item.command(plan.vehicle_type), fields, ItemExtra("", id=item.id))
     return WrittenItem((*before, main, *after), len(before))
-
-
-def _command(item: PlanItem, vehicle_type: VehicleType) -> MavCmd:
-    is_vtol = vehicle_type is VehicleType.VTOL
-    match item:
-        case Takeoff():
-            return MavCmd.NAV_VTOL_TAKEOFF if is_vtol else MavCmd.NAV_TAKEOFF
-        case Land():
-            return MavCmd.NAV_VTOL_LAND if is_vtol else MavCmd.NAV_LAND
-        case Loiter():
-            return _LOITERS[item.kind]
-    return _COMMANDS[item.type]
 
 
 def _item(command: MavCmd, fields: Mapping[str, Any], extra: ItemExtra | None = None) -> FileItem:
@@ -129,18 +105,6 @@ def _item(command: MavCmd, fields: Mapping[str, Any], extra: ItemExtra | None = 
     return FileItem(command, frame, tuple(params), 0, "", extra=extra)
 
 
-def _takeoff_fields(item: Takeoff, vehicle_type: VehicleType, home: GlobalPosition) -> dict[str, Any]:
-    """Where the compiler has a default the file gets it: null would be up to the software that reads it."""
-    fields: dict[str, Any] = {}
-    if item.latitude_deg is None:
-        fields |= {"latitude_deg": home.latitude_deg, "longitude_deg": home.longitude_deg}
-    if item.pitch_deg is None and vehicle_type is VehicleType.FIXED_WING:
-        fields["pitch_deg"] = _WING_PITCH_DEG
-    elif item.pitch_deg is None:
-        fields["pitch_deg"] = 0.0
-    return fields
-
-
 def _speed_item(speed_m_s: float | None, vehicle_type: VehicleType, role: str) -> list[FileItem]:
     if speed_m_s is None:
         return []
@@ -154,14 +118,12 @@ def _wait(duration_s: float, role: str) -> FileItem:
     return _item(MavCmd.NAV_DELAY, {"duration_s": duration_s}, extra)
 
 
-def _around_drop(
-    item: Gripper | Winch, drop: DropUse, following: PlanItem | None
-) -> tuple[list[FileItem], list[FileItem]]:
+def _around_drop(drop: DropUse, following: PlanItem | None) -> tuple[list[FileItem], list[FileItem]]:
     """The waits that a stopped drop needs before and after it: PX4 itself goes on at once."""
     if not drop.stopped:
         return [], []
     rolls = drop.supervised and drop.first and drop.carried in (Carried.WHEELS, Carried.GROUND)
-    settle = settle_s(item, default_facts(VehicleType.MULTICOPTER))
+    settle = settle_s(drop.item, default_facts(VehicleType.MULTICOPTER))
     waits = isinstance(following, Delay) and following.duration_s >= settle
     return ([_wait(_BEFORE_DROP_S, "pause")] if rolls else []), ([] if waits else [_wait(settle, "wait")])
 
@@ -169,7 +131,7 @@ def _around_drop(
 def _landing_items(item: Land, step: Step, home: GlobalPosition) -> list[FileItem]:
     """DO_LAND_START and the circle: the plan's own, or the one that Waydrop would fly."""
     start = FileItem(MavCmd.DO_LAND_START, MavFrame.MISSION, (0.0,) * 7, 0, "")
-    pattern = landing_pattern(item, step.start, home, default_facts(VehicleType.FIXED_WING))
+    pattern = landing_pattern(item, item.approach, step.start, home, default_facts(VehicleType.FIXED_WING))
     given: Altitude = item.approach or item
     relative = given.absolute_altitude_m is None
     frame = MavFrame.GLOBAL_RELATIVE_ALT if relative else MavFrame.GLOBAL
@@ -197,9 +159,9 @@ def _circle(item: Land, pattern: LandingPattern, zero_m: float) -> tuple[float, 
 
 def _with_target(written: WrittenItem, item: PlanItem, first: Mapping[str, float]) -> WrittenItem:
     """param1 of a jump; null if its target is no item of the plan."""
-    if not isinstance(item, Jump):
+    if (target := item.jumps_to()) is None:
         return written
     items = list(written.items)
     jump = items[written.main]
-    items[written.main] = replace(jump, params=(first.get(item.target), *jump.params[1:]))
+    items[written.main] = replace(jump, params=(first.get(target), *jump.params[1:]))
     return WrittenItem(tuple(items), written.main)

@@ -13,10 +13,11 @@ from typing import Any, Final
 from xml.etree import ElementTree as Xml
 
 from app.domain.default_facts import default_facts
+from app.domain.geo import Place
 from app.domain.plan import Plan, PlanItem, PositionItem
 from app.domain.plan.detour import alternate_items
 from app.domain.plan.drops import drops_of
-from app.domain.plan.walk import Place, place_of, reference_home, walk
+from app.domain.plan.walk import reference_home, walk
 from app.domain.prediction import predict
 from app.interchange.findings import ConversionFinding, Report
 from app.interchange.map_shapes import Coordinate, circle_ring, line_parts, polygon_parts
@@ -168,7 +169,7 @@ def _add_drops(document: Xml.Element, plan: Plan, heights: _Heights) -> None:
         ]
         _add_point(_placemark(folder, drop.item.id, data), end, heights)
         if drop.alternate is not None:
-            there = place_of(alternate_items(drop.alternate)[0], home, end)
+            there = alternate_items(drop.alternate)[0].end_of(home, end)
             mark = _placemark(folder, drop.alternate.id, [("alternate_to", drop.item.id)])
             _add_point(mark, there, heights)
 

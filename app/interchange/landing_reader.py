@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Final
 
+from app.domain.items.form import CommandForm, Param
 from app.domain.mission import MavCmd
-from app.interchange.command_forms import CommandForm, Param
 from app.interchange.file_item import FileItem
 from app.interchange.findings import Report
 from app.interchange.item_draft import ItemDraft, read_draft

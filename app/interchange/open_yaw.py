@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from app.interchange.command_forms import FORMS
+from app.domain.items import FORMS
 from app.interchange.file_item import FileItem
 from app.interchange.findings import Report
 

@@ -6,11 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from app.domain.carried import Carried
 from app.domain.compiler.drop_items import EMBEDDED_HOLD_S, brakes_at_waypoint, stop_radius_m
 from app.domain.finding import Finding
-from app.domain.plan import Plan, PlanInvalid, PlanItem, Waypoint, parse_plan
+from app.domain.plan import Plan, PlanInvalid, PlanItem, parse_plan
 from app.domain.plan.drops import DropUse, drops_of
-from app.domain.plan.walk import Carried, reference_home, walk
+from app.domain.plan.walk import reference_home, walk
 from app.interchange.findings import Report
 from app.interchange.item_draft import ItemDraft
 
@@ -73,9 +74,9 @@ def _with_motion(plan: Plan, drafts: Sequence[ItemDraft], report: Report) -> Pla
 def _say_braking(drop: DropUse, drafts: Sequence[ItemDraft], report: Report) -> None:
     """PX4 stops at a waypoint only for hold and radius together: without them the file's own drop is a moving one."""
     place = drop.anchor.item if drop.anchor is not None else None
-    if drop.anchor is None or not isinstance(place, Waypoint) or not brakes_at_waypoint(drop):
+    if drop.anchor is None or place is None or not brakes_at_waypoint(drop):
         return
-    if place.hold_s < EMBEDDED_HOLD_S or place.acceptance_radius_m != stop_radius_m(place):
+    if place.hovers_s() < EMBEDDED_HOLD_S or place.reach_m() != stop_radius_m(place.reach_m()):
         message = "flown as it is, the vehicle would not stop here and drop some 10 m before; Waydrop makes it stop"
         hint = 'with "release_motion": "moving" the drop stays as the file has it'
         report.assume("conversion.braking", drafts[drop.anchor.index].pointer, message, hint)

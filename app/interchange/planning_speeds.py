@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from app.domain.carried import Carried
 from app.domain.default_facts import default_facts
-from app.domain.plan.walk import Carried
 from app.domain.speeds import cruise_speed_m_s
 from app.domain.vehicle import VehicleType
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from enum import StrEnum, auto
 from typing import Literal, NamedTuple, Protocol
 
-from app.domain.plan.walk import Carried
+from app.domain.carried import Carried
 from app.domain.setpoint.audit import AuditEntry
 from app.domain.setpoint.capability import Cell, FirmwareProfile, FlightKind
 from app.domain.vehicle import FirmwareVersion, FlightMode, VehicleFacts, VehicleType

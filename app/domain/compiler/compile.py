@@ -6,13 +6,15 @@ from app.domain.compiler.detour_items import add_detour
 from app.domain.compiler.draft import DraftList
 from app.domain.compiler.drop_items import PAUSE_S, add_drop, add_waypoint_with_drop, brakes_at_waypoint
 from app.domain.compiler.fence_items import fence_items, rally_items
-from app.domain.compiler.flight_items import delay_draft, flight_drafts, speed_drafts
 from app.domain.errors import PlanRejectedError
+from app.domain.items import Stop
+from app.domain.items.base import Site
+from app.domain.items.change_speed import speed_drafts
+from app.domain.items.delay import delay_draft
 from app.domain.mission import CompiledDrop, Mission
 from app.domain.plan.detour import alternate_drop
 from app.domain.plan.document import Plan
 from app.domain.plan.drops import DropUse, drops_of
-from app.domain.plan.items import Takeoff, Waypoint
 from app.domain.plan.walk import Step, reference_home, walk
 from app.domain.speeds import speeds_along
 from app.domain.vehicle import GlobalPosition, VehicleFacts, VehicleType
@@ -42,7 +44,7 @@ def compile_plan(plan: Plan, facts: VehicleFacts) -> Mission:
         elif step.index in braking:
             _add_braking_waypoint(drafts, step, braking[step.index], plan.vehicle_type)
         else:
-            for draft in flight_drafts(step, home, facts):
+            for draft in step.item.drafts(Site(step.start, step.end, home, facts)):
                 drafts.add(step.item.id, draft)
             _add_cruise_speed_after_takeoff(drafts, plan, step)
     _end_with_no_release(drafts, compiled)
@@ -67,8 +69,8 @@ def _add_drop(
 
 
 def _add_braking_waypoint(drafts: DraftList, step: Step, drop: DropUse, vehicle_type: VehicleType) -> None:
-    assert isinstance(step.item, Waypoint)
-    for draft in speed_drafts(step.item.speed_m_s, vehicle_type):
+    assert isinstance(step.item, Stop), "only a stop brakes for a drop"
+    for draft in speed_drafts(step.item.asked_speed_m_s(), vehicle_type):
         drafts.add(step.item.id, draft)
     add_waypoint_with_drop(drafts, step.item, drop)
 
@@ -86,7 +88,7 @@ def _add_cruise_speed(drafts: DraftList, plan: Plan, step: Step, facts: VehicleF
 
 def _add_cruise_speed_after_takeoff(drafts: DraftList, plan: Plan, step: Step) -> None:
     """After the takeoff, because PX4 sets the speed for the way in which it flies at that moment."""
-    if isinstance(step.item, Takeoff) and plan.vehicle_type is not VehicleType.ROVER:
+    if step.item.takes_off and plan.vehicle_type is not VehicleType.ROVER:
         for draft in speed_drafts(plan.cruise_speed_m_s, plan.vehicle_type):
             drafts.add(step.item.id, draft)
 

@@ -11,13 +11,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Final
 
-from app.domain.compiler.draft import DraftList, command_draft
+from app.domain.compiler.draft import DraftList
 from app.domain.compiler.drop_items import add_drop, add_waypoint_with_drop, brakes_at_waypoint
-from app.domain.compiler.flight_items import waypoint_draft
+from app.domain.items import Stop
+from app.domain.items.draft import command_draft
 from app.domain.mission import CompiledDrop, MavCmd
 from app.domain.plan.detour import LEAVE_S
 from app.domain.plan.drops import DropUse
-from app.domain.plan.items import Waypoint
 from app.domain.vehicle import VehicleFacts
 
 ALWAYS: Final = 65535.0
@@ -30,13 +30,13 @@ def add_detour(
 ) -> CompiledDrop:
     """Adds the jump and the alternate's items. The drop before them, with its alternate."""
     place = there.anchor.item if there.anchor is not None else None
-    assert isinstance(place, Waypoint)
+    assert isinstance(place, Stop), "an alternate is a place and a drop"
     jump_seq = drafts.add(failed.plan_item_id, command_draft(MavCmd.DO_JUMP, ALWAYS, ALWAYS))
     first_seq = drafts.next_seq
     if brakes_at_waypoint(there):
         add_waypoint_with_drop(drafts, place, there)
     else:
-        drafts.add(place.id, waypoint_draft(place, 0.0, None))
+        drafts.add(place.id, place.waypoint_draft(0.0, None))
     alternate = add_drop(drafts, there, facts, ground_speed_m_s)
     follows = drafts.next_seq
     drafts.drafts[jump_seq] = command_draft(MavCmd.DO_JUMP, float(follows), ALWAYS)

@@ -7,42 +7,29 @@ brake in current firmware). On the ground and on wheels: NAV_DELAY. A moving dro
 from __future__ import annotations
 
 from app.domain.autopilot import Quantity, behaviour, quantity
-from app.domain.compiler.draft import Draft, DraftList, command_draft
-from app.domain.compiler.flight_items import delay_draft, waypoint_draft
+from app.domain.carried import Carried
+from app.domain.compiler.draft import DraftList
 from app.domain.errors import PlanRejectedError
-from app.domain.mission import NAN, CompiledDrop, MavCmd
+from app.domain.items import Drop, Stop
+from app.domain.items.delay import delay_draft
+from app.domain.mission import NAN, CompiledDrop
 from app.domain.plan.detour import LEAVE_S
 from app.domain.plan.drops import DropUse
-from app.domain.plan.items import DropItem, Gripper, Land, Loiter, Waypoint
-from app.domain.plan.walk import Carried
 from app.domain.vehicle import VehicleFacts
 
 STOP_RADIUS_M = 1.0
 """Acceptance radius of a stop. Flown: 1 m with a hold stops 0.9 m away at 0.1 m/s; the default 10 m does not stop."""
 EMBEDDED_HOLD_S = 5.0
 """Hold before an embedded release: with 1 m radius it leaves time to come to rest (flown with 5 s)."""
-SETTLE_MARGIN_S = 1.0
 PAUSE_S = 1.0
 """Between two drops at one place, and after a drop that is the last item: something that is no release must follow."""
-_GRIPPER_ACTION = {"release": 0.0, "grab": 1.0}
-_WINCH_ACTION = {
-    "relax": 0.0,
-    "length": 1.0,
-    "rate": 2.0,
-    "lock": 3.0,
-    "deliver": 4.0,
-    "hold": 5.0,
-    "retract": 6.0,
-    "load_line": 7.0,
-    "abandon_line": 8.0,
-    "load_payload": 9.0,
-}
 
 
-def add_waypoint_with_drop(drafts: DraftList, item: Waypoint, drop: DropUse) -> None:
+def add_waypoint_with_drop(drafts: DraftList, item: Stop, drop: DropUse) -> None:
     """The waypoint of a stopped drop from a rotary wing: it brakes there and waits."""
     hold_s = drop.item.hold_s if drop.supervised else EMBEDDED_HOLD_S
-    drafts.add(item.id, waypoint_draft(item, max(hold_s, item.hold_s) + _leave_s(drop), stop_radius_m(item)))
+    hold_s = max(hold_s, item.hovers_s()) + _leave_s(drop)
+    drafts.add(item.id, item.waypoint_draft(hold_s, stop_radius_m(item.reach_m())))
 
 
 def add_drop(drafts: DraftList, drop: DropUse, facts: VehicleFacts, ground_speed_m_s: float) -> CompiledDrop:
@@ -51,13 +38,13 @@ def add_drop(drafts: DraftList, drop: DropUse, facts: VehicleFacts, ground_speed
     hold_seqs = _add_hold(drafts, drop, place)
     release_seq = None
     if not drop.supervised:
-        release_seq = drafts.add(drop.item.id, release_draft(drop.item))
+        release_seq = drafts.add(drop.item.id, drop.item.release_draft())
         if drop.stopped:
             drafts.add(drop.item.id, delay_draft(settle_s(drop.item, facts)))
     stops_in_air = drop.stopped and drop.carried is Carried.ROTARY_WING
-    reach_m = behaviour(facts).reach_m
-    radius_m = stop_radius_m(place) if stops_in_air else reach_m(drop.carried, ground_speed_m_s, _radius(place))
-    release = release_draft(drop.item)
+    own_m, reach_m = place.reach_m(), behaviour(facts).reach_m
+    radius_m = stop_radius_m(own_m) if stops_in_air else reach_m(drop.carried, ground_speed_m_s, own_m)
+    release = drop.item.release_draft()
     return CompiledDrop(
         plan_item_id=drop.item.id,
         supervised=drop.supervised,
@@ -85,7 +72,7 @@ def brakes_at_waypoint(drop: DropUse) -> bool:
         and drop.stopped
         and drop.carried is Carried.ROTARY_WING
         and drop.anchor is not None
-        and isinstance(drop.anchor.item, Waypoint)
+        and drop.anchor.item.holds()
     )
 
 
@@ -94,30 +81,20 @@ def bound_s(drop: DropUse) -> float:
     brakes = brakes_at_waypoint(drop)
     if not drop.supervised:
         return EMBEDDED_HOLD_S if brakes else 0.0
-    place = drop.anchor.item if drop.anchor is not None and brakes else None
-    return max(drop.item.hold_s, place.hold_s if isinstance(place, Waypoint) else 0.0)
+    return max(drop.item.hold_s, drop.anchor.item.hovers_s() if drop.anchor is not None and brakes else 0.0)
 
 
-def release_draft(item: DropItem) -> Draft:
-    """DO_GRIPPER (instance, action) or DO_WINCH (instance, action, length, rate)."""
-    if isinstance(item, Gripper):
-        return command_draft(MavCmd.DO_GRIPPER, float(item.instance), _GRIPPER_ACTION[item.action])
-    length = NAN if item.length_m is None else item.length_m
-    rate = NAN if item.rate_m_s is None else item.rate_m_s
-    return command_draft(MavCmd.DO_WINCH, float(item.instance), _WINCH_ACTION[item.action], length, rate)
+def settle_s(item: Drop, facts: VehicleFacts) -> float:
+    """How long an embedded, stopped drop takes."""
+    return item.settle_s(quantity(facts, Quantity.GRIPPER_S))
 
 
-def settle_s(item: DropItem, facts: VehicleFacts) -> float:
-    """How long an embedded, stopped drop takes: the gripper's own time, or all the time that the winch may need."""
-    return quantity(facts, Quantity.GRIPPER_S) + SETTLE_MARGIN_S if isinstance(item, Gripper) else item.hold_s
-
-
-def stop_radius_m(item: Waypoint | Loiter | Land) -> float:
+def stop_radius_m(own_m: float | None) -> float:
     """Acceptance radius of a stop: the item's own if it is smaller than what makes it stop."""
-    return min(_radius(item) or STOP_RADIUS_M, STOP_RADIUS_M)
+    return min(own_m or STOP_RADIUS_M, STOP_RADIUS_M)
 
 
-def _add_hold(drafts: DraftList, drop: DropUse, place: Waypoint | Loiter | Land) -> tuple[int, ...]:
+def _add_hold(drafts: DraftList, drop: DropUse, place: Stop) -> tuple[int, ...]:
     """Where the vehicle waits for this drop; adds items if the place itself does not hold."""
     anchor_seqs = [seq for seq, owner in enumerate(drafts.owners) if owner == place.id]
     if brakes_at_waypoint(drop) and drop.supervised:
@@ -126,7 +103,7 @@ def _add_hold(drafts: DraftList, drop: DropUse, place: Waypoint | Loiter | Land)
         return tuple(range(anchor_seqs[-1], drafts.next_seq))
     if drop.carried is Carried.ROTARY_WING and drop.stopped:
         hold_s = drop.item.hold_s + _leave_s(drop) if drop.supervised else PAUSE_S
-        return (drafts.add(drop.item.id, waypoint_draft(place, hold_s, stop_radius_m(place))),)
+        return (drafts.add(drop.item.id, place.waypoint_draft(hold_s, stop_radius_m(place.reach_m()))),)
     own = drafts.add(drop.item.id, delay_draft(drop.item.hold_s + _leave_s(drop) if drop.supervised else PAUSE_S))
     return (anchor_seqs[-1], own) if anchor_seqs[-1] == own - 1 else (own,)
 
@@ -135,12 +112,8 @@ def _leave_s(drop: DropUse) -> float:
     return 0.0 if drop.alternate is None else LEAVE_S
 
 
-def _place(drop: DropUse) -> Waypoint | Loiter | Land:
+def _place(drop: DropUse) -> Stop:
     item = drop.anchor.item if drop.anchor is not None else None
-    if not isinstance(item, (Waypoint, Loiter, Land)):
+    if not isinstance(item, Stop):
         raise PlanRejectedError(f"the drop {drop.item.id} follows no waypoint, loiter or landing")
     return item
-
-
-def _radius(place: Waypoint | Loiter | Land) -> float | None:
-    return place.acceptance_radius_m if isinstance(place, Waypoint) else None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from app.domain.compiler.draft import degrees_e7
+from app.domain.items.draft import degrees_e7
 from app.domain.mission import MavCmd, MavFrame, MissionItem, MissionType
 from app.domain.plan.geofence import Geofence, RallyPoint
 

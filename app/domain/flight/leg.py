@@ -11,8 +11,9 @@ from app.domain.drop import DropOutcome, DropPhase, DropRecord
 from app.domain.flight.embedded_release import EmbeddedRelease
 from app.domain.flight.supervised_release import SupervisedRelease
 from app.domain.gripper_turns import GripperTurns
+from app.domain.items import Drop
 from app.domain.mission import CompiledDrop, Mission
-from app.domain.plan import Gripper, Plan, Winch
+from app.domain.plan import Plan
 from app.domain.run import IN_FLIGHT, PlanChange, Run, RunState
 
 _NOT_STARTED = frozenset({RunState.CREATED, RunState.UPLOADING, RunState.UPLOADED})
@@ -74,8 +75,9 @@ def leg_of(
 
     `changed_at`: when the plan was changed in flight; no hold of this mission can have begun before.
     """
-    offsets = {item.id: item.max_offset_m for item in plan.items if isinstance(item, Gripper | Winch)}
-    targets = {item.id: item.target for item in plan.items if isinstance(item, Gripper)}
+    drops = [item for item in plan.items if isinstance(item, Drop)]
+    offsets = {drop.id: drop.max_offset_m for drop in drops}
+    targets = {drop.id: drop.followed() for drop in drops}
     made: list[Release] = []
     waited_at_s = run.updated_at if run.state in IN_FLIGHT else None
     taken_up = run.state not in _NOT_STARTED

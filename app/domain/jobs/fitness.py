@@ -8,7 +8,7 @@ from typing import Final
 from app.domain.finding import Finding, Severity
 from app.domain.geo import distance_m
 from app.domain.jobs.candidate import Refusal
-from app.domain.plan import Land, Loiter, Plan, Takeoff, Waypoint
+from app.domain.plan import Plan
 from app.domain.vehicle import VehicleState
 
 NOBODY_READS: Final = frozenset({"vehicle.home_differs"})
@@ -41,12 +41,8 @@ def beginning_of(plan: Plan) -> tuple[float, float] | None:
     """Where the plan begins, in degrees: its home, else its first place. None: wherever the vehicle is."""
     if plan.home is not None:
         return plan.home.latitude_deg, plan.home.longitude_deg
-    for item in plan.items:
-        if not isinstance(item, Takeoff | Waypoint | Loiter | Land):
-            continue
-        if item.latitude_deg is not None and item.longitude_deg is not None:
-            return item.latitude_deg, item.longitude_deg
-    return None
+    point = next((point for item in plan.items if (point := item.point()) is not None), None)
+    return None if point is None else (point.latitude_deg, point.longitude_deg)
 
 
 def distance_to(beginning: tuple[float, float] | None, state: VehicleState) -> float | None:

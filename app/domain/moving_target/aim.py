@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from typing import Final
 
 from app.domain.geo import LocalProjection, distance_m
+from app.domain.items.fields import Point
+from app.domain.items.target import Target
 from app.domain.moving_target.intercept import intercept_s
 from app.domain.moving_target.report import TargetFix
-from app.domain.plan.fields import Point
-from app.domain.plan.moving_target import Target
 from app.domain.reason import Reason, ReasonCode, because
 
 SETTLE_S: Final = 4.0

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from app.domain.geo import distance_m
+from app.domain.items import Gripper, Waypoint
+from app.domain.items.fields import Point
+from app.domain.items.target import Target
 from app.domain.plan.document import Plan
-from app.domain.plan.fields import Point
-from app.domain.plan.items import ChangeSpeed, Delay, Gripper, Waypoint, Winch
-from app.domain.plan.moving_target import Target
 from app.domain.plan.walk import reference_home, walk
 from app.domain.speeds import speeds_along
 from app.domain.vehicle import VehicleFacts
@@ -42,7 +42,7 @@ def follower_at(plan: Plan, item_id: str | None) -> Follower | None:
     for item in plan.items[index + 1 :]:
         if isinstance(item, Gripper) and item.target is not None:
             return Follower(waypoint, item, item.target)
-        if not isinstance(item, (ChangeSpeed, Delay, Gripper, Winch)):
+        if not item.stays:
             return None
     return None
 

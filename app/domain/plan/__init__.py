@@ -1,10 +1,6 @@
 """The delivery plan: the document a dispatcher writes, read strictly."""
 
-from app.domain.plan.alternate import Alternate
-from app.domain.plan.document import Contingency, Home, Limits, Order, Plan
-from app.domain.plan.geofence import FenceCircle, FencePolygon, Geofence, RallyPoint
-from app.domain.plan.identity import plan_hash
-from app.domain.plan.items import (
+from app.domain.items import (
     Approach,
     ChangeSpeed,
     Delay,
@@ -21,7 +17,11 @@ from app.domain.plan.items import (
     Waypoint,
     Winch,
 )
-from app.domain.plan.moving_target import Target
+from app.domain.items.alternate import Alternate
+from app.domain.items.target import Target
+from app.domain.plan.document import Contingency, Home, Limits, Order, Plan
+from app.domain.plan.geofence import FenceCircle, FencePolygon, Geofence, RallyPoint
+from app.domain.plan.identity import plan_hash
 from app.domain.plan.parse import PlanInvalid, parse_data, parse_plan, plan_json_schema
 
 __all__ = [

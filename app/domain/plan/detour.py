@@ -8,13 +8,15 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Final
 
+from app.domain.carried import Carried
 from app.domain.finding import json_pointer
+from app.domain.geo import Place
 from app.domain.in_flight import InFlight
-from app.domain.plan.alternate import Alternate
+from app.domain.items import Delay, Gripper, PlanItem, Waypoint
+from app.domain.items.alternate import Alternate
 from app.domain.plan.document import Plan
 from app.domain.plan.drops import DropUse, drops_of
-from app.domain.plan.items import Delay, Gripper, PlanItem, Waypoint
-from app.domain.plan.walk import Carried, Place, Step, place_of, walk
+from app.domain.plan.walk import Step, walk
 from app.domain.vehicle import GlobalPosition
 
 LEAVE_S: Final = 5.0
@@ -75,7 +77,7 @@ def alternate_drop(drop: DropUse, home: GlobalPosition) -> DropUse | None:
         return None
     place, gripper = alternate_items(drop.alternate)
     start = drop.anchor.end
-    end: Place = place_of(place, home, start)
+    end: Place = place.end_of(home, start)
     there = Step(drop.step.index, place, drop.carried, drop.carried, start, end, drop.step.index)
     return DropUse(replace(there, item=gripper, start=end), gripper, there, first=True, supervised=True)
 
@@ -84,7 +86,7 @@ def _wait_instead(items: list[PlanItem], drop: DropUse) -> None:
     """The failed drop's hold: at its waypoint, if it is that which holds, else a delay."""
     hold_s = drop.item.hold_s + LEAVE_S
     place = items[-1]
-    if drop.carried is Carried.ROTARY_WING and isinstance(place, Waypoint):
-        items[-1] = place.model_copy(update={"hold_s": max(place.hold_s, hold_s)})
+    if drop.carried is Carried.ROTARY_WING and place.holds():
+        items[-1] = place.model_copy(update={"hold_s": max(place.hovers_s(), hold_s)})
     else:
         items.append(Delay(type="delay", id=drop.item.id, duration_s=hold_s))

@@ -8,10 +8,10 @@ from pydantic import Field, field_validator
 from pydantic_core import PydanticCustomError
 
 from app.domain.finding import json_pointer
-from app.domain.plan.alternate import Alternate
-from app.domain.plan.fields import FROM_JSON, AbsoluteAltitudeM, LatitudeDeg, LongitudeDeg, PlanModel, SpeedMS, Text
+from app.domain.items import PlanItem
+from app.domain.items.alternate import Alternate
+from app.domain.items.fields import FROM_JSON, AbsoluteAltitudeM, LatitudeDeg, LongitudeDeg, PlanModel, SpeedMS, Text
 from app.domain.plan.geofence import Geofence, RallyPoint
-from app.domain.plan.items import Gripper, PlanItem
 from app.domain.plan.size_limits import MAX_ITEMS, MAX_RALLY_POINTS
 from app.domain.vehicle import VehicleType
 
@@ -82,8 +82,8 @@ class Plan(PlanModel):
         taken: set[str] = set()
         for index, item in enumerate(items):
             _take(taken, item.id, "items", index, "id")
-            if isinstance(item, Gripper) and item.alternate is not None:
-                _take(taken, item.alternate.id, "items", index, "alternate", "id")
+            if (alternate := item.other_place()) is not None:
+                _take(taken, alternate.id, "items", index, "alternate", "id")
         named = [
             item if item.id else item.model_copy(update={"id": _free_id(f"item-{number}", taken)})
             for number, item in enumerate(items, start=1)
@@ -91,10 +91,9 @@ class Plan(PlanModel):
         return tuple([_with_alternate_named(item, taken) for item in named])
 
     @property
-    def alternates(self) -> tuple[tuple[Gripper, Alternate], ...]:
+    def alternates(self) -> tuple[tuple[PlanItem, Alternate], ...]:
         """The drops with another place, and that place."""
-        drops = [item for item in self.items if isinstance(item, Gripper)]
-        return tuple([(item, item.alternate) for item in drops if item.alternate is not None])
+        return tuple([(item, there) for item in self.items if (there := item.other_place()) is not None])
 
     def index_of(self, item_id: str) -> int | None:
         """The index of the item with this id, or None."""
@@ -112,10 +111,10 @@ def _take(taken: set[str], name: str, *path: str | int) -> None:
 
 
 def _with_alternate_named(item: PlanItem, taken: set[str]) -> PlanItem:
-    if not isinstance(item, Gripper) or item.alternate is None or item.alternate.id:
+    if (alternate := item.other_place()) is None or alternate.id:
         return item
     name = _free_id(item.id[: MAX_ID_LENGTH - len(ALTERNATE_SUFFIX)] + ALTERNATE_SUFFIX, taken)
-    return item.model_copy(update={"alternate": item.alternate.model_copy(update={"id": name})})
+    return item.model_copy(update={"alternate": alternate.model_copy(update={"id": name})})
 
 
 def _free_id(name: str, taken: set[str]) -> str:

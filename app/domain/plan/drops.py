@@ -5,17 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from app.domain.plan.alternate import Alternate
-from app.domain.plan.items import Delay, DropItem, Gripper, Winch
-from app.domain.plan.walk import Carried, Step
+from app.domain.carried import Carried
+from app.domain.items import Drop, DropItem
+from app.domain.items.alternate import Alternate
+from app.domain.plan.walk import Step
 
 CAN_HOLD = frozenset({Carried.GROUND, Carried.ROTARY_WING, Carried.WHEELS})
 """What carries a vehicle that can stand still: a wing or a balloon in the wind cannot."""
 
 CAN_GO_ON = frozenset({Carried.ROTARY_WING, Carried.WHEELS})
 """What can go from the place of a failed drop to another one with no more than a waypoint: not from the ground."""
-
-_WINCH_RELEASES = frozenset({"deliver", "abandon_line", "relax", "length", "rate"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,15 +34,13 @@ class DropUse:
     @property
     def releases(self) -> bool:
         """It lets a parcel go: only such a drop has an outcome. A grab or a retract has none."""
-        action = self.item.action
-        return action == "release" if isinstance(self.item, Gripper) else action in _WINCH_RELEASES
+        return self.item.lets_go
 
     @property
     def alternate(self) -> Alternate | None:
         """The other place for the parcel, where there can be one: a supervised release in the air or on wheels."""
-        meant = self.item.alternate if isinstance(self.item, Gripper) else None
         reachable = self.supervised and self.releases and self.anchor is not None and self.carried in CAN_GO_ON
-        return meant if reachable else None
+        return self.item.other_place() if reachable else None
 
     @property
     def stopped(self) -> bool:
@@ -69,26 +66,26 @@ def drops_of(steps: Iterable[Step]) -> tuple[DropUse, ...]:
     delayed = False
     for step in steps:
         by_index[step.index] = step
-        if isinstance(step.item, (Gripper, Winch)):
+        if isinstance(step.item, Drop):
             anchor = by_index.get(step.anchor) if step.anchor is not None else None
             first = last is None or last.anchor != step.anchor or step.index < last.index
             found.append(DropUse(step, step.item, anchor, first, is_supervised(step.item, step.before), delayed))
             last, delayed = step, False
         elif step.anchor == step.index:
             last, delayed = None, False
-        elif isinstance(step.item, Delay):
+        elif step.item.waits:
             delayed = True
     return tuple(found)
 
 
-def is_supervised(item: DropItem, carried: Carried) -> bool:
+def is_supervised(item: Drop, carried: Carried) -> bool:
     """Whether Waydrop commands this drop. Default: a gripper wherever the vehicle can stand.
 
     A winch is embedded by default: PX4 itself executes none, only an external payload that hears the mission's item.
     A grab is always an item of the mission: there is nothing to decide about it on the spot.
     """
-    if isinstance(item, Gripper) and item.action == "grab":
+    if item.takes_up:
         return False
     if item.mode is not None:
         return item.mode == "supervised"
-    return isinstance(item, Gripper) and item.release_motion == "stopped" and carried in CAN_HOLD
+    return item.usually_supervised and item.release_motion == "stopped" and carried in CAN_HOLD

@@ -11,8 +11,8 @@ from typing import Annotated, Any, Final
 
 from pydantic import Field, TypeAdapter, ValidationError
 
+from app.domain.items import PlanItem
 from app.domain.plan.geofence import FenceCircle, FencePolygon, RallyPoint
-from app.domain.plan.items import PlanItem
 from app.domain.plan.size_limits import MAX_FINDINGS
 
 _ITEM: Final[TypeAdapter[Any]] = TypeAdapter(Annotated[PlanItem, Field(discriminator="type")])

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from app.domain.plan.fields import FROM_JSON, LatitudeDeg, LongitudeDeg, PlanModel, Point, Position
+from app.domain.items.fields import FROM_JSON, LatitudeDeg, LongitudeDeg, PlanModel, Point, Position
 from app.domain.plan.size_limits import MAX_POLYGONS, MAX_VERTICES
 
 FenceKind = Literal["inclusion", "exclusion"]

@@ -7,12 +7,9 @@ from typing import Any
 
 from app.domain.errors import NotFoundError
 from app.domain.finding import Finding
+from app.domain.items import PlanItem
 from app.domain.plan.document import Plan
-from app.domain.plan.items import ChangeSpeed, Delay, Gripper, PlanItem, Winch
 from app.domain.plan.parse import PlanInvalid, parse_plan
-
-_AT_A_STOP = (ChangeSpeed, Delay, Gripper, Winch)
-"""What belongs to the position item before it."""
 
 
 def with_items(plan: Plan, items: Sequence[Any], *, at: str, after: bool) -> tuple[Plan, tuple[str, ...]]:
@@ -42,13 +39,13 @@ def _at_new_item(finding: Finding, items: Sequence[Any]) -> Finding:
 
 
 def _before_stop(items: Sequence[PlanItem], index: int) -> int:
-    while index > 0 and isinstance(items[index], _AT_A_STOP):
+    while index > 0 and items[index].stays:
         index -= 1
     return index
 
 
 def _behind_stop(items: Sequence[PlanItem], index: int) -> int:
     index += 1
-    while index < len(items) and isinstance(items[index], _AT_A_STOP):
+    while index < len(items) and items[index].stays:
         index += 1
     return index

@@ -6,14 +6,18 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Literal
 
 from app.domain.autopilot import Quantity, quantity
+from app.domain.carried import Carried
 from app.domain.compiler.drop_items import EMBEDDED_HOLD_S, bound_s, settle_s, stop_radius_m
 from app.domain.consent import CONSENT_MARGIN_S
-from app.domain.landing_pattern import landing_pattern
+from app.domain.geo import Place
+from app.domain.items import Approach
+from app.domain.items.fields import Position
+from app.domain.items.landing_pattern import landing_pattern
 from app.domain.plan.drops import DropUse
-from app.domain.plan.items import Delay, Land, Loiter, ReturnToLaunch, Takeoff, Transition, Waypoint
-from app.domain.plan.walk import Carried, Place, Step
+from app.domain.plan.walk import Step
 from app.domain.prediction import buoyant, path_return, return_to_launch, rotary, vtol, wheels, wing
 from app.domain.prediction.effort import Effort, Flight
 from app.domain.prediction.motion import Motion, Point
@@ -48,29 +52,84 @@ def effort(flight: Flight, before: Motion, step: Step, speed_m_s: float, drop: D
     """`drop` is the item's own, or the one for which a waypoint brakes. The time of a supervised drop begins with the
     order to release, or with the question to the operator, and that of its waypoint ends with it.
     """
-    item = step.item
     if step.after is Carried.ROTARY_WING:
         speed_m_s = vtol.hover_speed_m_s(flight.facts, speed_m_s)
-    match item:
-        case Takeoff():
-            return _takeoff(flight, before, step, speed_m_s)
-        case Waypoint():
-            return _waypoint(flight, before, step, speed_m_s, drop, ahead)
-        case Loiter():
-            return _loiter(flight, before, step, speed_m_s, ahead)
-        case Land():
-            return _land(flight, before, step, speed_m_s)
-        case ReturnToLaunch():
-            return _return(flight, before, step, speed_m_s, ahead)
-        case Transition():
-            return (
-                vtol.to_wing(flight, before, ahead.following)
-                if item.to == "fixed_wing"
-                else vtol.to_hover(flight, before)
-            )
-        case Delay():
-            return Effort(0.0, item.duration_s, _waited(before, step))
-    return _drop(flight, before, step, drop)
+    return step.item.effort(_Way(flight, before, step, speed_m_s, drop, ahead))
+
+
+@dataclass(frozen=True, slots=True)
+class _Way:
+    """How the vehicle covers one step: see app.domain.items.base.Way."""
+
+    flight: Flight
+    before: Motion
+    step: Step
+    speed_m_s: float
+    use: DropUse | None
+    ahead: Ahead
+
+    def take_off(self) -> Effort:
+        return _takeoff(self.flight, self.before, self.step, self.speed_m_s)
+
+    def fly(self, hold_s: float, acceptance_radius_m: float | None) -> Effort:
+        drop, step, flight = self.use, self.step, self.flight
+        radius_m = acceptance_radius_m or quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M)
+        if drop is not None:
+            radius_m = stop_radius_m(acceptance_radius_m)
+        hovers = step.after is Carried.ROTARY_WING and (drop is not None or hold_s > 0.0)
+        leg = _leg(flight, self.before, step, self.speed_m_s, radius_m, self._nothing() if hovers else self.ahead)
+        if not hovers:
+            return leg
+        if drop is not None:
+            hold_s = REST_S if drop.supervised else max(hold_s, EMBEDDED_HOLD_S)
+        point = point_of(flight, step.end)
+        return Effort(self.before.away_m(point), leg.duration_s + hold_s, leg.end.standing(point), leg.unsure_s)
+
+    def circle(self, radius_m: float | None, seconds: float, turns: float | None) -> Effort:
+        flight, step = self.flight, self.step
+        if step.after is Carried.FIXED_WING:
+            wide_m = radius_m or quantity(flight.facts, Quantity.LOITER_RADIUS_M)
+            seconds += (turns or 0.0) * math.tau * abs(wide_m) / max(0.1, self.speed_m_s)
+            point, up_m = point_of(flight, step.end), step.end.relative_altitude_m
+            return wing.circle(flight, self.before, point, up_m, wide_m, seconds, self.speed_m_s)
+        reach_m = quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M)
+        leg = _leg(flight, self.before, step, self.speed_m_s, reach_m, self._nothing())
+        end = leg.end if step.after is Carried.BUOYANCY else leg.end.standing(point_of(flight, step.end))
+        return Effort(leg.distance_m, leg.duration_s + seconds, end)
+
+    def land(self, touchdown: Position, approach: Approach | None) -> Effort:
+        flight, before, step, speed_m_s = self.flight, self.before, self.step, self.speed_m_s
+        if flight.facts.vehicle_type is VehicleType.FIXED_WING:
+            pattern = landing_pattern(touchdown, approach, step.start, flight.home, flight.facts)
+            return wing.land(flight, before, pattern, max(speed_m_s, 1.0))
+        point, up_m = point_of(flight, step.end), step.end.relative_altitude_m
+        if step.before is Carried.WHEELS:
+            return wheels.drive(flight, before, point, None, speed_m_s)
+        target = rotary.Target(point, up_m, quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M))
+        if step.before is Carried.FIXED_WING:
+            return vtol.land(flight, before, target, max(speed_m_s, 1.0), _hover_m_s(flight))
+        return rotary.land(flight, before, target, max(speed_m_s, 0.1))
+
+    def return_home(self) -> Effort:
+        return _return(self.flight, self.before, self.step, self.speed_m_s, self.ahead)
+
+    def turn_to(self, to: Literal["multicopter", "fixed_wing"]) -> Effort:
+        if to == "fixed_wing":
+            return vtol.to_wing(self.flight, self.before, self.ahead.following)
+        return vtol.to_hover(self.flight, self.before)
+
+    def wait(self, duration_s: float) -> Effort:
+        return Effort(0.0, duration_s, _waited(self.before, self.step))
+
+    def drop(self) -> Effort:
+        return _drop(self.flight, self.before, self.step, self.use)
+
+    def at_once(self) -> Effort:
+        return Effort(0.0, 0.0, self.before)
+
+    def _nothing(self) -> Ahead:
+        """Nothing follows where the vehicle stops: PX4 brakes for a hold in rotary-wing state."""
+        return replace(STOPS, has_landed=self.ahead.has_landed)
 
 
 def point_of(flight: Flight, place: Place) -> Point:
@@ -89,33 +148,6 @@ def _takeoff(flight: Flight, before: Motion, step: Step, speed_m_s: float) -> Ef
             return buoyant.take_off(flight, before, up_m)
     target = rotary.Target(point, up_m, quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M))
     return rotary.take_off(flight, before, target, speed_m_s)
-
-
-def _waypoint(
-    flight: Flight, before: Motion, step: Step, speed_m_s: float, drop: DropUse | None, ahead: Ahead
-) -> Effort:
-    assert isinstance(step.item, Waypoint)
-    leg = _leg(flight, before, step, speed_m_s, _radius_m(flight, step.item, drop), _following(step, drop, ahead))
-    if step.after is not Carried.ROTARY_WING or (drop is None and step.item.hold_s == 0.0):
-        return leg
-    hold_s = step.item.hold_s
-    if drop is not None:
-        hold_s = REST_S if drop.supervised else max(hold_s, EMBEDDED_HOLD_S)
-    point = point_of(flight, step.end)
-    return Effort(before.away_m(point), leg.duration_s + hold_s, leg.end.standing(point), leg.unsure_s)
-
-
-def _following(step: Step, drop: DropUse | None, ahead: Ahead) -> Ahead:
-    """Nothing follows where the vehicle stops: PX4 brakes for a hold in rotary-wing state."""
-    holds = isinstance(step.item, Waypoint) and step.item.hold_s > 0.0
-    stops = step.after is Carried.ROTARY_WING and (holds or drop is not None)
-    return replace(STOPS, has_landed=ahead.has_landed) if stops else ahead
-
-
-def _radius_m(flight: Flight, item: Waypoint, drop: DropUse | None) -> float:
-    if drop is not None:
-        return stop_radius_m(item)
-    return item.acceptance_radius_m or quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M)
 
 
 def _leg(flight: Flight, before: Motion, step: Step, speed_m_s: float, radius_m: float, ahead: Ahead) -> Effort:
@@ -158,35 +190,6 @@ def _after(first: Effort, then: Effort) -> Effort:
         then.unsure_s,
         first.climbed_m if then.climbed_m is None else then.climbed_m,
     )
-
-
-def _loiter(flight: Flight, before: Motion, step: Step, speed_m_s: float, ahead: Ahead) -> Effort:
-    item = step.item
-    assert isinstance(item, Loiter)
-    seconds, radius_m = item.duration_s or 0.0, item.radius_m or quantity(flight.facts, Quantity.LOITER_RADIUS_M)
-    if step.after is Carried.FIXED_WING:
-        if item.kind == "turns":
-            seconds = (item.turns or 0.0) * math.tau * abs(radius_m) / max(0.1, speed_m_s)
-        point, up_m = point_of(flight, step.end), step.end.relative_altitude_m
-        return wing.circle(flight, before, point, up_m, radius_m, seconds, speed_m_s)
-    stops = replace(STOPS, has_landed=ahead.has_landed)
-    leg = _leg(flight, before, step, speed_m_s, quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M), stops)
-    end = leg.end if step.after is Carried.BUOYANCY else leg.end.standing(point_of(flight, step.end))
-    return Effort(leg.distance_m, leg.duration_s + (seconds if item.kind == "time" else 0.0), end)
-
-
-def _land(flight: Flight, before: Motion, step: Step, speed_m_s: float) -> Effort:
-    assert isinstance(step.item, Land)
-    if flight.facts.vehicle_type is VehicleType.FIXED_WING:
-        pattern = landing_pattern(step.item, step.start, flight.home, flight.facts)
-        return wing.land(flight, before, pattern, max(speed_m_s, 1.0))
-    point, up_m = point_of(flight, step.end), step.end.relative_altitude_m
-    if step.before is Carried.WHEELS:
-        return wheels.drive(flight, before, point, None, speed_m_s)
-    target = rotary.Target(point, up_m, quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M))
-    if step.before is Carried.FIXED_WING:
-        return vtol.land(flight, before, target, max(speed_m_s, 1.0), _hover_m_s(flight))
-    return rotary.land(flight, before, target, max(speed_m_s, 0.1))
 
 
 def _return(flight: Flight, before: Motion, step: Step, speed_m_s: float, ahead: Ahead) -> Effort:

@@ -7,9 +7,9 @@ what it takes in calm air, as is what it takes after its drop: the declared rate
 from __future__ import annotations
 
 from app.domain.autopilot import Quantity, quantity
+from app.domain.carried import Carried
 from app.domain.performance import Phase
-from app.domain.plan.items import Takeoff
-from app.domain.plan.walk import Carried, Step
+from app.domain.plan.walk import Step
 from app.domain.prediction import wing
 from app.domain.prediction.effort import Effort
 from app.domain.prediction.motion import Motion
@@ -33,7 +33,7 @@ def _climb_s(facts: VehicleFacts, before: Motion, step: Step, took: Effort) -> f
     rise_m = took.climbed_m if took.climbed_m is not None else max(0.0, took.end.up_m - before.up_m)
     if rise_m <= 0.0 or Carried.WHEELS in (step.before, step.after):
         return 0.0
-    if isinstance(step.item, Takeoff):
+    if step.item.takes_off:
         return took.duration_s if facts.vehicle_type is VehicleType.FIXED_WING else takes_off_s(facts, rise_m)
     if _is_on_wing(facts, step):
         return wing.climb_s(facts, rise_m)

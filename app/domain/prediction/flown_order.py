@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from app.domain.items import Jump
 from app.domain.plan.document import Plan
-from app.domain.plan.items import Jump, Loiter, ReturnToLaunch
 
 MAX_VISITS = 5000
 """Nested jumps can ask for millions; nobody flies or draws those."""
@@ -38,7 +38,7 @@ def flown_order(plan: Plan) -> FlownOrder:
                 index += 1
             continue
         visited.append(index)
-        if isinstance(item, ReturnToLaunch) or (isinstance(item, Loiter) and item.kind == "unlimited"):
-            return FlownOrder(tuple(visited), open_ended=isinstance(item, Loiter), truncated=False)
+        if item.goes_home or item.never_ends():
+            return FlownOrder(tuple(visited), open_ended=item.never_ends(), truncated=False)
         index += 1
     return FlownOrder(tuple(visited), open_ended=False, truncated=False)

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from app.domain.autopilot import Quantity, Return, behaviour, quantity
+from app.domain.carried import Carried
+from app.domain.geo import Place
 from app.domain.plan.document import Plan
-from app.domain.plan.items import Land, Loiter, Takeoff, Waypoint
-from app.domain.plan.walk import Carried, Place, Step, place_of
+from app.domain.plan.walk import Step
 from app.domain.prediction import buoyant, rotary, vtol, wheels, wing
 from app.domain.prediction.effort import Effort, Flight
 from app.domain.prediction.motion import Motion, Point
@@ -38,11 +39,10 @@ def positions_of(flight: Flight, plan: Plan) -> tuple[Passage, ...]:
     place = Place(flight.home.latitude_deg, flight.home.longitude_deg, 0.0)
     found: list[Passage] = []
     for index, item in enumerate(plan.items):
-        place = place_of(item, flight.home, place)
-        if isinstance(item, Takeoff | Waypoint | Loiter | Land):
-            radius_m = item.acceptance_radius_m if isinstance(item, Waypoint) else None
+        place = item.end_of(flight.home, place)
+        if item.altitude() is not None:
             point = flight.to_local(place.latitude_deg, place.longitude_deg)
-            found.append(Passage(index, point, place.relative_altitude_m, radius_m, isinstance(item, Land)))
+            found.append(Passage(index, point, place.relative_altitude_m, item.reach_m(), item.lands))
     return tuple(found)
 
 

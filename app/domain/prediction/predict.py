@@ -8,14 +8,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from app.domain.autopilot import behaviour
+from app.domain.carried import Carried, carried_in_flight
 from app.domain.compiler import compile_plan
 from app.domain.compiler.drop_items import brakes_at_waypoint
 from app.domain.errors import PlanRejectedError
 from app.domain.plan.detour import over_alternates
 from app.domain.plan.document import Plan
 from app.domain.plan.drops import DropUse, drops_of
-from app.domain.plan.items import Delay, Land, Loiter, ReturnToLaunch, Takeoff, Waypoint
-from app.domain.plan.walk import Carried, Step, carried_in_flight, reference_home, walk
+from app.domain.plan.walk import Step, reference_home, walk
 from app.domain.prediction import vtol
 from app.domain.prediction.alternates import with_alternates
 from app.domain.prediction.durations import Ahead, effort, point_of
@@ -97,7 +97,7 @@ def _flown(flight: Flight, plan: Plan, steps: Sequence[Step]) -> tuple[list[Time
         before_m_s = speeds[number - 1] if number else _asked_m_s(flight.facts)
         fly_m_s = speed_m_s or before_m_s or _own_m_s(flight.facts, step)  # a landing flies at the speed before it
         took = effort(flight, motion, step, fly_m_s, drop, looks_ahead[number])
-        if isinstance(step.item, ReturnToLaunch) and is_unsure_path(flight.facts):
+        if step.item.goes_home and is_unsure_path(flight.facts):
             took = replace(took, unsure_s=took.unsure_s + now_s)
         if took.distance_m > 0.0:
             took, was_unsure = _after_unsure(took) if was_unsure else took, took.unsure_s > 0.0
@@ -144,12 +144,14 @@ def _ahead(flight: Flight, steps: Sequence[Step], positions: Sequence[Passage]) 
     found: list[Ahead] = []
     following: Point | None = None
     up_m = 0.0
-    first_landing = next((number for number, step in enumerate(steps) if isinstance(step.item, Land)), len(steps))
+    first_landing = next(
+        (number for number, step in enumerate(steps) if step.item.is_stop and step.item.lands), len(steps)
+    )
     for number, step in reversed(list(enumerate(steps))):
         found.append(Ahead(following, up_m, positions, has_landed=number > first_landing))
-        if isinstance(step.item, Takeoff | ReturnToLaunch):
+        if step.item.takes_off or step.item.goes_home:
             following = None
-        elif isinstance(step.item, Waypoint | Loiter | Land):
+        elif step.item.is_stop:
             following, up_m = point_of(flight, step.end), step.end.relative_altitude_m
     return found[::-1]
 
@@ -179,7 +181,7 @@ def _entry(
 ) -> TimelineEntry:
     performance = flight.facts.performance
     latitude_deg, longitude_deg = step.end.latitude_deg, step.end.longitude_deg
-    if isinstance(step.item, ReturnToLaunch):
+    if step.item.goes_home:
         latitude_deg, longitude_deg = flight.to_global(took.end.point)
     return TimelineEntry(
         item_id=step.item.id,
@@ -203,13 +205,12 @@ def _entry(
 
 def _brakes(step: Step, drop: DropUse | None, following: Step | None) -> bool:
     """Whether the vehicle stops at the end of the item."""
-    match step.item:
-        case Land() | ReturnToLaunch():
-            return True
-        case Waypoint() if step.after is Carried.ROTARY_WING:
-            return drop is not None or step.item.hold_s > 0
-        case Waypoint() if step.after is Carried.WHEELS:
-            return following is not None and isinstance(following.item, Delay)
-        case Loiter():
-            return step.after is Carried.ROTARY_WING
-    return False
+    if step.item.lands:
+        return True
+    if step.item.circles():
+        return step.after is Carried.ROTARY_WING
+    if not step.item.is_stop:
+        return False
+    if step.after is Carried.ROTARY_WING:
+        return drop is not None or step.item.hovers_s() > 0.0
+    return step.after is Carried.WHEELS and following is not None and following.item.waits

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from app.domain.autopilot import Quantity, quantity
+from app.domain.carried import Carried
 from app.domain.compiler.drop_items import STOP_RADIUS_M
 from app.domain.plan.drops import DropUse
-from app.domain.plan.items import Loiter
-from app.domain.plan.walk import Carried, Step
+from app.domain.plan.walk import Step
 from app.domain.prediction.durations import point_of
 from app.domain.prediction.effort import Flight
 from app.domain.prediction.fall import fall
@@ -23,7 +23,7 @@ def predicted_drop(
     flight: Flight, drop: DropUse, anchor: Step, visit: int, at_s: float, there: Motion, return_percent: float | None
 ) -> PredictedDrop:
     """The release of one drop. `there` is the motion as its position item ends: a moving drop acts at that moment."""
-    circling = isinstance(anchor.item, Loiter) and drop.carried in _CIRCLING
+    circling = anchor.item.circles() and drop.carried in _CIRCLING
     target = point_of(flight, anchor.end)
     away_m = 0.0 if drop.stopped else there.away_m(target)
     lead_m = 0.0 if circling or drop.carried is Carried.GROUND else away_m
@@ -61,5 +61,4 @@ def predicted_drop(
 
 
 def _radius_m(facts: VehicleFacts, anchor: Step) -> float:
-    own = anchor.item.radius_m if isinstance(anchor.item, Loiter) else None
-    return abs(own or quantity(facts, Quantity.LOITER_RADIUS_M))
+    return abs(anchor.item.circle_radius_m() or quantity(facts, Quantity.LOITER_RADIUS_M))

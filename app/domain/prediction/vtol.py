@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from app.domain.autopilot import Quantity, quantity
-from app.domain.plan.items import Transition
-from app.domain.plan.walk import Carried, Step
+from app.domain.carried import Carried
+from app.domain.plan.walk import Step
 from app.domain.prediction import rotary, wing
 from app.domain.prediction.effort import Effort, Flight
 from app.domain.prediction.motion import Motion, Point, ahead, course, turn
@@ -103,7 +103,7 @@ def unsure_s(flight: Flight, step: Step) -> float:
     if flight.facts.vehicle_type is not VehicleType.VTOL or flight.wind.speed_m_s == 0.0:
         return 0.0
     ends_hovering = step.after in (Carried.ROTARY_WING, Carried.GROUND)
-    if isinstance(step.item, Transition):
+    if step.item.transition_to() is not None:
         return 0.0 if ends_hovering else HEADING_TIMEOUT_S
     starts_hovering = step.before in (Carried.ROTARY_WING, Carried.GROUND)
     return HEADING_TIMEOUT_S if starts_hovering or ends_hovering else 0.0

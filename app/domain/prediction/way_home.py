@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from app.domain.carried import Carried
+from app.domain.items import ReturnToLaunch
 from app.domain.plan.drops import DropUse
-from app.domain.plan.items import ReturnToLaunch
-from app.domain.plan.walk import Carried
 from app.domain.prediction.durations import Ahead, effort
 from app.domain.prediction.effort import Flight
 from app.domain.prediction.energy import used_percent

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from app.domain.autopilot import Quantity, behaviour, quantity
-from app.domain.landing_pattern import LandingPattern
+from app.domain.items.landing_pattern import LandingPattern
 from app.domain.prediction.effort import Effort, Flight
 from app.domain.prediction.motion import Motion, Point, ahead, course, turn
 from app.domain.vehicle import VehicleFacts

@@ -7,9 +7,8 @@ from typing import Final
 
 from app.domain.finding import Severity
 from app.domain.geo import distance_m
-from app.domain.plan.alternate import Alternate
+from app.domain.items.alternate import Alternate
 from app.domain.plan.drops import DropUse
-from app.domain.plan.items import Gripper
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 
 NEAREST_M: Final = 10.0
@@ -65,8 +64,8 @@ def _elsewhere(context: RuleContext) -> Iterator[Violation]:
 
 def _with_alternate(context: RuleContext) -> Iterator[tuple[DropUse, Alternate]]:
     for drop in context.drops:
-        if isinstance(drop.item, Gripper) and drop.item.alternate is not None:
-            yield drop, drop.item.alternate
+        if (there := drop.item.other_place()) is not None:
+            yield drop, there
 
 
 RULES = (

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from app.domain.autopilot import Quantity
+from app.domain.carried import Carried
 from app.domain.compiler.drop_items import STOP_RADIUS_M
 from app.domain.finding import Severity
 from app.domain.plan.drops import DropUse
-from app.domain.plan.items import Delay, Loiter, Waypoint
-from app.domain.plan.walk import Carried
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 
 MAX_STOP_RADIUS_M = 2.0
@@ -65,11 +64,9 @@ def _moving_really_moves(context: RuleContext) -> Iterator[Violation]:
 def _stop_radius(context: RuleContext) -> Iterator[Violation]:
     for drop in _placed(context):
         assert drop.anchor is not None
-        item = drop.anchor.item
-        if not (drop.stopped and drop.carried is Carried.ROTARY_WING and isinstance(item, Waypoint)):
-            continue
-        if item.acceptance_radius_m is not None and item.acceptance_radius_m > MAX_STOP_RADIUS_M:
-            message = f"with an acceptance radius of {item.acceptance_radius_m:g} m the vehicle would still move"
+        reach_m = drop.anchor.item.reach_m()
+        if drop.stopped and drop.carried is Carried.ROTARY_WING and reach_m is not None and reach_m > MAX_STOP_RADIUS_M:
+            message = f"with an acceptance radius of {reach_m:g} m the vehicle would still move"
             hint = f"use at most {MAX_STOP_RADIUS_M:g} m, or leave it out ({STOP_RADIUS_M:g} m is used)"
             yield at_item(drop.anchor, message, hint, "acceptance_radius_m")
 
@@ -86,7 +83,7 @@ def _offset_can_be_met(context: RuleContext) -> Iterator[Violation]:
 
 def _hold_ignored(context: RuleContext) -> Iterator[Violation]:
     for step in context.steps:
-        if isinstance(step.item, Waypoint) and step.item.hold_s > 0 and step.after is not Carried.ROTARY_WING:
+        if step.item.hovers_s() > 0 and step.after is not Carried.ROTARY_WING:
             message = "only a rotary wing holds at a waypoint; here hold_s is ignored"
             hint = "use a delay item" if step.after is Carried.WHEELS else "use a loiter item of kind time"
             yield at_item(step, message, hint, "hold_s")
@@ -100,7 +97,7 @@ def _placed(context: RuleContext) -> Iterator[DropUse]:
 def _delayed(context: RuleContext, drop: DropUse) -> bool:
     assert drop.anchor is not None
     between = context.plan.items[drop.anchor.index + 1 : drop.step.index]
-    return any(isinstance(item, Delay) for item in between)
+    return any(item.waits for item in between)
 
 
 def _stands(context: RuleContext, drop: DropUse) -> bool:
@@ -108,20 +105,19 @@ def _stands(context: RuleContext, drop: DropUse) -> bool:
     item = drop.anchor.item
     waits = drop.carried is Carried.GROUND or _delayed(context, drop)
     if drop.carried is Carried.ROTARY_WING:
-        waits = waits or isinstance(item, Loiter) or (isinstance(item, Waypoint) and item.hold_s > 0)
+        waits = waits or item.circles() or item.hovers_s() > 0
     return waits
 
 
 def _expected_offset_m(context: RuleContext, drop: DropUse) -> float:
     assert drop.anchor is not None
     item = drop.anchor.item
-    if isinstance(item, Loiter) and drop.carried not in (Carried.ROTARY_WING, Carried.WHEELS):
-        return abs(item.radius_m or context.behaviour.quantity(Quantity.LOITER_RADIUS_M))
+    if item.circles() and drop.carried not in (Carried.ROTARY_WING, Carried.WHEELS):
+        return abs(item.circle_radius_m() or context.behaviour.quantity(Quantity.LOITER_RADIUS_M))
     if drop.stopped and drop.carried is Carried.ROTARY_WING:
         return STOP_RADIUS_M
-    radius_m = item.acceptance_radius_m if isinstance(item, Waypoint) else None
     speed_m_s = context.speeds_m_s[drop.step.index] if drop.carried is Carried.FIXED_WING else 0.0
-    return context.behaviour.reach_m(drop.carried, speed_m_s, radius_m)
+    return context.behaviour.reach_m(drop.carried, speed_m_s, item.reach_m())
 
 
 RULES = (

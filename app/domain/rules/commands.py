@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from app.domain.carried import Carried
 from app.domain.finding import Severity
-from app.domain.plan.items import Delay, Jump, Loiter, ReturnToLaunch, Waypoint
-from app.domain.plan.walk import Carried, Step
+from app.domain.items import Jump, Loiter, PlanItem
+from app.domain.plan.walk import Step
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 
 
 def _loiter_turns(context: RuleContext) -> Iterator[Violation]:
     for step in () if context.autopilot.takes_turns else context.steps:
-        if isinstance(step.item, Loiter) and step.item.kind == "turns":
+        if isinstance(step.item, Loiter) and step.item.turns is not None:
             message = f"{context.autopilot.name} does not take a number of turns"
             yield at_item(step, message, 'use "kind": "time" with duration_s', "kind")
 
@@ -20,16 +21,16 @@ def _loiter_turns(context: RuleContext) -> Iterator[Violation]:
 def _never_reached(context: RuleContext) -> Iterator[Violation]:
     for step in context.steps[:-1]:
         following = context.plan.items[step.index + 1]
-        if isinstance(step.item, ReturnToLaunch):
+        if step.item.goes_home:
             yield at_item(step, f"the flight ends with this item; {following.id} is never flown", "move it to the end")
-        elif isinstance(step.item, Loiter) and step.item.kind == "unlimited":
+        elif step.item.never_ends():
             message = f"this loiter never ends; {following.id} is never flown"
             yield at_item(step, message, 'use "kind": "time" with duration_s, or move it to the end', "kind")
 
 
 def _delay_in_the_air(context: RuleContext) -> Iterator[Violation]:
     for step in context.steps:
-        if isinstance(step.item, Delay) and step.before in (Carried.FIXED_WING, Carried.BUOYANCY):
+        if step.item.waits and step.before in (Carried.FIXED_WING, Carried.BUOYANCY):
             message = "the vehicle does not stand during this delay"
             yield at_item(step, message, "use a loiter item of kind time")
 
@@ -40,7 +41,7 @@ def _jump_target(context: RuleContext) -> Iterator[Violation]:
             yield at_item(step, f"there is no item {item.target}", "name the id of an earlier item", "target")
         elif target >= step.index:
             yield at_item(step, "a jump goes back: forward it would leave items out", "name an earlier item", "target")
-        elif not isinstance(context.plan.items[target], (Waypoint, Loiter)):
+        elif not _is_air_stop(context.plan.items[target]):
             message = f"{item.target} is no waypoint or loiter"
             yield at_item(step, message, "jump to a place, so that it is clear where the vehicle flies", "target")
 
@@ -62,6 +63,10 @@ def _nested_jump(context: RuleContext) -> Iterator[Violation]:
             if target <= inner.index < step.index:
                 message = f"the jump {inner.item.id} inside this loop is only counted once for the whole flight"
                 yield at_item(step, message, "write the repetitions out")
+
+
+def _is_air_stop(item: PlanItem) -> bool:
+    return item.is_stop and item.flies
 
 
 def _jumps(context: RuleContext) -> Iterator[tuple[Step, Jump, int | None]]:

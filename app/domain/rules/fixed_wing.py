@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from app.domain.carried import Carried
 from app.domain.finding import Severity
 from app.domain.geo import distance_m
-from app.domain.landing_pattern import LandingPattern, landing_pattern
-from app.domain.plan.items import Land, ReturnToLaunch, Waypoint
-from app.domain.plan.walk import Carried, Step
+from app.domain.items import Land
+from app.domain.items.landing_pattern import LandingPattern, landing_pattern
+from app.domain.plan.walk import Step
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 from app.domain.vehicle import VehicleType
 
@@ -40,7 +41,7 @@ def _landing_ends_the_plan(context: RuleContext) -> Iterator[Violation]:
     if context.plan.vehicle_type is not VehicleType.FIXED_WING:
         return
     for step in context.steps[:-1]:
-        if isinstance(step.item, Land):
+        if step.item.is_stop and step.item.lands:
             message = "a fixed wing's landing ends its flight, but more items follow"
             yield at_item(step, message, "move the landing to the end")
 
@@ -49,7 +50,7 @@ def _return_never_lands(context: RuleContext) -> Iterator[Violation]:
     if context.plan.vehicle_type is not VehicleType.FIXED_WING:
         return
     for step in context.steps:
-        if isinstance(step.item, ReturnToLaunch):
+        if step.item.goes_home:
             message = "a fixed wing that returns circles over home and does not land by itself"
             yield at_item(step, message, "end the plan with a land item")
 
@@ -65,7 +66,7 @@ def _approach_used(context: RuleContext) -> Iterator[Violation]:
 
 def _room_to_turn(context: RuleContext) -> Iterator[Violation]:
     for step, speed_m_s in zip(context.steps, context.speeds_m_s, strict=True):
-        if not (isinstance(step.item, Waypoint) and step.before is step.after is Carried.FIXED_WING):
+        if not (step.item.holds() and step.before is step.after is Carried.FIXED_WING):
             continue
         start, end = step.start, step.end
         leg_m = distance_m(start.latitude_deg, start.longitude_deg, end.latitude_deg, end.longitude_deg)
@@ -80,7 +81,7 @@ def _patterns(context: RuleContext) -> Iterator[tuple[Step, LandingPattern]]:
         return
     for step in context.steps:
         if isinstance(step.item, Land) and _knows_drop(context, step.item):
-            yield step, landing_pattern(step.item, step.start, context.origin, context.facts)
+            yield step, landing_pattern(step.item, step.item.approach, step.start, context.origin, context.facts)
 
 
 def _knows_drop(context: RuleContext, item: Land) -> bool:

@@ -10,12 +10,13 @@ from shapely import LineString
 from shapely.geometry.base import BaseGeometry
 
 from app.domain.autopilot import Quantity
+from app.domain.carried import Carried
 from app.domain.fence_area import FenceArea, is_simple_polygon, polygon_shape
 from app.domain.fence_route import length_m, way_round
 from app.domain.finding import Severity, json_pointer
+from app.domain.geo import Place
 from app.domain.ground_paths import GroundPath, ground_paths, point_of
-from app.domain.plan.items import Jump, Land, Loiter, ReturnToLaunch, Takeoff, Waypoint
-from app.domain.plan.walk import Carried, Place
+from app.domain.items import Land, Loiter, Takeoff, Waypoint
 from app.domain.prediction.motion import Point
 from app.domain.prediction.return_to_launch import follows_mission
 from app.domain.rules.places import from_home_m, planned_places
@@ -48,18 +49,18 @@ def _legs_inside(context: RuleContext) -> Iterator[Violation]:
     if area is None:
         return
     broken: set[int] = set()
-    first = min((step.index for step in context.steps if isinstance(step.item, _WITH_PLACE)), default=0)
+    first = min((step.index for step in context.steps if step.item.altitude() is not None), default=0)
     for path in _paths(context):
         step = path.step
         if step.index in broken or area.allows(path.shape) or _way_round(context, area, path) is not None:
             continue
         broken.add(step.index)
-        inside = _allows(context, area, step.end) and not isinstance(step.item, Loiter)
+        inside = _allows(context, area, step.end) and not step.item.circles()
         message = "the way to this item leaves the fence" if inside else "this item lies where the fence forbids it"
-        if isinstance(step.item, ReturnToLaunch):
+        if step.item.goes_home:
             setting = context.behaviour.returns.setting
             message = f"the way of the return leaves the fence ({setting} and the rally points say where to)"
-        if isinstance(step.item, Jump):
+        if step.item.jumps_to() is not None:
             message = "the way back to the jump's target leaves the fence"
         hint = "stay in the inclusions and out of the exclusions: add a waypoint that goes round, or change the fence"
         from_home = step.index <= first or _is_beyond_flat_earth(path.shape)
@@ -87,7 +88,7 @@ def _returns_round(context: RuleContext) -> Iterator[Violation]:
 def _way_round(context: RuleContext, area: FenceArea, path: GroundPath) -> tuple[Point, ...] | None:
     """The way of a direct return that the firmware flies round the fence; None for any other path, or without one."""
     ends = list(path.shape.coords) if isinstance(path.shape, LineString) else []
-    if not isinstance(path.step.item, ReturnToLaunch) or not ends or follows_mission(context.facts):
+    if not path.step.item.goes_home or not ends or follows_mission(context.facts):
         return None
     if not context.behaviour.returns_round_fence:
         return None
@@ -116,7 +117,7 @@ def _room_for_turns(context: RuleContext) -> Iterator[Violation]:
         return
     for path in _paths(context):
         step = path.step
-        if step.after is not Carried.FIXED_WING or not isinstance(step.item, Waypoint) or not area.allows(path.shape):
+        if step.after is not Carried.FIXED_WING or not step.item.holds() or not area.allows(path.shape):
             continue
         wanted_m = context.behaviour.switch_distance_m(context.speeds_m_s[step.index])
         if area.room_m(path.shape) < wanted_m:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from app.domain.carried import Carried
 from app.domain.finding import Severity
-from app.domain.plan.items import Gripper, Land, Winch
-from app.domain.plan.walk import Carried
+from app.domain.items import Gripper, Winch
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 from app.domain.vehicle import VehicleType
 
@@ -32,7 +32,7 @@ def _no_second_release(context: RuleContext) -> Iterator[Violation]:
     for drop in context.drops:
         if not isinstance(drop.item, Gripper):
             continue
-        if drop.item.action == "grab":
+        if drop.item.takes_up:
             released_by = None
         elif released_by is not None:
             message = f"the gripper was already released by {released_by}; there is nothing left to drop"
@@ -58,7 +58,7 @@ def _winch_is_embedded(context: RuleContext) -> Iterator[Violation]:
 
 def _grab_is_embedded(context: RuleContext) -> Iterator[Violation]:
     for drop in context.drops:
-        if isinstance(drop.item, Gripper) and drop.item.action == "grab" and drop.item.mode == "supervised":
+        if drop.item.takes_up and drop.item.mode == "supervised":
             message = "a grab cannot be supervised: it is an item of the mission"
             yield at_item(drop.step, message, 'leave "mode" out', "mode")
 
@@ -131,7 +131,7 @@ def _landed_drop_needs_rtl_home(context: RuleContext) -> Iterator[Violation]:
 
 def _no_reverse_over_gripper(context: RuleContext) -> Iterator[Violation]:
     returns = context.behaviour.returns
-    lands = any(isinstance(item, Land) for item in context.plan.items)
+    lands = any(item.is_stop and item.lands for item in context.plan.items)
     if not returns.along_items or (lands and not returns.turns_back):
         return
     for drop in context.drops:

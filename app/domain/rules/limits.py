@@ -6,12 +6,11 @@ from collections.abc import Iterator
 
 from app.domain.autopilot import Quantity
 from app.domain.autopilot.base import Capacity
+from app.domain.carried import Carried
 from app.domain.compiler import compile_plan
 from app.domain.errors import PlanRejectedError
 from app.domain.finding import Severity
-from app.domain.plan.fields import Altitude
-from app.domain.plan.items import ChangeSpeed, Loiter, ReturnToLaunch, Takeoff, Waypoint
-from app.domain.plan.walk import Carried, Step
+from app.domain.plan.walk import Step
 from app.domain.rules.places import from_home_m, planned_places
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 from app.domain.speeds import speed_range_m_s
@@ -75,7 +74,8 @@ def _first_waypoint(context: RuleContext) -> Iterator[Violation]:
 
 def _below_home(context: RuleContext) -> Iterator[Violation]:
     for step in context.steps:
-        if not isinstance(step.item, (Waypoint, Loiter)) or not context.knows_height(step.item):
+        altitude = step.item.altitude() if step.item.is_stop and step.item.flies else None
+        if altitude is None or not context.knows_height(altitude):
             continue
         if step.end.relative_altitude_m < 0:
             message = f"{-step.end.relative_altitude_m:g} m below home"
@@ -102,7 +102,7 @@ def _own_distance(context: RuleContext) -> Iterator[Violation]:
 def _own_speed(context: RuleContext) -> Iterator[Violation]:
     most_m_s = context.plan.limits.max_speed_m_s
     for step, speed_m_s in zip(context.steps, context.speeds_m_s, strict=True):
-        if most_m_s is not None and not isinstance(step.item, ReturnToLaunch) and speed_m_s > most_m_s:
+        if most_m_s is not None and not step.item.goes_home and speed_m_s > most_m_s:
             message = f"flown at {speed_m_s:g} m/s; the plan's own limit is {most_m_s:g} m/s"
             yield at_item(step, message, "set cruise_speed_m_s, or raise limits.max_speed_m_s")
             return
@@ -111,10 +111,9 @@ def _own_speed(context: RuleContext) -> Iterator[Violation]:
 def _own_drop_height(context: RuleContext) -> Iterator[Violation]:
     most_m = context.plan.limits.max_drop_height_m
     for drop in context.drops:
-        if drop.anchor is None or not isinstance(drop.anchor.item, Altitude):
-            continue  # it has no place: another rule's business
-        if not context.knows_height(drop.anchor.item):
-            continue
+        altitude = None if drop.anchor is None else drop.anchor.item.altitude()
+        if altitude is None or not context.knows_height(altitude):
+            continue  # one without a place is another rule's business
         height_m = drop.step.start.relative_altitude_m
         in_air = drop.carried not in (Carried.GROUND, Carried.WHEELS)
         if most_m is not None and drop.releases and in_air and height_m > most_m:
@@ -134,12 +133,12 @@ def _own_duration(context: RuleContext) -> Iterator[Violation]:
 
 def _flyable_speed(context: RuleContext) -> Iterator[Violation]:
     for step in context.steps:
-        if isinstance(step.item, (ChangeSpeed, Waypoint)) and step.item.speed_m_s is not None:
-            problem = _speed_problem(context, step, step.item.speed_m_s)
+        if (asked_m_s := step.item.asked_speed_m_s()) is not None:
+            problem = _speed_problem(context, step, asked_m_s)
             if problem:
                 yield at_item(step, problem, "the vehicle would fly at its own limit instead", "speed_m_s")
     wanted = context.plan.cruise_speed_m_s
-    first = next((step for step in context.steps if isinstance(step.item, Takeoff)), context.steps[0])
+    first = next((step for step in context.steps if step.item.takes_off), context.steps[0])
     problem = _speed_problem(context, first, wanted) if wanted is not None else ""
     if problem:
         yield Violation("/cruise_speed_m_s", problem, "the vehicle would fly at its own limit instead")

@@ -6,14 +6,14 @@ from collections.abc import Iterator
 from typing import Final
 
 from app.domain.autopilot import Quantity
+from app.domain.carried import Carried
 from app.domain.finding import Severity
-from app.domain.geo import distance_m
+from app.domain.geo import Place, distance_m
 from app.domain.ground_paths import point_of
+from app.domain.items.fields import Point
+from app.domain.items.target import Target
 from app.domain.plan.drops import DropUse
-from app.domain.plan.fields import Point
-from app.domain.plan.items import Gripper, Jump, Waypoint
-from app.domain.plan.moving_target import Target
-from app.domain.plan.walk import Carried, Place, Step
+from app.domain.plan.walk import Step
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 
 _ROUNDING_M: Final = 0.05
@@ -27,18 +27,18 @@ Following = tuple[DropUse, Target, Step]
 def _following(context: RuleContext) -> Iterator[Following]:
     """The drops that can follow their target, with it and the waypoint's step."""
     for drop in context.drops:
-        if isinstance(drop.item, Gripper) and drop.item.target is not None and drop.anchor is not None:
-            yield drop, drop.item.target, drop.anchor
+        if (target := drop.item.followed()) is not None and drop.anchor is not None:
+            yield drop, target, drop.anchor
 
 
 def _cannot_follow(context: RuleContext) -> Iterator[Violation]:
     for drop in context.drops:
-        if not isinstance(drop.item, Gripper) or drop.item.target is None:
+        if drop.item.followed() is None:
             continue
         anchor = None if drop.anchor is None else drop.anchor.item
         if not drop.supervised or not drop.releases:
             message = "only a supervised release can follow a target: nobody looks at it otherwise"
-        elif not drop.stopped or drop.carried is not Carried.ROTARY_WING or not isinstance(anchor, Waypoint):
+        elif not drop.stopped or drop.carried is not Carried.ROTARY_WING or anchor is None or not anchor.holds():
             message = "only a rotary wing that stops at a waypoint can wait for a target"
         else:
             continue
@@ -56,7 +56,8 @@ def _shared(context: RuleContext) -> Iterator[Violation]:
 def _in_loop(context: RuleContext) -> Iterator[Violation]:
     for drop, _, anchor in _following(context):
         for step in context.steps:
-            begin = context.plan.index_of(step.item.target) if isinstance(step.item, Jump) else None
+            back_to = step.item.jumps_to()
+            begin = None if back_to is None else context.plan.index_of(back_to)
             if begin is not None and begin <= anchor.index < step.index:
                 message = f"the jump {step.item.id} flies to the target's waypoint again"
                 yield at_item(drop.step, message, "take the drop out of the loop", "target")

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 from app.domain.finding import Severity
 from app.domain.plan.drops import DropUse
-from app.domain.plan.items import Gripper
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 
 _TAKES = frozenset({"grab", "load_line", "load_payload"})
@@ -76,7 +75,7 @@ def _taken_kg(drops: tuple[DropUse, ...], grab: DropUse) -> float:
     if grab.item.mass_kg is not None:
         return grab.item.mass_kg
     for drop in drops[drops.index(grab) + 1 :]:
-        if drop.releases and isinstance(drop.item, Gripper) == isinstance(grab.item, Gripper):
+        if drop.releases and drop.item.type == grab.item.type:
             return drop.item.mass_kg or 0.0
     return 0.0
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from app.domain.geo import distance_m
-from app.domain.landing_pattern import landing_pattern
-from app.domain.plan.fields import Altitude
-from app.domain.plan.items import Land, Loiter, Takeoff, Waypoint
-from app.domain.plan.walk import Place, Step
+from app.domain.geo import Place, distance_m
+from app.domain.items import Land
+from app.domain.items.fields import Altitude
+from app.domain.items.landing_pattern import landing_pattern
+from app.domain.plan.walk import Step
 from app.domain.rules.registry import RuleContext
 from app.domain.vehicle import VehicleType
 
@@ -39,7 +39,7 @@ def from_home_m(context: RuleContext, place: Place) -> float:
 def _places(context: RuleContext, step: Step) -> Iterator[tuple[Place, Altitude]]:
     item = step.item
     if isinstance(item, Land) and context.plan.vehicle_type is VehicleType.FIXED_WING:
-        circle = landing_pattern(item, step.start, context.origin, context.facts).circle
+        circle = landing_pattern(item, item.approach, step.start, context.origin, context.facts).circle
         yield circle, item.approach or item
-    if isinstance(item, (Takeoff, Waypoint, Loiter, Land)):
-        yield step.end, item
+    if (altitude := item.altitude()) is not None:
+        yield step.end, altitude

@@ -10,10 +10,10 @@ from app.domain.autopilot import Autopilot, Behaviour, autopilot, behaviour
 from app.domain.fence_area import FenceArea
 from app.domain.finding import Finding, Severity, json_pointer
 from app.domain.geo import LocalProjection
+from app.domain.items import PlanItem
+from app.domain.items.fields import Altitude
 from app.domain.plan.document import Plan
 from app.domain.plan.drops import DropUse
-from app.domain.plan.fields import Altitude
-from app.domain.plan.items import PlanItem
 from app.domain.plan.walk import Step, reference_home
 from app.domain.prediction import Timeline
 from app.domain.prediction.wind import Wind

@@ -6,13 +6,14 @@ from collections.abc import Iterator
 
 from app.domain.autopilot.base import MissionNeeds
 from app.domain.finding import Severity
-from app.domain.plan.items import ChangeSpeed, Delay, Land, Loiter, PlanItem, ReturnToLaunch, Takeoff, Waypoint
+from app.domain.items import PlanItem
+from app.domain.items.fields import Altitude
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 from app.domain.vehicle import VehicleType
 
 
 def _takeoff_there(context: RuleContext) -> Iterator[Violation]:
-    if _is_rover(context) or any(isinstance(item, Takeoff) for item in context.plan.items):
+    if _is_rover(context) or any(item.takes_off for item in context.plan.items):
         return
     if context.facts.in_flight is not None:
         return
@@ -23,8 +24,8 @@ def _takeoff_there(context: RuleContext) -> Iterator[Violation]:
 def _takeoff_first(context: RuleContext) -> Iterator[Violation]:
     before: list[PlanItem] = []
     for step in context.steps:
-        if isinstance(step.item, Takeoff):
-            others = [item for item in before if not isinstance(item, (Delay, ChangeSpeed))]
+        if step.item.takes_off:
+            others = [item for item in before if not item.is_preparation]
             if others and not _is_rover(context):
                 message = f"the takeoff comes after {others[0].id}; the whole mission would be infeasible"
                 hint = "move it to the front; after a landing in mid-plan the next waypoint takes off by itself"
@@ -36,9 +37,9 @@ def _rover_stays_down(context: RuleContext) -> Iterator[Violation]:
     if not _is_rover(context):
         return
     for step in context.steps:
-        if isinstance(step.item, Takeoff):
+        if step.item.takes_off:
             yield at_item(step, "a rover does not take off", "take the takeoff item away")
-        elif isinstance(step.item, Land):
+        elif _is_landing(step.item):
             message = "a rover never reports landed in Mission mode: a land item never ends"
             yield at_item(step, message, "end the plan with a waypoint or return_to_launch")
 
@@ -47,36 +48,37 @@ def _airship_stays_afloat(context: RuleContext) -> Iterator[Violation]:
     if not _is_airship(context):
         return
     for step in context.steps:
-        if isinstance(step.item, Land):
+        if _is_landing(step.item):
             message = "an airship reports landed only when it is disarmed: a land item never ends"
             yield at_item(step, message, "end the plan with a waypoint at the mast: its crew takes over and disarms")
 
 
 def _takeoff_above_home(context: RuleContext) -> Iterator[Violation]:
     for step in context.steps:
-        if not isinstance(step.item, Takeoff) or not context.knows_height(step.item):
+        altitude = step.item.altitude()
+        if not step.item.takes_off or altitude is None or not context.knows_height(altitude):
             continue
         altitude_m = step.end.relative_altitude_m
         lowest_m = 0.0 if altitude_m <= 0 else context.behaviour.lowest_takeoff_m
         if altitude_m <= 0 or altitude_m < lowest_m:
             message = f"a takeoff to {altitude_m:g} m above home is too low"
             hint = f"take off to at least {lowest_m:g} m" if lowest_m else "take off to above home"
-            yield at_item(step, message, hint, *_altitude_field(step.item))
+            yield at_item(step, message, hint, *_altitude_field(altitude))
 
 
 def _fixed_wing_takeoff_direction(context: RuleContext) -> Iterator[Violation]:
     if context.plan.vehicle_type is not VehicleType.FIXED_WING:
         return
     for step in context.steps:
-        if isinstance(step.item, Takeoff) and step.item.latitude_deg is None:
+        if step.item.takes_off and step.item.point() is None:
             message = "a fixed wing climbs out towards its takeoff position, and none is given"
             yield at_item(step, message, "give a position some 100 m ahead of the runway")
 
 
 def _landing_required(context: RuleContext) -> Iterator[Violation]:
     needs = context.behaviour.mission_needs
-    takeoff = any(isinstance(item, Takeoff) for item in context.plan.items)
-    landing = any(isinstance(item, Land) for item in context.plan.items)
+    takeoff = any(item.takes_off for item in context.plan.items)
+    landing = any(map(_is_landing, context.plan.items))
     last = context.steps[-1]
     if _is_rover(context) and (needs.takeoff or needs.landing):
         message = f"the vehicle wants a takeoff or a landing ({needs.setting}), which a rover never has"
@@ -103,27 +105,27 @@ def _required_in_flight(context: RuleContext, needs: MissionNeeds, *, landing: b
 
 def _flight_ends(context: RuleContext) -> Iterator[Violation]:
     last = context.steps[-1]
-    if isinstance(last.item, (Land, ReturnToLaunch)) or _never_ends(last.item):
+    if last.item.lands or last.item.never_ends():
         return
     if _is_rover(context) or _is_airship(context):
         return
     message = "after the last item the vehicle stays in the air until its battery is empty"
-    if any(isinstance(item, (Land, ReturnToLaunch)) for item in context.plan.items):
+    if any(item.lands for item in context.plan.items):
         message = "the last item is no landing: the vehicle stays armed"
     yield at_item(last, message, "end the plan with land or return_to_launch")
 
 
 def _ends_in_loiter(context: RuleContext) -> Iterator[Violation]:
     last = context.steps[-1]
-    if _never_ends(last.item):
+    if last.item.never_ends():
         yield at_item(last, "the plan ends in a loiter that never ends", "somebody must take the vehicle over there")
 
 
 def _starts_with_landing(context: RuleContext) -> Iterator[Violation]:
     for step in context.steps:
-        if isinstance(step.item, (Takeoff, Waypoint, Loiter)) or context.facts.in_flight is not None:
+        if step.item.flies or context.facts.in_flight is not None:
             return
-        if isinstance(step.item, Land):
+        if _is_landing(step.item):
             yield at_item(step, "the plan lands before it has flown anywhere", "take off first")
             return
 
@@ -131,12 +133,12 @@ def _starts_with_landing(context: RuleContext) -> Iterator[Violation]:
 def _return_from_ground(context: RuleContext) -> Iterator[Violation]:
     landed = False
     for step in context.steps:
-        if landed and isinstance(step.item, (ReturnToLaunch, Land)):
+        if landed and step.item.lands:
             message = "the vehicle stands on the ground here: it would end its flight where it landed"
             yield at_item(step, message, "put a waypoint before it: that takes off again")
-        if isinstance(step.item, Land):
+        if _is_landing(step.item):
             landed = True
-        elif isinstance(step.item, (Waypoint, Loiter, Takeoff)):
+        elif step.item.flies:
             landed = False
 
 
@@ -148,11 +150,12 @@ def _is_airship(context: RuleContext) -> bool:
     return context.plan.vehicle_type is VehicleType.AIRSHIP
 
 
-def _never_ends(item: PlanItem) -> bool:
-    return isinstance(item, Loiter) and item.kind == "unlimited"
+def _is_landing(item: PlanItem) -> bool:
+    """A landing in the plan, not one by the vehicle's return."""
+    return item.is_stop and item.lands
 
 
-def _altitude_field(item: Takeoff) -> tuple[str]:
+def _altitude_field(item: Altitude) -> tuple[str]:
     return ("relative_altitude_m" if item.relative_altitude_m is not None else "absolute_altitude_m",)
 
 

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from app.domain.autopilot import Quantity
 from app.domain.finding import Severity
 from app.domain.geo import distance_m
+from app.domain.items.fields import Altitude
 from app.domain.live_control import MAX_LIVE_RATE, TOO_FAST_HINT, is_too_fast, too_fast_words
-from app.domain.plan.fields import Altitude
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 from app.domain.vehicle import HOME
 

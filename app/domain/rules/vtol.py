@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from app.domain.carried import Carried
 from app.domain.finding import Severity
-from app.domain.plan.items import Transition
-from app.domain.plan.walk import Carried
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 from app.domain.vehicle import VehicleType
 
@@ -17,7 +16,7 @@ def _only_vtol(context: RuleContext) -> Iterator[Violation]:
     if context.plan.vehicle_type is VehicleType.VTOL:
         return
     for step in context.steps:
-        if isinstance(step.item, Transition):
+        if step.item.transition_to() is not None:
             message = f"a {context.plan.vehicle_type} has no transition"
             yield at_item(step, message, "take the item away, or plan for a vtol")
 
@@ -26,7 +25,7 @@ def _in_the_air(context: RuleContext) -> Iterator[Violation]:
     if context.plan.vehicle_type is not VehicleType.VTOL:
         return
     for step in context.steps:
-        if isinstance(step.item, Transition) and step.before is Carried.GROUND:
+        if step.item.transition_to() is not None and step.before is Carried.GROUND:
             message = "a transition on the ground"
             yield at_item(step, message, "put it after the takeoff, or after the waypoint that takes off again")
 
@@ -35,8 +34,9 @@ def _changes_something(context: RuleContext) -> Iterator[Violation]:
     if context.plan.vehicle_type is not VehicleType.VTOL:
         return
     for step in context.steps:
-        if isinstance(step.item, Transition) and step.before is _STATE[step.item.to]:
-            message = f"the vehicle is in {step.item.to} flight already"
+        to = step.item.transition_to()
+        if to is not None and step.before is _STATE[to]:
+            message = f"the vehicle is in {to} flight already"
             yield at_item(step, message, "take the item away: a VTOL takeoff ends with a transition of its own", "to")
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from app.domain.carried import Carried
 from app.domain.finding import Severity
-from app.domain.plan.items import Land, Loiter, ReturnToLaunch, Takeoff, Waypoint
-from app.domain.plan.walk import Carried, Step
+from app.domain.plan.walk import Step
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 
 _THROUGH_AIR = (Carried.FIXED_WING, Carried.BUOYANCY)
@@ -24,8 +24,7 @@ def _faster_than_wind(context: RuleContext) -> Iterator[Violation]:
 
 
 def _is_carried_by_air(step: Step) -> bool:
-    moves = isinstance(step.item, (Takeoff, Waypoint, Loiter, Land, ReturnToLaunch))
-    return moves and (step.after in _THROUGH_AIR or step.before in _THROUGH_AIR)
+    return step.item.moves and (step.after in _THROUGH_AIR or step.before in _THROUGH_AIR)
 
 
 RULES = (

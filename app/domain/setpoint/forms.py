@@ -6,7 +6,7 @@ from typing import Annotated, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from app.domain.plan.fields import LatitudeDeg, LongitudeDeg, YawDeg
+from app.domain.items.fields import LatitudeDeg, LongitudeDeg, YawDeg
 
 MOST_METRES: Final = 100_000
 Metres = Annotated[float, Field(ge=-MOST_METRES, le=MOST_METRES, allow_inf_nan=False)]

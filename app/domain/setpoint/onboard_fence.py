@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from app.domain.fence_area import FenceArea, fence_area
 from app.domain.geo import LocalProjection
+from app.domain.items.fields import Point
 from app.domain.mission import MavCmd, MissionItem
-from app.domain.plan.fields import Point
 from app.domain.plan.geofence import FenceCircle, FenceKind, FencePolygon, Geofence
 
 _VERTICES: dict[MavCmd, FenceKind] = {

@@ -7,7 +7,7 @@ from typing import Annotated, Final, Literal, Self
 from pydantic import AfterValidator, Field, RootModel, model_validator
 from pydantic_core import PydanticCustomError
 
-from app.domain.plan.fields import (
+from app.domain.items.fields import (
     AbsoluteAltitudeM,
     LatitudeDeg,
     LongitudeDeg,

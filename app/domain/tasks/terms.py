@@ -8,7 +8,7 @@ from pydantic import ConfigDict, model_validator
 from pydantic_core import PydanticCustomError
 
 from app.domain.errors import TaskRefusedError
-from app.domain.plan.fields import SpeedMS
+from app.domain.items.fields import SpeedMS
 from app.domain.tasks.forms import UNLIMITED_S, AltitudeTerms, Circle, CircleRadiusM, DurationS, Task
 
 

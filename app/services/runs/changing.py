@@ -8,6 +8,7 @@ from contextlib import aclosing, suppress
 from dataclasses import dataclass, replace
 from typing import Final
 
+from app.domain.carried import carried_in_flight
 from app.domain.change_terms import ChangeTerms
 from app.domain.compiler import compile_plan
 from app.domain.continuation import Flown, Rest, asked_speed_before, continued, in_whole_plan
@@ -26,7 +27,6 @@ from app.domain.flight.leg import concluded_drops
 from app.domain.flight.pending_change import PendingChange
 from app.domain.mission import Mission, mission_hash
 from app.domain.plan import Plan
-from app.domain.plan.walk import carried_in_flight
 from app.domain.ports import VehicleLink
 from app.domain.prediction import CALM, Timeline, Wind
 from app.domain.rules import check_plan, checked

@@ -7,16 +7,17 @@ from dataclasses import replace
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from app.domain.carried import Carried
 from app.domain.compiler import compile_plan
 from app.domain.continuation import Flown, Rest, continued, rest_of
 from app.domain.errors import PlanRejectedError
 from app.domain.finding import Severity
 from app.domain.in_flight import InFlight
+from app.domain.items import Jump, Takeoff
 from app.domain.mission import MavCmd
 from app.domain.plan import Plan
 from app.domain.plan.drops import drops_of
-from app.domain.plan.items import Jump, Takeoff
-from app.domain.plan.walk import Carried, Step, reference_home, walk
+from app.domain.plan.walk import Step, reference_home, walk
 from app.domain.rules import check_plan
 from app.domain.vehicle import VehicleFacts
 from tests.contract.feasibility.autopilot import facts_of, refusals

@@ -9,12 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.domain.geo import LocalProjection, distance_m
+from app.domain.items.fields import Point
 from app.domain.moving_target.aim import LONGEST_AHEAD_S, SETTLE_S, Aim, NoAim, aim
 from app.domain.moving_target.intercept import intercept_s
 from app.domain.moving_target.moved_plan import follower_at, moved, speed_towards_m_s
 from app.domain.moving_target.report import STALE_S, TargetFix, TargetReport
 from app.domain.plan import Target, parse_plan
-from app.domain.plan.fields import Point
 from app.domain.rules import check_plan
 from tests.unit.domain.plan_pieces import HOME, at, facts, multicopter, waypoint
 from tests.unit.domain.rules.target_cases import RIGHT, chase

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from app.domain.carried import Carried
 from app.domain.default_facts import default_facts
 from app.domain.plan import Plan, parse_plan
-from app.domain.plan.walk import Carried
 from app.domain.prediction import predict
 from app.domain.rules import check_plan
 from app.domain.speeds import speed_range_m_s

@@ -20,9 +20,9 @@ from app.domain.errors import (
 )
 from app.domain.finding import Severity
 from app.domain.in_flight import InFlight
+from app.domain.items import ChangeSpeed, Takeoff
 from app.domain.plan import Plan, parse_plan
 from app.domain.plan.drops import drops_of
-from app.domain.plan.items import ChangeSpeed, Takeoff
 from app.domain.plan.walk import reference_home, walk
 from app.domain.rules import check_plan, default_facts
 from app.domain.run import PlanChange, Run, RunState

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from app.interchange.command_forms import FORMS
+from app.domain.items import FORMS
 from app.interchange.file_item import FileItem
 from app.interchange.findings import Report
 from app.interchange.item_draft import ABSOLUTE, RELATIVE

@@ -10,8 +10,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from app.domain.finding import Finding
+from app.domain.items import FORMS
 from app.domain.plan import Plan, PlanInvalid
-from app.interchange.command_forms import FORMS
 from app.interchange.findings import ConversionFinding, ConversionRefused
 from app.interchange.qgc_writer import qgc_document, qgc_text
 from app.interchange.source import convert_to_plan

@@ -3440,15 +3440,15 @@ export interface components {
              */
             id: string;
             /**
-             * @description discriminator enum property added by openapi-typescript
-             * @enum {string}
-             */
-            type: "land";
-            /**
              * Yaw Deg
              * @default null
              */
             yaw_deg: number | null;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "land";
             /** @default null */
             approach: components["schemas"]["Approach"] | null;
         };
@@ -3616,6 +3616,11 @@ export interface components {
              */
             id: string;
             /**
+             * Yaw Deg
+             * @default null
+             */
+            yaw_deg: number | null;
+            /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
              */
@@ -3640,11 +3645,6 @@ export interface components {
              * @default null
              */
             turns: number | null;
-            /**
-             * Yaw Deg
-             * @default null
-             */
-            yaw_deg: number | null;
         };
         /**
          * LostAckFault
@@ -7513,6 +7513,11 @@ export interface components {
              */
             id: string;
             /**
+             * Yaw Deg
+             * @default null
+             */
+            yaw_deg: number | null;
+            /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
              */
@@ -7527,11 +7532,6 @@ export interface components {
              * @default null
              */
             acceptance_radius_m: number | null;
-            /**
-             * Yaw Deg
-             * @default null
-             */
-            yaw_deg: number | null;
             /**
              * Speed M S
              * @default null

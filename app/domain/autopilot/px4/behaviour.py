@@ -9,7 +9,7 @@ from app.domain.autopilot.base import GripperOutput, Quantity, Setting, TooOld
 from app.domain.autopilot.px4 import gripper, versions
 from app.domain.autopilot.px4.parameters import NAMES, parameter, usable
 from app.domain.autopilot.px4.settings import Px4Settings
-from app.domain.plan.walk import Carried
+from app.domain.carried import Carried
 from app.domain.vehicle import VehicleFacts, VehicleType
 
 ROVER_REACH_M: Final = 1.3

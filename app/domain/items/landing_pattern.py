@@ -7,17 +7,25 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
+
+from pydantic import Field
 
 from app.domain.autopilot import Quantity, quantity
-from app.domain.geo import bearing_deg, destination_deg, distance_m
-from app.domain.plan.items import Land
-from app.domain.plan.walk import Place, relative_altitude_m
+from app.domain.geo import Place, bearing_deg, destination_deg, distance_m
+from app.domain.items.fields import Position, relative_altitude_m
 from app.domain.vehicle import GlobalPosition, VehicleFacts
 
 DEFAULT_APPROACH_HEIGHT_M = 20.0
 DEFAULT_APPROACH_RADIUS_M = 60.0
 SLOPE_SHARE = 0.75
 """A computed approach glides at this share of the steepest: the limit itself leaves no room for rounding."""
+
+
+class Approach(Position):
+    """Where a fixed wing descends on a circle before it lands along the tangent. The sign of the radius: direction."""
+
+    radius_m: Annotated[float, Field(ge=-1000, le=1000)] = 60.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,14 +48,14 @@ class LandingPattern:
         return math.degrees(math.atan2(self.height_m, self.glide_m))
 
 
-def landing_pattern(item: Land, start: Place, home: GlobalPosition, facts: VehicleFacts) -> LandingPattern:
+def landing_pattern(
+    item: Position, approach: Approach | None, start: Place, home: GlobalPosition, facts: VehicleFacts
+) -> LandingPattern:
     """The pattern of a land item: its own approach, or one in line with the item before it."""
     touchdown = Place(item.latitude_deg, item.longitude_deg, relative_altitude_m(item, home))
-    if item.approach is not None:
-        circle = Place(
-            item.approach.latitude_deg, item.approach.longitude_deg, relative_altitude_m(item.approach, home)
-        )
-        radius_m = item.approach.radius_m or DEFAULT_APPROACH_RADIUS_M
+    if approach is not None:
+        circle = Place(approach.latitude_deg, approach.longitude_deg, relative_altitude_m(approach, home))
+        radius_m = approach.radius_m or DEFAULT_APPROACH_RADIUS_M
     else:
         circle, radius_m = _default_circle(touchdown, start, facts), DEFAULT_APPROACH_RADIUS_M
     away_m = distance_m(circle.latitude_deg, circle.longitude_deg, item.latitude_deg, item.longitude_deg)

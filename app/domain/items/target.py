@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from app.domain.plan.fields import PlanModel, Point
+from app.domain.items.fields import PlanModel, Point
 
 FEED_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9_.-]*$"
 FeedId = Annotated[

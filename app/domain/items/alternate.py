@@ -7,7 +7,7 @@ from typing import Annotated, Final, Literal
 from pydantic import Field
 
 from app.domain.consent import SHORTEST_QUESTION_S
-from app.domain.plan.fields import ItemId, Position, RadiusM, YawDeg
+from app.domain.items.fields import ItemId, Position, RadiusM, YawDeg
 
 DEFAULT_DROP_HOLD_S: Final = 30.0
 HoldS = Annotated[float, Field(gt=0, le=600)]

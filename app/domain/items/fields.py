@@ -7,6 +7,8 @@ from typing import Annotated, Final, Self
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, Strict, model_validator
 from pydantic_core import PydanticCustomError
 
+from app.domain.vehicle import GlobalPosition
+
 LatitudeDeg = Annotated[float, Field(ge=-90, le=90, allow_inf_nan=False, description="WGS84 latitude")]
 LongitudeDeg = Annotated[float, Field(ge=-180, le=180, allow_inf_nan=False, description="WGS84 longitude")]
 RelativeAltitudeM = Annotated[
@@ -58,6 +60,13 @@ class Altitude(PlanModel):
                 "altitude_exactly_one", "give exactly one of relative_altitude_m and absolute_altitude_m"
             )
         return self
+
+
+def relative_altitude_m(altitude: Altitude, home: GlobalPosition) -> float:
+    """Metres above home, whichever way it is given."""
+    if altitude.relative_altitude_m is not None:
+        return altitude.relative_altitude_m
+    return (altitude.absolute_altitude_m or 0.0) - home.altitude_m
 
 
 class Position(Altitude):

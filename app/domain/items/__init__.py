@@ -1,0 +1,54 @@
+"""The item types of a plan: what a dispatcher can ask a vehicle to do, one after the other. One file for each."""
+
+from __future__ import annotations
+
+from typing import Final, get_args
+
+from app.domain.items.base import Item
+from app.domain.items.change_speed import ChangeSpeed
+from app.domain.items.delay import Delay
+from app.domain.items.drop import Drop
+from app.domain.items.form import Forms
+from app.domain.items.gripper import Gripper
+from app.domain.items.jump import Jump
+from app.domain.items.land import Land
+from app.domain.items.landing_pattern import Approach
+from app.domain.items.loiter import Loiter
+from app.domain.items.return_to_launch import ReturnToLaunch
+from app.domain.items.takeoff import Takeoff
+from app.domain.items.transition import Transition
+from app.domain.items.waypoint import Stop, Waypoint
+from app.domain.items.winch import Winch
+
+__all__ = [
+    "FORMS",
+    "ITEM_TYPES",
+    "Approach",
+    "ChangeSpeed",
+    "Delay",
+    "Drop",
+    "DropItem",
+    "Gripper",
+    "Item",
+    "Jump",
+    "Land",
+    "Loiter",
+    "PlanItem",
+    "PositionItem",
+    "ReturnToLaunch",
+    "Stop",
+    "Takeoff",
+    "Transition",
+    "Waypoint",
+    "Winch",
+]
+
+PlanItem = (
+    Takeoff | Waypoint | Loiter | Delay | Gripper | Winch | ChangeSpeed | Transition | Land | ReturnToLaunch | Jump
+)
+"""The list of item types: a plan's union, its JSON Schema and the readers of other formats are made of it."""
+ITEM_TYPES: Final[tuple[type[PlanItem], ...]] = get_args(PlanItem)
+FORMS: Final[Forms] = {command: form for kind in ITEM_TYPES for command, form in kind.forms.items()}
+"""Which MAV_CMD is which item, in other formats. DO_LAND_START is not here: alone it is no item."""
+PositionItem = Takeoff | Waypoint | Loiter | Land
+DropItem = Gripper | Winch

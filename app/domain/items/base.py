@@ -1,0 +1,179 @@
+"""What every plan item tells of itself: the walk, the compiler, the prediction and the other formats ask it.
+
+An item answers with what most items do unless it says otherwise, so that a new one says only what it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar, Literal, Protocol, TypeVar
+
+from app.domain.carried import Carried
+from app.domain.geo import Place
+from app.domain.items.alternate import Alternate
+from app.domain.items.draft import Draft
+from app.domain.items.fields import Altitude, ItemId, PlanModel, Point, Position
+from app.domain.items.form import Forms
+from app.domain.items.landing_pattern import Approach
+from app.domain.items.target import Target
+from app.domain.mission import MavCmd
+from app.domain.vehicle import GlobalPosition, VehicleFacts, VehicleType
+
+T_co = TypeVar("T_co", covariant=True)
+T = TypeVar("T")
+
+
+class Way(Protocol[T_co]):
+    """How a vehicle covers an item, in time and distance: the item says what it asks of the vehicle."""
+
+    def take_off(self) -> T_co:
+        """To the end of the item."""
+
+    def fly(self, hold_s: float, acceptance_radius_m: float | None) -> T_co:
+        """To the end of the item, and wait there."""
+
+    def circle(self, radius_m: float | None, seconds: float, turns: float | None) -> T_co:
+        """To the end of the item, and around it; a vehicle that hovers stands there."""
+
+    def land(self, touchdown: Position, approach: Approach | None) -> T_co:
+        """At the end of the item."""
+
+    def return_home(self) -> T_co:
+        """By the vehicle's own settings."""
+
+    def turn_to(self, to: Literal["multicopter", "fixed_wing"]) -> T_co:
+        """A transition of a VTOL."""
+
+    def wait(self, duration_s: float) -> T_co:
+        """Where it is."""
+
+    def drop(self) -> T_co:
+        """What gripper or winch do there."""
+
+    def at_once(self) -> T_co:
+        """It takes no time."""
+
+
+@dataclass(frozen=True, slots=True)
+class Site:
+    """Where an item begins and ends, and the vehicle that it is compiled for."""
+
+    start: Place
+    end: Place
+    home: GlobalPosition
+    facts: VehicleFacts
+
+    @property
+    def vehicle_type(self) -> VehicleType:
+        """The vehicle's type."""
+        return self.facts.vehicle_type
+
+
+class Item(PlanModel):
+    """One item of a plan. `forms`: the commands that it is in other formats."""
+
+    forms: ClassVar[Forms]
+    is_stop: ClassVar[bool] = False
+    """The vehicle is at its place afterwards: drops and photos after it are made there."""
+    stays: ClassVar[bool] = False
+    """It belongs to the stop before it, and does not move the vehicle."""
+    needs_stop: ClassVar[bool] = False
+    """Without that stop it means nothing."""
+    moves: ClassVar[bool] = False
+    """The vehicle flies or drives."""
+    lands: ClassVar[bool] = False
+    """It ends on the ground."""
+    flies: ClassVar[bool] = False
+    """It ends in the air, if the vehicle flies at all."""
+    is_drop: ClassVar[bool] = False
+    """Gripper and winch."""
+    takes_off: ClassVar[bool] = False
+    """The takeoff of the plan."""
+    waits: ClassVar[bool] = False
+    """A wait, and nothing else."""
+    goes_home: ClassVar[bool] = False
+    """By the vehicle's own settings."""
+    is_preparation: ClassVar[bool] = False
+    """It may stand before the takeoff."""
+
+    id: ItemId = ""
+
+    def altitude(self) -> Altitude | None:
+        """The altitude of a place of its own."""
+        return None
+
+    def point(self) -> Point | None:
+        """That place, where the plan says it: a takeoff may leave it open."""
+        return None
+
+    def end_of(self, home: GlobalPosition, here: Place) -> Place:
+        """Where it ends if it begins `here`."""
+        return here
+
+    def carried_after(self, vehicle_type: VehicleType, before: Carried) -> Carried:
+        """What carries the vehicle at its end."""
+        return before
+
+    def drafts(self, site: Site) -> tuple[Draft, ...]:
+        """Its mission items, in order; none for drops, which depend on their stop: see compiler/drop_items.
+
+        Raises PlanRejectedError: the autopilot has none for it.
+        """
+        return ()
+
+    def command(self, vehicle_type: VehicleType) -> MavCmd:
+        """The one of its forms that it has for this type of vehicle."""
+        return MavCmd(next(iter(self.forms)))
+
+    def written_fields(self, vehicle_type: VehicleType, home: GlobalPosition) -> Mapping[str, float]:
+        """What another format must say that the plan leaves to Waydrop."""
+        return {}
+
+    def effort(self, way: Way[T]) -> T:
+        """What it takes."""
+        return way.at_once()
+
+    def never_ends(self) -> bool:
+        """Somebody must take the vehicle over there."""
+        return False
+
+    def hovers_s(self) -> float:
+        """How long a vehicle that can stop waits at the end of it, besides for a drop."""
+        return 0.0
+
+    def asked_speed_m_s(self) -> float | None:
+        """The speed that is flown from here on, if it asks for one."""
+        return None
+
+    def reach_m(self) -> float | None:
+        """How near its place counts as reached, if it says so."""
+        return None
+
+    def transition_to(self) -> Literal["multicopter", "fixed_wing"] | None:
+        """What it turns a VTOL into."""
+        return None
+
+    def jumps_to(self) -> str | None:
+        """The id of the item with which the plan goes on."""
+        return None
+
+    def circles(self) -> bool:
+        """What cannot hover circles around its place."""
+        return False
+
+    def circle_radius_m(self) -> float | None:
+        """How wide, if it says so; the sign is the direction."""
+        return None
+
+    def holds(self) -> bool:
+        """A vehicle that hovers can be told to hold there, as part of the item."""
+        return False
+
+    def other_place(self) -> Alternate | None:
+        """Where a drop is made if it fails here."""
+        return None
+
+    def followed(self) -> Target | None:
+        """The target that a drop follows."""
+        return None

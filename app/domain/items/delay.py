@@ -1,0 +1,38 @@
+"""Wait."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field
+
+from app.domain.items.base import Item, Site, T, Way
+from app.domain.items.draft import Draft, command_draft
+from app.domain.items.form import CommandForm, Forms, Param
+from app.domain.mission import MavCmd
+
+
+def delay_draft(duration_s: float) -> Draft:
+    """NAV_DELAY for a time. -1 switches off the time of day."""
+    return command_draft(MavCmd.NAV_DELAY, duration_s, -1.0, -1.0, -1.0)
+
+
+class Delay(Item):
+    """Wait where the vehicle is (NAV_DELAY). The only way to stop a rover."""
+
+    forms: ClassVar[Forms] = {
+        MavCmd.NAV_DELAY: CommandForm("delay", {"duration_s": Param(1)}, neutral={2: (-1.0,), 3: (-1.0,), 4: (-1.0,)})
+    }
+    stays: ClassVar[bool] = True
+    is_preparation: ClassVar[bool] = True
+    needs_stop: ClassVar[bool] = True
+    waits: ClassVar[bool] = True
+
+    type: Literal["delay"]
+    duration_s: Annotated[float, Field(gt=0, le=86_400)]
+
+    def drafts(self, site: Site) -> tuple[Draft, ...]:
+        return (delay_draft(self.duration_s),)
+
+    def effort(self, way: Way[T]) -> T:
+        return way.wait(self.duration_s)

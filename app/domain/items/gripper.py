@@ -1,0 +1,61 @@
+"""Release or grab a parcel with the gripper."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Final, Literal
+
+from app.domain.items.alternate import Alternate
+from app.domain.items.draft import Draft, command_draft
+from app.domain.items.drop import Drop
+from app.domain.items.form import CommandForm, Forms, Param
+from app.domain.items.target import Target
+from app.domain.mission import MavCmd
+
+SETTLE_MARGIN_S: Final = 1.0
+_ACTION: Final = {"release": 0.0, "grab": 1.0}
+"""GRIPPER_ACTIONS."""
+
+
+class Gripper(Drop):
+    """Release or grab a parcel at the position item before (DO_GRIPPER).
+
+    `alternate` is where a supervised release is made if it fails here. With a `target` the place follows it.
+    """
+
+    forms: ClassVar[Forms] = {
+        MavCmd.DO_GRIPPER: CommandForm(
+            "gripper",
+            {
+                "instance": Param(1, zero_is_none=True, whole=True),
+                "action": Param(2, words={number: word for word, number in _ACTION.items()}),
+            },
+            fixed={"mode": "embedded"},
+        )
+    }
+    usually_supervised: ClassVar[bool] = True
+
+    type: Literal["gripper"]
+    action: Literal["release", "grab"]
+    alternate: Alternate | None = None
+    target: Target | None = None
+
+    @property
+    def lets_go(self) -> bool:
+        return self.action == "release"
+
+    @property
+    def takes_up(self) -> bool:
+        return self.action == "grab"
+
+    def release_draft(self) -> Draft:
+        """DO_GRIPPER (instance, action)."""
+        return command_draft(MavCmd.DO_GRIPPER, float(self.instance), _ACTION[self.action])
+
+    def settle_s(self, gripper_s: float) -> float:
+        return gripper_s + SETTLE_MARGIN_S
+
+    def other_place(self) -> Alternate | None:
+        return self.alternate
+
+    def followed(self) -> Target | None:
+        return self.target

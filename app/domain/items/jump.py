@@ -1,0 +1,30 @@
+"""Fly a part of the plan again."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field
+
+from app.domain.items.base import Item, Site
+from app.domain.items.draft import Draft, command_draft
+from app.domain.items.form import CommandForm, Forms, Param
+from app.domain.mission import NAN, MavCmd
+
+
+class Jump(Item):
+    """Go back to the item with this id, `repeats` times in all, then go on."""
+
+    forms: ClassVar[Forms] = {
+        MavCmd.DO_JUMP: CommandForm("jump", {"target": Param(1), "repeats": Param(2, whole=True)})
+    }
+
+    type: Literal["jump"]
+    target: Annotated[str, Field(min_length=1, max_length=64)]
+    repeats: Annotated[int, Field(ge=1, le=1000)]
+
+    def drafts(self, site: Site) -> tuple[Draft, ...]:
+        return (command_draft(MavCmd.DO_JUMP, NAN, float(self.repeats), jump_to=self.target),)
+
+    def jumps_to(self) -> str | None:
+        return self.target

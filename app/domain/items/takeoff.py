@@ -1,0 +1,88 @@
+"""Take off."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Final, Literal, Self
+
+from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from app.domain.carried import IN_AIR, Carried
+from app.domain.geo import Place
+from app.domain.items.base import Item, Site, T, Way
+from app.domain.items.draft import Draft, or_nan, position_draft
+from app.domain.items.fields import Altitude, LatitudeDeg, LongitudeDeg, Point, YawDeg, relative_altitude_m
+from app.domain.items.form import YAW, CommandForm, Forms, Param
+from app.domain.mission import MavCmd
+from app.domain.vehicle import GlobalPosition, VehicleType
+
+WING_PITCH_DEG: Final = 15.0
+"""Of a fixed wing's climb-out, if the plan does not say."""
+
+
+class Takeoff(Item, Altitude):
+    """Climb to an altitude. Without a position: above home. A fixed wing climbs towards its position.
+
+    `pitch_deg` is the least pitch of a fixed wing's climb-out (param1 of NAV_TAKEOFF).
+    """
+
+    forms: ClassVar[Forms] = {
+        MavCmd.NAV_TAKEOFF: CommandForm("takeoff", {"pitch_deg": Param(1), "yaw_deg": YAW}, positioned=True),
+        MavCmd.NAV_VTOL_TAKEOFF: CommandForm("takeoff", {"yaw_deg": YAW}, positioned=True),
+    }
+    moves: ClassVar[bool] = True
+    flies: ClassVar[bool] = True
+    takes_off: ClassVar[bool] = True
+
+    type: Literal["takeoff"]
+    latitude_deg: LatitudeDeg | None = None
+    longitude_deg: LongitudeDeg | None = None
+    yaw_deg: YawDeg | None = None
+    pitch_deg: Annotated[float, Field(ge=0, le=45)] | None = None
+
+    @model_validator(mode="after")
+    def _both_coordinates(self) -> Self:
+        if (self.latitude_deg is None) != (self.longitude_deg is None):
+            raise PydanticCustomError("half_position", "give both latitude_deg and longitude_deg, or neither")
+        return self
+
+    def altitude(self) -> Altitude:
+        return self
+
+    def point(self) -> Point | None:
+        if self.latitude_deg is None or self.longitude_deg is None:
+            return None
+        return Point(latitude_deg=self.latitude_deg, longitude_deg=self.longitude_deg)
+
+    def end_of(self, home: GlobalPosition, here: Place) -> Place:
+        latitude_deg = home.latitude_deg if self.latitude_deg is None else self.latitude_deg
+        longitude_deg = home.longitude_deg if self.longitude_deg is None else self.longitude_deg
+        return Place(latitude_deg, longitude_deg, relative_altitude_m(self, home))
+
+    def carried_after(self, vehicle_type: VehicleType, before: Carried) -> Carried:
+        # NAV_VTOL_TAKEOFF ends with a transition of its own.
+        return Carried.FIXED_WING if vehicle_type is VehicleType.VTOL else IN_AIR[vehicle_type]
+
+    def drafts(self, site: Site) -> tuple[Draft, ...]:
+        climb = 0.0 if site.vehicle_type is VehicleType.VTOL else self.climb_pitch_deg(site.vehicle_type)
+        params = (climb, 0.0, 0.0, or_nan(self.yaw_deg))
+        return (position_draft(self.command(site.vehicle_type), self, site.end, params),)
+
+    def command(self, vehicle_type: VehicleType) -> MavCmd:
+        return MavCmd.NAV_VTOL_TAKEOFF if vehicle_type is VehicleType.VTOL else MavCmd.NAV_TAKEOFF
+
+    def written_fields(self, vehicle_type: VehicleType, home: GlobalPosition) -> Mapping[str, float]:
+        fields = {} if self.pitch_deg is not None else {"pitch_deg": self.climb_pitch_deg(vehicle_type)}
+        if self.latitude_deg is None:
+            fields |= {"latitude_deg": home.latitude_deg, "longitude_deg": home.longitude_deg}
+        return fields
+
+    def climb_pitch_deg(self, vehicle_type: VehicleType) -> float:
+        """As given, or the usual one of a fixed wing."""
+        if self.pitch_deg is not None:
+            return self.pitch_deg
+        return WING_PITCH_DEG if vehicle_type is VehicleType.FIXED_WING else 0.0
+
+    def effort(self, way: Way[T]) -> T:
+        return way.take_off()

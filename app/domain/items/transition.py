@@ -1,0 +1,42 @@
+"""Change between hover and wings."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+from app.domain.carried import Carried
+from app.domain.items.base import Item, Site, T, Way
+from app.domain.items.draft import Draft, command_draft
+from app.domain.items.form import CommandForm, Forms, Param
+from app.domain.mission import MavCmd
+from app.domain.vehicle import VehicleType
+
+_STATE = {"multicopter": 3.0, "fixed_wing": 4.0}
+"""MAV_VTOL_STATE."""
+
+
+class Transition(Item):
+    """A VTOL changes between hovering and wing-borne flight."""
+
+    forms: ClassVar[Forms] = {
+        MavCmd.DO_VTOL_TRANSITION: CommandForm(
+            "transition", {"to": Param(1, words={number: word for word, number in _STATE.items()})}
+        )
+    }
+
+    type: Literal["transition"]
+    to: Literal["fixed_wing", "multicopter"]
+
+    def carried_after(self, vehicle_type: VehicleType, before: Carried) -> Carried:
+        if vehicle_type is not VehicleType.VTOL or before is Carried.GROUND:
+            return before
+        return Carried.FIXED_WING if self.to == "fixed_wing" else Carried.ROTARY_WING
+
+    def drafts(self, site: Site) -> tuple[Draft, ...]:
+        return (command_draft(MavCmd.DO_VTOL_TRANSITION, _STATE[self.to], 0.0),)
+
+    def effort(self, way: Way[T]) -> T:
+        return way.turn_to(self.to)
+
+    def transition_to(self) -> Literal["multicopter", "fixed_wing"] | None:
+        return self.to
