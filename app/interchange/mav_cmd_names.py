@@ -1,4 +1,4 @@
-"""Names of MAV_CMD values that files have and plans do not, so that a finding can call them by their name."""
+"""What a finding says of the commands that files have and plans do not."""
 
 from __future__ import annotations
 
@@ -6,63 +6,32 @@ from typing import Final
 
 from app.domain.mission import MavCmd
 
-_CAMERA: Final = {
-    195: "DO_SET_ROI_LOCATION",
-    196: "DO_SET_ROI_WPNEXT_OFFSET",
-    197: "DO_SET_ROI_NONE",
-    198: "DO_SET_ROI_SYSID",
-    201: "DO_SET_ROI",
-    202: "DO_DIGICAM_CONFIGURE",
-    203: "DO_DIGICAM_CONTROL",
-    204: "DO_MOUNT_CONFIGURE",
-    205: "DO_MOUNT_CONTROL",
-    206: "DO_SET_CAM_TRIGG_DIST",
-    214: "DO_SET_CAM_TRIGG_INTERVAL",
-    530: "SET_CAMERA_MODE",
-    531: "SET_CAMERA_ZOOM",
-    532: "SET_CAMERA_FOCUS",
-    534: "SET_CAMERA_SOURCE",
-    1000: "DO_GIMBAL_MANAGER_PITCHYAW",
-    1001: "DO_GIMBAL_MANAGER_CONFIGURE",
-    2000: "IMAGE_START_CAPTURE",
-    2001: "IMAGE_STOP_CAPTURE",
-    2003: "DO_TRIGGER_CONTROL",
-    2500: "VIDEO_START_CAPTURE",
-    2501: "VIDEO_STOP_CAPTURE",
-}
-_OTHERS: Final = {
-    80: "NAV_ROI",
-    81: "NAV_PATHPLANNING",
-    82: "NAV_SPLINE_WAYPOINT",
-    92: "NAV_GUIDED_ENABLE",
-    94: "NAV_PAYLOAD_PLACE",
-    95: "NAV_LAST",
-    112: "CONDITION_DELAY",
-    113: "CONDITION_CHANGE_ALT",
-    114: "CONDITION_DISTANCE",
-    115: "CONDITION_YAW",
-    179: "DO_SET_HOME",
-    181: "DO_SET_RELAY",
-    182: "DO_REPEAT_RELAY",
-    183: "DO_SET_SERVO",
-    184: "DO_REPEAT_SERVO",
-    187: "DO_SET_ACTUATOR",
-    191: "DO_GO_AROUND",
-    207: "DO_FENCE_ENABLE",
-    208: "DO_PARACHUTE",
-    210: "DO_INVERTED_FLIGHT",
-    212: "DO_AUTOTUNE_ENABLE",
-    213: "NAV_SET_YAW_SPEED",
-    218: "DO_AUX_FUNCTION",
-    222: "DO_GUIDED_LIMITS",
-    223: "DO_ENGINE_CONTROL",
-    260: "OBLIQUE_SURVEY",
-    4501: "CONDITION_GATE",
-    30001: "PAYLOAD_PREPARE_DEPLOY",
-    30002: "PAYLOAD_CONTROL_DEPLOY",
-}
-_OURS: Final = {int(command): command.name for command in MavCmd}
-CAMERA_ONLY: Final = frozenset(_CAMERA)
+CAMERA_ONLY: Final = frozenset(
+    {
+        MavCmd.DO_SET_ROI_LOCATION,
+        MavCmd.DO_SET_ROI_WPNEXT_OFFSET,
+        MavCmd.DO_SET_ROI_NONE,
+        MavCmd.DO_SET_ROI_SYSID,
+        MavCmd.DO_SET_ROI,
+        MavCmd.DO_DIGICAM_CONFIGURE,
+        MavCmd.DO_DIGICAM_CONTROL,
+        MavCmd.DO_MOUNT_CONFIGURE,
+        MavCmd.DO_MOUNT_CONTROL,
+        MavCmd.DO_SET_CAM_TRIGG_DIST,
+        MavCmd.DO_SET_CAM_TRIGG_INTERVAL,
+        MavCmd.SET_CAMERA_MODE,
+        MavCmd.SET_CAMERA_ZOOM,
+        MavCmd.SET_CAMERA_FOCUS,
+        MavCmd.SET_CAMERA_SOURCE,
+        MavCmd.DO_GIMBAL_MANAGER_PITCHYAW,
+        MavCmd.DO_GIMBAL_MANAGER_CONFIGURE,
+        MavCmd.IMAGE_START_CAPTURE,
+        MavCmd.IMAGE_STOP_CAPTURE,
+        MavCmd.DO_TRIGGER_CONTROL,
+        MavCmd.VIDEO_START_CAPTURE,
+        MavCmd.VIDEO_STOP_CAPTURE,
+    }
+)
 """Commands for a camera or a gimbal: without them the flight and its drops are the same."""
 
 HINTS: Final = {
@@ -77,5 +46,7 @@ HINTS: Final = {
 
 def command_name(command: int) -> str:
     """`NAV_WAYPOINT (16)`, or the bare number of one that is not known."""
-    name = _CAMERA.get(command) or _OTHERS.get(command) or _OURS.get(command)
-    return f"{name} ({command})" if name else f"the command {command}"
+    try:
+        return f"{MavCmd(command).name} ({command})"
+    except ValueError:
+        return f"the command {command}"

@@ -255,6 +255,16 @@ def _event(fields: Fields) -> EventReport:
     return EventReport(int(fields["id"]), bytes(int(byte) for byte in fields.get("arguments", ())))
 
 
+@dataclass(frozen=True, slots=True)
+class Report:
+    """A message whose newest is a field of VehicleState."""
+
+    field: str
+    value: object
+
+
+REPORTS: Final[Mapping[str, Callable[[Fields], Report]]] = {}
+"""These messages, by name."""
 DECODERS: Final[Mapping[str, Callable[[Fields], Any]]] = {
     "HEARTBEAT": _plain(Heartbeat),
     "CURRENT_MODE": _plain(CurrentMode),
@@ -277,6 +287,7 @@ DECODERS: Final[Mapping[str, Callable[[Fields], Any]]] = {
     "PARAM_VALUE": _param,
     "PARAM_ERROR": _param_error,
     "EVENT": _event,
+    **REPORTS,
 }
 """All messages that are read, by name."""
 

@@ -29,6 +29,7 @@ from app.vehicles.decoders import (
     HomePosition,
     MissionCurrentReport,
     MissionItemReached,
+    Report,
     ServoOutputRaw,
     StatusTextChunk,
     SysStatus,
@@ -82,6 +83,7 @@ class LinkWatch:
         inbox.on(StatusTextChunk, texts.take)
         inbox.on(EventReport, self._event)
         inbox.on(AutopilotVersion, self._version)
+        inbox.on(Report, lambda message, _: measurements.take_report(message))
 
     def look_at(self, gripper: GripperChannel | None, is_assigned: bool | None) -> None:
         """Take the gripper's position from this output; None: it shows nowhere. `is_assigned`: whether it has one."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Any, Final
 
 from app.domain.ports import LinkFact, MissionCurrent, StateChanged
 from app.domain.vehicle import (
@@ -25,6 +25,7 @@ from app.vehicles.decoders import (
     Heartbeat,
     HomePosition,
     MissionCurrentReport,
+    Report,
     SysStatus,
 )
 from app.vehicles.flown_by import flight_mode, flown_by
@@ -70,6 +71,8 @@ class Measurements:
     has_gripper_output: bool | None = None
     gripper_output_us: int | None = None
     gripper_output_s: float | None = None
+    reported: dict[str, Any] = field(default_factory=dict)
+    """What is a field of the state just as it came."""
 
     def take_heartbeat(self, message: Heartbeat, received_s: float) -> LinkFact | None:
         """HEARTBEAT: mode, armed, failsafe."""
@@ -131,6 +134,10 @@ class Measurements:
     def take_gnss(self, message: GpsRawInt, received_s: float) -> None:
         """GPS_RAW_INT: how good the position is."""
         self.gnss, self.gnss_s = message, received_s
+
+    def take_report(self, report: Report) -> None:
+        """A message that needs no more than to be kept."""
+        self.reported[report.field] = report.value
 
     def take_home(self, message: HomePosition) -> None:
         """HOME_POSITION: it moves to where the vehicle disarms."""
@@ -200,6 +207,7 @@ class Measurements:
             has_gripper_output=self.has_gripper_output,
             gripper_output_us=self.gripper_output_us,
             gripper_output_age_s=_age(self.gripper_output_s, now_s),
+            **self.reported,
         )
 
 

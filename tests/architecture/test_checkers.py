@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 
 import pytest
 
-from tests.architecture import autopilots, imports, shape
+from tests.architecture import autopilots, imports, items, shape
 from tests.architecture.sources import Source, source
 
 Checker = Callable[[Iterable[Source]], list[str]]
@@ -35,6 +35,8 @@ FORBIDDEN: list[tuple[Checker, str, str]] = [
     (imports.wrong_directions, "app/interchange/kml.py", "from app.services import plans"),
     (imports.wrong_directions, "app/domain/plan.py", "from app.interchange import kml"),
     (imports.impure_parts, "app/domain/rules/fence.py", "from pathlib import Path"),
+    (items.ladders, "app/domain/a.py", "from app.domain.items import Land, Loiter\nx = isinstance(y, Land | Loiter)"),
+    (items.ladders, "app/domain/a.py", "from app.domain.items import Land\nmatch y:\n    case Land():\n        pass"),
     (shape.long_functions, "app/a.py", "def f():\n" + "    x = 1\n" * 49),
     (shape.long_functions, "app/a.py", "class A:\n  async def f(self):\n" + "    x = 1\n" * 49),
     (shape.vague_names, "app/api/utils.py", ""),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.architecture import autopilots, imports, shape
+from tests.architecture import autopilots, imports, items, shape
 from tests.architecture.sources import ROOT, files, python_sources
 
 BUILD_FILES = ("Makefile", "Dockerfile", "compose.yaml", ".ci/run", "pyproject.toml")
@@ -55,6 +55,10 @@ def test_domain_and_interchange_are_pure() -> None:
 
 def test_what_only_one_autopilot_knows_stands_in_its_folder() -> None:
     held(autopilots.named_outside(APP))
+
+
+def test_nobody_goes_through_the_item_types_one_by_one() -> None:
+    held(items.ladders(APP))
 
 
 def test_who_asks_an_autopilot_asks_the_interface() -> None:

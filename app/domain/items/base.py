@@ -97,6 +97,13 @@ class Item(PlanModel):
     is_preparation: ClassVar[bool] = False
     """It may stand before the takeoff."""
 
+    title: ClassVar[str]
+    """What it is called in an editor."""
+    stem: ClassVar[str] = ""
+    """What a new one's id begins with; its type, if empty."""
+    fresh: ClassVar[Mapping[str, object]] = {}
+    """What a new one says besides its place."""
+
     id: ItemId = ""
 
     def altitude(self) -> Altitude | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar, Final, Literal
 
 from app.domain.items.base import Item, Site
@@ -42,6 +43,9 @@ class ChangeSpeed(Item):
     }
     stays: ClassVar[bool] = True
     is_preparation: ClassVar[bool] = True
+    title: ClassVar[str] = "Change speed"
+    stem: ClassVar[str] = "speed"
+    fresh: ClassVar[Mapping[str, object]] = {"speed_m_s": 5}
 
     type: Literal["change_speed"]
     speed_m_s: SpeedMS

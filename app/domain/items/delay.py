@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
@@ -27,6 +28,8 @@ class Delay(Item):
     is_preparation: ClassVar[bool] = True
     needs_stop: ClassVar[bool] = True
     waits: ClassVar[bool] = True
+    title: ClassVar[str] = "Wait"
+    fresh: ClassVar[Mapping[str, object]] = {"duration_s": 5}
 
     type: Literal["delay"]
     duration_s: Annotated[float, Field(gt=0, le=86_400)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar, Final, Literal
 
 from app.domain.items.alternate import Alternate
@@ -33,6 +34,9 @@ class Gripper(Drop):
         )
     }
     usually_supervised: ClassVar[bool] = True
+    title: ClassVar[str] = "Gripper"
+    stem: ClassVar[str] = "drop"
+    fresh: ClassVar[Mapping[str, object]] = {"action": "release"}
 
     type: Literal["gripper"]
     action: Literal["release", "grab"]

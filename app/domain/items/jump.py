@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
@@ -18,6 +19,8 @@ class Jump(Item):
     forms: ClassVar[Forms] = {
         MavCmd.DO_JUMP: CommandForm("jump", {"target": Param(1), "repeats": Param(2, whole=True)})
     }
+    title: ClassVar[str] = "Jump"
+    fresh: ClassVar[Mapping[str, object]] = {"repeats": 1}
 
     type: Literal["jump"]
     target: Annotated[str, Field(min_length=1, max_length=64)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar, Literal
 
 from app.domain.carried import Carried
@@ -29,6 +30,8 @@ class Land(Stop):
         MavCmd.NAV_VTOL_LAND: CommandForm("land", {"yaw_deg": YAW}, positioned=True),
     }
     lands: ClassVar[bool] = True
+    title: ClassVar[str] = "Land"
+    fresh: ClassVar[Mapping[str, object]] = {"relative_altitude_m": 0}
 
     type: Literal["land"]
     approach: Approach | None = None

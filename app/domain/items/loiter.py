@@ -42,6 +42,8 @@ class Loiter(AirStop):
         MavCmd.NAV_LOITER_TIME: _form("time", {"duration_s": Param(1), "radius_m": _RADIUS}),
         MavCmd.NAV_LOITER_TO_ALT: _form("to_altitude", {"radius_m": Param(2, zero_is_none=True)}),
     }
+    title: ClassVar[str] = "Loiter"
+    fresh: ClassVar[Mapping[str, object]] = {"kind": "time", "duration_s": 30}
 
     type: Literal["loiter"]
     kind: Literal["time", "turns", "unlimited", "to_altitude"]

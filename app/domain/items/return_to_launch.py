@@ -20,6 +20,8 @@ class ReturnToLaunch(Item):
     moves: ClassVar[bool] = True
     lands: ClassVar[bool] = True
     goes_home: ClassVar[bool] = True
+    title: ClassVar[str] = "Return to launch"
+    stem: ClassVar[str] = "home"
 
     type: Literal["return_to_launch"]
 

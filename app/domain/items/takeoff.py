@@ -34,6 +34,7 @@ class Takeoff(Item, Altitude):
     moves: ClassVar[bool] = True
     flies: ClassVar[bool] = True
     takes_off: ClassVar[bool] = True
+    title: ClassVar[str] = "Take off"
 
     type: Literal["takeoff"]
     latitude_deg: LatitudeDeg | None = None

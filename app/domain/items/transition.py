@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar, Literal
 
 from app.domain.carried import Carried
@@ -23,6 +24,8 @@ class Transition(Item):
             "transition", {"to": Param(1, words={number: word for word, number in _STATE.items()})}
         )
     }
+    title: ClassVar[str] = "Transition"
+    fresh: ClassVar[Mapping[str, object]] = {"to": "multicopter"}
 
     type: Literal["transition"]
     to: Literal["fixed_wing", "multicopter"]

@@ -61,6 +61,8 @@ class Waypoint(AirStop):
             positioned=True,
         )
     }
+    title: ClassVar[str] = "Waypoint"
+    stem: ClassVar[str] = "point"
 
     type: Literal["waypoint"]
     hold_s: Seconds = 0.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, ClassVar, Final, Literal, Self
 
 from pydantic import Field, model_validator
@@ -35,6 +36,8 @@ class Winch(Drop):
             fixed={"mode": "embedded"},
         )
     }
+    title: ClassVar[str] = "Winch"
+    fresh: ClassVar[Mapping[str, object]] = {"action": "deliver"}
 
     type: Literal["winch"]
     action: Literal[

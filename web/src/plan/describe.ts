@@ -2,25 +2,12 @@
 
 import { altitude, distance, seconds, speed } from "../format/units";
 import { alternateOf, type PlanItemView } from "./document";
-
-const TITLES: Readonly<Record<string, string>> = {
-  takeoff: "Take off",
-  waypoint: "Waypoint",
-  loiter: "Loiter",
-  delay: "Wait",
-  gripper: "Gripper",
-  winch: "Winch",
-  change_speed: "Change speed",
-  transition: "Transition",
-  land: "Land",
-  return_to_launch: "Return to launch",
-  jump: "Jump",
-};
+import { itemType } from "./item-types";
 
 export function itemTitle(item: PlanItemView): string {
-  const title = TITLES[item.type] ?? item.type;
+  const { title, is_drop } = itemType(item.type);
   const { action, to } = item.fields;
-  if (item.type === "gripper" || item.type === "winch") return `${title}: ${words(action) || "?"}`;
+  if (is_drop) return `${title}: ${words(action) || "?"}`;
   if (item.type === "transition") return `${title} to ${words(to) || "?"}`;
   return title;
 }

@@ -5,6 +5,7 @@
 
 import type { PlanDocument } from "../api/types";
 import type { Point } from "../map/geometry";
+import { itemType } from "./item-types";
 
 export interface PlanItemView {
   readonly id: string;
@@ -90,7 +91,7 @@ export function dropPlaces(items: readonly PlanItemView[]): Map<string, Point> {
 }
 
 export function isDrop(item: { readonly type: string }): boolean {
-  return item.type === "gripper" || item.type === "winch";
+  return itemType(item.type).is_drop;
 }
 
 function viewItem(fields: Record<string, unknown>, index: number): PlanItemView {

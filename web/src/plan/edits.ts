@@ -2,21 +2,19 @@
 
 import type { PlanDocument, VehicleType } from "../api/types";
 import { offset, type Point } from "../map/geometry";
-import { isDrop, viewPlan, type PlanItemView } from "./document";
+import { viewPlan, type PlanItemView } from "./document";
+import { itemType, TYPES, type ItemType } from "./item-types";
 import { isRecord, valueAt, withEntry, withValue } from "./pointer";
 
 export type PlanItem = Readonly<Record<string, unknown>>;
 export type FenceKind = "inclusion" | "exclusion";
 
-export const ITEM_TYPES = ["takeoff", "waypoint", "loiter", "delay", "gripper", "winch", "change_speed", "transition", "land", "return_to_launch", "jump"] as const;
-export type ItemType = (typeof ITEM_TYPES)[number];
+export const ITEM_TYPES: readonly ItemType[] = TYPES.map(({ type }) => type);
 
-const ENDS: ReadonlySet<string> = new Set(["return_to_launch", "land"]);
 /** These cannot stop in the air. */
 const NEVER_STOPS: ReadonlySet<string> = new Set(["fixed_wing", "airship"]);
 /** Their takeoff ends at a place ahead and not above home. */
 const CLIMBS_AHEAD: ReadonlySet<string> = new Set(["fixed_wing", "vtol"]);
-const STEMS: Readonly<Partial<Record<ItemType, string>>> = { gripper: "drop", return_to_launch: "home", change_speed: "speed", waypoint: "point" };
 const START_ALTITUDE_M = 15;
 
 /** Seven decimals are a centimetre. */
@@ -26,32 +24,22 @@ export function place([lon, lat]: Point): { latitude_deg: number; longitude_deg:
 
 /** An item of a type with what it must have, at a place if it takes one, at the altitude of the item before. */
 export function newItem(plan: PlanDocument, type: ItemType, index: number, at: Point): PlanItem {
-  const id = freshId(plan, STEMS[type] ?? type);
-  const height = altitudeBefore(plan, index);
-  switch (type) {
-    case "takeoff":
-      return { id, type, ...(CLIMBS_AHEAD.has(String(plan["vehicle_type"])) ? { ...place(offset(at, 150, 0)), relative_altitude_m: 40 } : { relative_altitude_m: START_ALTITUDE_M }) };
-    case "waypoint":
-      return { id, type, ...place(at), ...height };
-    case "loiter":
-      return { id, type, kind: "time", duration_s: 30, ...place(at), ...height };
-    case "land":
-      return { id, type, ...place(at), relative_altitude_m: 0 };
-    case "delay":
-      return { id, type, duration_s: 5 };
-    case "gripper":
-      return { id, type, action: "release", release_motion: motionOf(plan) };
-    case "winch":
-      return { id, type, action: "deliver", release_motion: motionOf(plan) };
-    case "change_speed":
-      return { id, type, speed_m_s: 5 };
-    case "transition":
-      return { id, type, to: "multicopter" };
-    case "jump":
-      return { id, type, target: targetBefore(plan, index), repeats: 1 };
-    case "return_to_launch":
-      return { id, type };
-  }
+  const { stem, fresh, has_place, is_drop } = itemType(type);
+  const item: PlanItem = { id: freshId(plan, stem), type, ...(has_place ? { ...place(at), ...altitudeBefore(plan, index) } : {}), ...fresh };
+  if (is_drop) return { ...item, release_motion: motionOf(plan) };
+  if (type === "jump") return { ...item, target: targetBefore(plan, index) };
+  if (type === "takeoff") return { ...item, ...takeoffPlace(plan, at) };
+  return has_place && "relative_altitude_m" in fresh ? onGround(item) : item;
+}
+
+function takeoffPlace(plan: PlanDocument, at: Point): PlanItem {
+  return CLIMBS_AHEAD.has(String(plan["vehicle_type"])) ? { ...place(offset(at, 150, 0)), relative_altitude_m: 40 } : { relative_altitude_m: START_ALTITUDE_M };
+}
+
+/** It has an altitude of its own, and not that of the item before. */
+function onGround(item: PlanItem): PlanItem {
+  const { absolute_altitude_m: _, ...others } = item;
+  return others;
 }
 
 /** The least plan of a vehicle type that starts and ends where it stands. */
@@ -71,14 +59,14 @@ function endOf(vehicleType: VehicleType, knowsHome: boolean): ItemType[] {
 /** Where a new item goes: after the chosen one and the drops that belong to it, else before the end of the flight. */
 export function insertionIndex(plan: PlanDocument, chosen: number | null): number {
   const { items } = viewPlan(plan);
-  if (chosen !== null && chosen < items.length && !ENDS.has(items[chosen]?.type ?? "")) return afterDrops(items, chosen);
+  if (chosen !== null && chosen < items.length && !itemType(items[chosen]?.type ?? "").ends) return afterDrops(items, chosen);
   const last = items.at(-1);
-  return last !== undefined && ENDS.has(last.type) ? items.length - 1 : items.length;
+  return last !== undefined && itemType(last.type).ends ? items.length - 1 : items.length;
 }
 
 function afterDrops(items: readonly PlanItemView[], chosen: number): number {
   let next = chosen + 1;
-  while (next < items.length && isDrop(items[next] ?? { type: "" })) next++;
+  while (next < items.length && itemType(items[next]?.type ?? "").at_stop) next++;
   return next;
 }
 

@@ -1,6 +1,7 @@
 import { itemTitle } from "../plan/describe";
 import type { PlanItemView } from "../plan/document";
-import { changeType, moveItem, removeItem, type ItemType } from "../plan/edits";
+import { changeType, moveItem, removeItem } from "../plan/edits";
+import type { ItemType } from "../plan/item-types";
 import { itemFields, itemTypes } from "../plan/schema";
 import { viewCentre } from "../map/camera";
 import { editPlan } from "../state/draft-text";

@@ -1,7 +1,8 @@
 import { signal } from "@preact/signals";
 import { itemTitle } from "../plan/describe";
 import { itemOfFinding, type PlanItemView, type PlanView } from "../plan/document";
-import { moveItem, type ItemType } from "../plan/edits";
+import { moveItem } from "../plan/edits";
+import type { ItemType } from "../plan/item-types";
 import { itemTypes, planFields } from "../plan/schema";
 import { draftTimeline, findings } from "../state/draft";
 import { draftPlan, draftText, editPlan, writeDraft } from "../state/draft-text";

@@ -1,0 +1,31 @@
+"""The list of item types as the page's editor has it."""
+
+from __future__ import annotations
+
+import json
+from typing import get_args
+
+from app.domain.items import ITEM_TYPES, Drop, Item, Stop
+
+
+def type_of(kind: type[Item]) -> str:
+    """The word in a plan's JSON."""
+    return str(get_args(kind.model_fields["type"].annotation)[0])
+
+
+def item_types() -> str:
+    """JSON: for each type its `type`, `title`, `stem`, what a new one says (`fresh`), and what it is."""
+    types = [
+        {
+            "type": type_of(kind),
+            "title": kind.title,
+            "stem": kind.stem or type_of(kind),
+            "fresh": dict(kind.fresh),
+            "has_place": issubclass(kind, Stop),
+            "ends": kind.lands,
+            "is_drop": issubclass(kind, Drop),
+            "at_stop": kind.needs_stop,
+        }
+        for kind in ITEM_TYPES
+    ]
+    return json.dumps(types, indent=2) + "\n"

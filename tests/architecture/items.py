@@ -1,0 +1,47 @@
+"""A plan item is described in its own file: who needs to know what an item is asks it."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterable, Iterator
+
+from app.domain.items import ITEM_TYPES, Drop, Item, Stop
+from tests.architecture.sources import Source
+
+FOLDER = "app/domain/items/"
+KINDS = frozenset(kind.__name__ for kind in (*ITEM_TYPES, Drop, Item, Stop))
+
+
+def ladders(sources: Iterable[Source]) -> list[str]:
+    """Code that goes through item types one by one: a match on them, or an isinstance over several.
+
+    A rule about one type may look for that type.
+    """
+    return [
+        f"{source.at(node)}: {what}; ask the item (app/domain/items/base.py)"
+        for source in sources
+        if source.path.startswith("app/") and not source.path.startswith(FOLDER) and _knows_items(source)
+        for node, what in _steps(source)
+    ]
+
+
+def _knows_items(source: Source) -> bool:
+    """Other things have these names too: the tasks of offboard control."""
+    return any(
+        isinstance(node, ast.ImportFrom) and node.module in ("app.domain.items", "app.domain.plan")
+        for node in source.nodes
+    )
+
+
+def _steps(source: Source) -> Iterator[tuple[ast.AST, str]]:
+    for node in source.nodes:
+        if isinstance(node, ast.MatchClass) and _name(node.cls) in KINDS:
+            yield node, f"match on {_name(node.cls)}"
+        if isinstance(node, ast.Call) and _name(node.func) == "isinstance" and len(node.args) == 2:
+            kinds = [name for part in ast.walk(node.args[1]) if (name := _name(part)) in KINDS]
+            if len(kinds) > 1:
+                yield node, f"isinstance over {', '.join(kinds)}"
+
+
+def _name(node: ast.AST) -> str:
+    return node.id if isinstance(node, ast.Name) else ""
