@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict
 from app.domain.consent import ConsentRecord
 from app.domain.moving_target.report import TargetEvidence
 from app.domain.reason import Reason
-from app.domain.vehicle import GnssFix, LandedState
+from app.domain.vehicle import GnssFix, LandedState, VehicleState
 
 
 class DropOutcome(StrEnum):
@@ -104,6 +104,10 @@ class DropRecord(BaseModel):
     gnss_hdop: float | None = None
     battery_percent: float | None = None
     target: TargetEvidence | None = None
+
+    def having_seen(self, before: VehicleState, now: VehicleState) -> DropRecord:
+        """With what the vehicle told between two looks near the drop's place, before it or after."""
+        return self
 
     @property
     def rests_on_an_ack_alone(self) -> bool:

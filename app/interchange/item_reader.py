@@ -52,7 +52,7 @@ class ItemReader:
             self.vehicle_type is VehicleType.FIXED_WING and begins_landing(item, following)
         ):
             self._landing.append(item)
-        elif item.command in CAMERA_ONLY:
+        elif form is None and item.command in CAMERA_ONLY:
             message = f"{command_name(item.command)} is for a camera: a plan has no such item, the flight is the same"
             self._skip("conversion.camera", item, message)
         elif form is None:

@@ -257,7 +257,7 @@ def _event(fields: Fields) -> EventReport:
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """A message whose newest is a field of VehicleState."""
+    """A message, of any component of the vehicle, whose newest is a field of VehicleState."""
 
     field: str
     value: object

@@ -29,7 +29,7 @@ from app.domain.setpoint.message import SetpointMessage
 from app.domain.vehicle import FlightMode, VehicleFacts, VehicleState
 from app.vehicles.command_sender import CommandSender, command
 from app.vehicles.current_item import CurrentItem
-from app.vehicles.decoders import Heartbeat
+from app.vehicles.decoders import REPORTS, Heartbeat
 from app.vehicles.disarmed import heard_disarmed
 from app.vehicles.encoders import GroundHeartbeat, Outgoing
 from app.vehicles.fact_reader import FactReader
@@ -98,7 +98,7 @@ class MavsdkVehicleLink:
         self._closed = False
         self._inbox.on(Heartbeat, self._first_heartbeat)
         self._facts.subscribe(self._set_up_again)
-        system.listen(self._inbox.names, self._inbox.post)
+        system.listen(self._inbox.names, REPORTS, self._inbox.post)
 
     @property
     def identity(self) -> VehicleIdentity:

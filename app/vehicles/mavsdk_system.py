@@ -5,7 +5,7 @@ All callbacks run on mavsdk's threads: what is given to them must only hand over
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
 from contextlib import suppress
 from typing import Any, Final
 
@@ -42,11 +42,11 @@ class NativeSystem:
         self._param: Any = Param(system)
         self.system_id = int(system.get_system_id())
 
-    def listen(self, names: Sequence[str], sink: RawSink) -> None:
-        """Give each message with one of these names from the autopilot to `sink`. Other components are left out."""
+    def listen(self, names: Sequence[str], of_any: Container[str], sink: RawSink) -> None:
+        """Give each message with one of these names from the autopilot to `sink`; those `of_any` component too."""
 
         def hand_over(message: Any, _data: object) -> None:
-            if message.component_id == AUTOPILOT_COMPONENT_ID:
+            if message.component_id == AUTOPILOT_COMPONENT_ID or message.message_name in of_any:
                 sink(message.message_name, message.fields_json)
 
         for name in names:

@@ -21,6 +21,7 @@ from app.domain.mode_sign import ModeSign
 from app.domain.progress import Progress
 from app.domain.reason import Reason
 from app.domain.run import Asked, Run, RunState
+from app.domain.vehicle import VehicleState
 from app.domain.vehicle_clock import UNHEARD, VehicleClock
 
 LOST_AFTER_S: Final = 900.0
@@ -35,8 +36,8 @@ class Flight:
     on board, and `skip_to` its item to which the vehicle had come by itself when it arrived. `command` is what the
     vehicle is being told now, as `run.asked`; `obeyed` what was asked of it and seen to be done. `moving_on` counts the
     commands that make another item current and are not answered yet. `was_away`: it may have flown on unseen.
-    `connected_at_s` is when it was last heard, `connected_since_s` since when without a gap. `effects` are those of
-    the step under way.
+    `seen` is the vehicle at the last look. `connected_at_s` is when it was last heard, `connected_since_s` since when
+    without a gap. `effects` are those of the step under way.
     """
 
     run: Run
@@ -61,6 +62,7 @@ class Flight:
     was_away: bool = False
     rebooted: bool = False
     first_look_s: float | None = None
+    seen: VehicleState | None = None
     landed_at_s: float | None = None
     connected_since_s: float | None = None
     effects: tuple[FlightEffect, ...] = ()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from operator import itemgetter
 from typing import Any, Final
 
 from app.domain.complete_sign import CompleteSign
@@ -34,6 +35,7 @@ from app.domain.flight.inputs import (
     Told,
 )
 from app.domain.flight.leg import changed_to, leg_of
+from app.domain.flight.look import offset_m
 from app.domain.flight.pending_change import PendingChange
 from app.domain.flight.phase import FlightView, how_it_ended, is_airborne, phase_of, why_open
 from app.domain.flight.supervised_release import Heard, SupervisedRelease
@@ -318,7 +320,19 @@ def _look_at_drops(flight: Flight, sight: Sight) -> Flight:
         if not release.is_over:
             after, orders = release.look(look, flight.progress)
             flight = flight.with_release(sight, after).ordering(orders)
-    return flight
+    return _seen_near(flight, sight)
+
+
+def _seen_near(flight: Flight, sight: Sight) -> Flight:
+    """What was told since the last look is evidence of the nearest drop."""
+    now = sight.state
+    before, flight = flight.seen, replace(flight, seen=now)
+    away_m = [(away, one) for one in flight.leg.releases if (away := offset_m(now, one.compiled)) is not None]
+    if before is None or not away_m:
+        return flight
+    nearest = min(away_m, key=itemgetter(0))[1]
+    record = nearest.record.having_seen(before, now)
+    return flight if record is nearest.record else flight.with_release(sight, replace(nearest, record=record))
 
 
 def _time_items(flight: Flight, sight: Sight) -> Flight:

@@ -6,25 +6,31 @@ from collections.abc import Iterator
 
 from app.domain.carried import Carried
 from app.domain.finding import Severity
-from app.domain.items import Gripper, Winch
+from app.domain.items import ITEM_TYPES, Gripper, Item, Winch
+from app.domain.items.document import type_of
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 from app.domain.vehicle import VehicleType
 
 _POSITION_HINT = "put a waypoint, loiter or land item before it; only delay and change_speed may stand between"
 
 
-def _gripper_follows_position(context: RuleContext) -> Iterator[Violation]:
-    for drop in context.drops:
-        if isinstance(drop.item, Gripper) and drop.anchor is None:
-            yield at_item(
-                drop.step, "the gripper follows no position item: it would act wherever it is", _POSITION_HINT
-            )
+def _follows_position(kind: type[Item]) -> Rule:
+    """The rule for one item type that acts where it stands."""
+    word = type_of(kind)
 
+    def check(context: RuleContext) -> Iterator[Violation]:
+        for step in context.steps:
+            if step.item.type == word and step.anchor is None:
+                message = f"the {word} follows no position item: it would act wherever it is"
+                yield at_item(step, message, _POSITION_HINT)
 
-def _winch_follows_position(context: RuleContext) -> Iterator[Violation]:
-    for drop in context.drops:
-        if isinstance(drop.item, Winch) and drop.anchor is None:
-            yield at_item(drop.step, "the winch follows no position item: it would act wherever it is", _POSITION_HINT)
+    return Rule(
+        f"{word}.must_follow_waypoint",
+        Severity.ERROR,
+        f"A {word} item has no position of its own: it acts as soon as the item before it is passed.",
+        "PX4 has no such check; the rule is ours alone.",
+        check,
+    )
 
 
 def _no_second_release(context: RuleContext) -> Iterator[Violation]:
@@ -150,20 +156,7 @@ def _landed_drop_takes_off_again(context: RuleContext) -> Iterator[Violation]:
 
 
 RULES = (
-    Rule(
-        "gripper.must_follow_waypoint",
-        Severity.ERROR,
-        "A gripper item has no position of its own: it acts as soon as the item before it is passed.",
-        "PX4 has no such check; the rule is ours alone.",
-        _gripper_follows_position,
-    ),
-    Rule(
-        "winch.must_follow_waypoint",
-        Severity.ERROR,
-        "A winch item has no position of its own.",
-        "As for the gripper; the rule is ours alone.",
-        _winch_follows_position,
-    ),
+    *(_follows_position(kind) for kind in ITEM_TYPES if kind.needs_stop and not kind.waits),
     Rule(
         "gripper.released_twice",
         Severity.ERROR,
