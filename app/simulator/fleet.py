@@ -64,6 +64,7 @@ def build_vehicle(options: Options, index: int, entry: VehicleOptions, wall: Cal
         salt=str(index),
         winch=entry.winch,
         external_gripper=entry.external_gripper,
+        others=entry.others,
     )
     vehicle = Vehicle(spec, wall)
     WallTimes(vehicle.params, vehicle.clock)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from app.simulator.airframe import AIRFRAMES
+from app.simulator.external import OTHERS
 from app.simulator.firmware import PROFILES
 from app.simulator.params import Value
 from app.simulator.rates import RATES
@@ -16,6 +17,8 @@ MAX_SPEED = 50.0
 MAX_LIVE_SPEED = 4.0
 """Above it OFFBOARD is refused: who sends setpoints, or waits for a release, has timers in wall time."""
 GRIPPERS = ("onboard", "external")
+KEYS = ("sysid", "winch", "gripper", *OTHERS)
+"""Of one vehicle of --fleet."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +31,8 @@ class VehicleOptions:
     """A winch on the payload port."""
     external_gripper: bool = False
     """The gripper is a component on the payload port; the autopilot has no payload deliverer."""
+    others: tuple[str, ...] = ()
+    """Further components on it, by their key."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +61,7 @@ def parse(arguments: Sequence[str]) -> Options:
     )
     parser.add_argument(
         "--fleet", type=_fleet, default=_fleet("quad"), metavar="TYPE[:KEY=VALUE...],...",
-        help=f"types: {', '.join(AIRFRAMES)}; keys: sysid, winch, gripper",
+        help=f"types: {', '.join(AIRFRAMES)}; keys: {', '.join(KEYS)}",
     )  # fmt: skip
     parser.add_argument("--port", type=_port, default=14540, help="vehicle i sends to 127.0.0.1:PORT+i")
     parser.add_argument("--local-port", type=_port, default=14580, help="vehicle i sends from LOCAL_PORT+i; 0: any")
@@ -87,14 +92,16 @@ def _fleet(text: str) -> tuple[VehicleOptions, ...]:
         if name not in AIRFRAMES:
             raise argparse.ArgumentTypeError(f"unknown vehicle type {name!r}; known: {', '.join(AIRFRAMES)}")
         settings = dict(pair.partition("=")[::2] for pair in pairs)
-        unknown = settings.keys() - {"sysid", "winch", "gripper"}
+        unknown = settings.keys() - set(KEYS)
         if unknown:
             raise argparse.ArgumentTypeError(f"unknown key {sorted(unknown)[0]!r} in {entry!r}")
         gripper = settings.get("gripper", "onboard")
         if gripper not in GRIPPERS:
             raise argparse.ArgumentTypeError(f"unknown gripper {gripper!r}; known: {', '.join(GRIPPERS)}")
         system_id = _integer(settings.get("sysid", str(index + 1)), 1, 255)
-        vehicles.append(VehicleOptions(name, system_id, settings.get("winch", "0") == "1", gripper == "external"))
+        others = tuple(key for key in OTHERS if settings.get(key, "0") == "1")
+        winch = settings.get("winch", "0") == "1"
+        vehicles.append(VehicleOptions(name, system_id, winch, gripper == "external", others))
     if not vehicles:
         raise argparse.ArgumentTypeError("the fleet is empty")
     return tuple(vehicles)

@@ -18,6 +18,8 @@ from app.simulator.commands.payload import PayloadCommands
 from app.simulator.dialect import Message
 from app.simulator.dynamics.factory import dynamics_for
 from app.simulator.events import EventLog
+from app.simulator.external import OTHERS
+from app.simulator.external.component import Mount
 from app.simulator.external.gripper import ExternalGripper
 from app.simulator.external.port import PayloadPort
 from app.simulator.external.winch import Winch
@@ -74,6 +76,7 @@ class VehicleSpec:
     salt: str = ""
     winch: bool = False
     external_gripper: bool = False
+    others: tuple[str, ...] = ()
 
 
 class Vehicle:
@@ -132,7 +135,9 @@ class Vehicle:
         if on_board:
             self._payload = PayloadDeliverer(state.gripper, self.params, self.faults, self.clock, self._outputs)
         self.winch = Winch(self.clock, lambda: body.up_m) if self.spec.winch else None
-        components = [component for component in (external, self.winch) if component is not None]
+        mount = Mount(state, self.spec.frame, self.clock, self.radio)
+        others = [OTHERS[key](mount) for key in self.spec.others]
+        components = [component for component in (external, self.winch, *others) if component is not None]
         self._port = PayloadPort(self.radio, self.clock, self.faults, components)
 
     def _build_failsafes(self) -> None:

@@ -3,14 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Protocol
 
+from app.simulator.clock import VehicleClock
 from app.simulator.dialect import Message
+from app.simulator.geo import LocalFrame
+from app.simulator.radio import Radio
+from app.simulator.state import VehicleState
 from app.simulator.wire import Result
 
 Params4 = tuple[float, float, float, float]
 Answer = Callable[[Result], None]
 """Called with every result for the one who asked: IN_PROGRESS first, then the final one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mount:
+    """What a component knows of the vehicle that carries it."""
+
+    state: VehicleState
+    frame: LocalFrame
+    clock: VehicleClock
+    radio: Radio
 
 
 class PayloadComponent(Protocol):

@@ -18,6 +18,14 @@ SENT_ONCE = (SET_NEUTRAL, RELEASE_CONTROL)
 """Published in the same microsecond as the one before, PX4's sender takes them for that one's repeats."""
 
 
+def as_issued(command: Command) -> Command:
+    """A mission item's command as it leaves the navigator: one single picture is a shot of DO_DIGICAM_CONTROL."""
+    number, params = command
+    if number == Cmd.IMAGE_START_CAPTURE and len(params) > 2 and params[2] == 1.0:
+        return Cmd.DO_DIGICAM_CONTROL, (0.0, 0.0, 0.0, 0.0, 1.0)
+    return command
+
+
 class GimbalTimer:
     """Turns the gimbal to neutral a moment after it was asked to; asked again meanwhile, the moment stays."""
 

@@ -10,7 +10,7 @@ from app.simulator.mission.store import MissionStore
 from app.simulator.navigator.arrival import Arrival
 from app.simulator.navigator.context import NavContext
 from app.simulator.navigator.deployment import Deployment
-from app.simulator.navigator.gimbal import PAUSE_CAMERA
+from app.simulator.navigator.gimbal import PAUSE_CAMERA, as_issued
 from app.simulator.navigator.jumps import JumpCounter
 from app.simulator.navigator.lookahead import PAYLOAD_COMMANDS, next_target
 from app.simulator.navigator.preparation import Preparation
@@ -207,7 +207,7 @@ class MissionMode:
         if item.command == Cmd.DO_VTOL_TRANSITION:
             self._from_here = True  # the next leg is flown straight, not along its line [27_vtol_transitions]
         self._deployment.begin()
-        self._context.command((item.command, (item.param1, item.param2, item.param3, item.param4)))
+        self._context.command(as_issued((item.command, (item.param1, item.param2, item.param3, item.param4))))
 
     def _fly(self, item: Item, target: Target) -> None:
         context = self._context
