@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from typing import Final
 
 from pydantic import BaseModel, ConfigDict
 
 from app.domain.consent import ConsentRecord
 from app.domain.moving_target.report import TargetEvidence
 from app.domain.reason import Reason
-from app.domain.vehicle import GnssFix, LandedState, VehicleState
+from app.domain.vehicle import GnssFix, LandedState, Picture, VehicleState
+
+MOST_PICTURES: Final = 16
 
 
 class DropOutcome(StrEnum):
@@ -66,6 +69,8 @@ class DropRecord(BaseModel):
     a word what the output shows, before the release already if it can show nothing; None for a winch, and while
     nothing can be said.
 
+    `pictures` are those that were taken nearest to it.
+
     `consent` is None if the plan asks for none; `target` if the drop has no moving target, or none was reported of.
     `alternate_to` is the drop that failed before this one was tried at its
     alternate; such a record is there only once the vehicle was sent on.
@@ -104,10 +109,14 @@ class DropRecord(BaseModel):
     gnss_hdop: float | None = None
     battery_percent: float | None = None
     target: TargetEvidence | None = None
+    pictures: tuple[Picture, ...] = ()
 
     def having_seen(self, before: VehicleState, now: VehicleState) -> DropRecord:
         """With what the vehicle told between two looks near the drop's place, before it or after."""
-        return self
+        picture = now.picture
+        if picture is None or picture in (before.picture, *self.pictures) or len(self.pictures) >= MOST_PICTURES:
+            return self
+        return self.model_copy(update={"pictures": (*self.pictures, picture)})
 
     @property
     def rests_on_an_ack_alone(self) -> bool:

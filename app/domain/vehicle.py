@@ -141,6 +141,21 @@ class VehicleFacts:
 
 
 @dataclass(frozen=True, slots=True)
+class Picture:
+    """A picture that a camera says it took (CAMERA_IMAGE_CAPTURED). `url` may be empty; where it was, not what is seen.
+
+    `index` counts the camera's pictures. The place is the camera's own word, the altitude above mean sea level.
+    """
+
+    index: int
+    captured: bool
+    latitude_deg: float
+    longitude_deg: float
+    absolute_altitude_m: float
+    url: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class VehicleState:
     """The newest measurements. Each `*_age_s` says how old its group is; None means never received.
 
@@ -186,6 +201,7 @@ class VehicleState:
     has_gripper_output: bool | None = None
     gripper_output_us: int | None = None
     gripper_output_age_s: float | None = None
+    picture: Picture | None = None
 
     @property
     def ground_speed_m_s(self) -> float | None:

@@ -8,6 +8,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
+from app.domain.vehicle import Picture
+
 Fields = Mapping[str, Any]
 
 
@@ -263,7 +265,13 @@ class Report:
     value: object
 
 
-REPORTS: Final[Mapping[str, Callable[[Fields], Report]]] = {}
+def _picture(fields: Fields) -> Report:
+    place = (int(fields["lat"]) / 1e7, int(fields["lon"]) / 1e7, int(fields["alt"]) / 1e3)
+    taken = Picture(int(fields["image_index"]), int(fields["capture_result"]) == 1, *place, str(fields["file_url"]))
+    return Report("picture", taken)
+
+
+REPORTS: Final[Mapping[str, Callable[[Fields], Report]]] = {"CAMERA_IMAGE_CAPTURED": _picture}
 """These messages, by name."""
 DECODERS: Final[Mapping[str, Callable[[Fields], Any]]] = {
     "HEARTBEAT": _plain(Heartbeat),

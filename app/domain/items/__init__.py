@@ -14,6 +14,7 @@ from app.domain.items.jump import Jump
 from app.domain.items.land import Land
 from app.domain.items.landing_pattern import Approach
 from app.domain.items.loiter import Loiter
+from app.domain.items.photo import Photo
 from app.domain.items.return_to_launch import ReturnToLaunch
 from app.domain.items.takeoff import Takeoff
 from app.domain.items.transition import Transition
@@ -33,6 +34,7 @@ __all__ = [
     "Jump",
     "Land",
     "Loiter",
+    "Photo",
     "PlanItem",
     "PositionItem",
     "ReturnToLaunch",
@@ -44,7 +46,18 @@ __all__ = [
 ]
 
 PlanItem = (
-    Takeoff | Waypoint | Loiter | Delay | Gripper | Winch | ChangeSpeed | Transition | Land | ReturnToLaunch | Jump
+    Takeoff
+    | Waypoint
+    | Loiter
+    | Delay
+    | Gripper
+    | Winch
+    | ChangeSpeed
+    | Transition
+    | Land
+    | ReturnToLaunch
+    | Jump
+    | Photo
 )
 """The list of item types: a plan's union, its JSON Schema and the readers of other formats are made of it."""
 ITEM_TYPES: Final[tuple[type[PlanItem], ...]] = get_args(PlanItem)

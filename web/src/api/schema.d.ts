@@ -2441,6 +2441,8 @@ export interface components {
          *     a word what the output shows, before the release already if it can show nothing; None for a winch, and while
          *     nothing can be said.
          *
+         *     `pictures` are those that were taken nearest to it.
+         *
          *     `consent` is None if the plan asks for none; `target` if the drop has no moving target, or none was reported of.
          *     `alternate_to` is the drop that failed before this one was tried at its
          *     alternate; such a record is there only once the vehicle was sent on.
@@ -2568,6 +2570,11 @@ export interface components {
             battery_percent: number | null;
             /** @default null */
             target: components["schemas"]["TargetEvidence"] | null;
+            /**
+             * Pictures
+             * @default []
+             */
+            pictures: components["schemas"]["Picture"][];
         };
         /**
          * EarlierPlan
@@ -4063,6 +4070,48 @@ export interface components {
             reserve_percent: number;
         };
         /**
+         * Photo
+         * @description Take one picture where the vehicle is, at the position item before (IMAGE_START_CAPTURE), with all its cameras.
+         *
+         *     What the camera tells of it (CAMERA_IMAGE_CAPTURED) is evidence of the nearest drop.
+         */
+        Photo: {
+            /**
+             * Id
+             * @description stable name; made if missing
+             * @default
+             */
+            id: string;
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            type: "photo";
+        };
+        /**
+         * Picture
+         * @description A picture that a camera says it took (CAMERA_IMAGE_CAPTURED). `url` may be empty; where it was, not what is seen.
+         *
+         *     `index` counts the camera's pictures. The place is the camera's own word, the altitude above mean sea level.
+         */
+        Picture: {
+            /** Index */
+            index: number;
+            /** Captured */
+            captured: boolean;
+            /** Latitude Deg */
+            latitude_deg: number;
+            /** Longitude Deg */
+            longitude_deg: number;
+            /** Absolute Altitude M */
+            absolute_altitude_m: number;
+            /**
+             * Url
+             * @default
+             */
+            url: string;
+        };
+        /**
          * Place
          * @description A place over the ground.
          */
@@ -4086,7 +4135,7 @@ export interface components {
             name: string;
             vehicle_type: components["schemas"]["VehicleType"];
             /** Items */
-            items: (components["schemas"]["Takeoff"] | components["schemas"]["Waypoint"] | components["schemas"]["Loiter"] | components["schemas"]["Delay"] | components["schemas"]["Gripper"] | components["schemas"]["Winch"] | components["schemas"]["ChangeSpeed"] | components["schemas"]["Transition"] | components["schemas"]["Land"] | components["schemas"]["ReturnToLaunch"] | components["schemas"]["Jump"])[];
+            items: (components["schemas"]["Takeoff"] | components["schemas"]["Waypoint"] | components["schemas"]["Loiter"] | components["schemas"]["Delay"] | components["schemas"]["Gripper"] | components["schemas"]["Winch"] | components["schemas"]["ChangeSpeed"] | components["schemas"]["Transition"] | components["schemas"]["Land"] | components["schemas"]["ReturnToLaunch"] | components["schemas"]["Jump"] | components["schemas"]["Photo"])[];
             /** @default null */
             home: components["schemas"]["Home"] | null;
             /**

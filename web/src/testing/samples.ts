@@ -104,6 +104,7 @@ export function sampleDrop(fields: Partial<DropRecord> = {}): DropRecord {
     output_us: null,
     output_evidence: null,
     sensed_at: null,
+    pictures: [],
     target: null,
     planned_latitude_deg: null,
     planned_longitude_deg: null,

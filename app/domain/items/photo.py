@@ -1,0 +1,28 @@
+"""Take a picture."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+from app.domain.items.base import Item, Site
+from app.domain.items.draft import Draft, command_draft
+from app.domain.items.form import CommandForm, Forms
+from app.domain.mission import MavCmd
+
+
+class Photo(Item):
+    """Take one picture where the vehicle is, at the position item before (IMAGE_START_CAPTURE), with all its cameras.
+
+    What the camera tells of it (CAMERA_IMAGE_CAPTURED) is evidence of the nearest drop.
+    """
+
+    forms: ClassVar[Forms] = {MavCmd.IMAGE_START_CAPTURE: CommandForm("photo", {}, neutral={3: (1.0,)})}
+    stays: ClassVar[bool] = True
+    needs_stop: ClassVar[bool] = True
+    title: ClassVar[str] = "Photo"
+
+    type: Literal["photo"]
+
+    def drafts(self, site: Site) -> tuple[Draft, ...]:
+        every_camera, no_interval, one, number = 0.0, 0.0, 1.0, 0.0
+        return (command_draft(MavCmd.IMAGE_START_CAPTURE, every_camera, no_interval, one, number),)
