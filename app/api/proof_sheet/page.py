@@ -138,6 +138,7 @@ def _drop(drop: DropRecord, attachments: str) -> str:
                 drop.acknowledged_at and f"{shown_time(drop.acknowledged_at)}: {drop.acknowledged_result}",
             ),
             ("Gripper's output", _output(drop)),
+            ("Pictures", _pictures(drop)),
             ("Sensed", shown_time(drop.sensed_at) or "nothing sensed"),
             ("Planned at", _place(drop.planned_latitude_deg, drop.planned_longitude_deg)),
             ("Measured at", _place(drop.latitude_deg, drop.longitude_deg)),
@@ -192,6 +193,16 @@ def _output(drop: DropRecord) -> str | None:
     pulse = drop.output_at and f"{drop.output_us} µs at {shown_time(drop.output_at)}"
     told = drop.output_evidence and _OUTPUTS[drop.output_evidence]
     return ": ".join(part for part in (told, pulse) if part) or None
+
+
+def _pictures(drop: DropRecord) -> str | None:
+    """What the cameras told of them; the pictures themselves are with the vehicle, unless somebody attached them."""
+    told = (
+        f"number {one.index} at {one.latitude_deg:.7f}, {one.longitude_deg:.7f}"
+        f"{f' ({one.url})' if one.url else ''}{'' if one.captured else ', failed'}"
+        for one in drop.pictures
+    )
+    return "; ".join(told) or None
 
 
 def _number(value: float | None, unit: str) -> str | None:

@@ -102,12 +102,13 @@ class Cockpit:
         speed: float = 1.0,
         rates: str = "onboard",
         external_gripper: bool = False,
+        others: tuple[str, ...] = (),
     ) -> None:
         self.now_s = 0.0
         self.heard: list[Heard] = []
         self.heartbeats = heartbeats
         options = Options(fleet=(), firmware=firmware, speed=speed, rates=rates, params=tuple((params or {}).items()))
-        entry = VehicleOptions(airframe, 1, winch, external_gripper)
+        entry = VehicleOptions(airframe, 1, winch, external_gripper, others)
         self.vehicle = build_vehicle(options, 0, entry, lambda: self.now_s / speed)
         self.wire = Wire(self)
         self.vehicle.radio.channels.append(self.wire)

@@ -53,6 +53,13 @@ POSITION_CASES = [
         about="first of all",
     ),
     Case(
+        "photo.must_follow_waypoint",
+        "/items/1",
+        multicopter({"type": "photo"}, waypoint()),
+        multicopter(waypoint(), gripper(), {"type": "photo"}),
+        about="it is of the stop before it",
+    ),
+    Case(
         "winch.must_follow_waypoint",
         "/items/1",
         multicopter(winch(), waypoint()),
