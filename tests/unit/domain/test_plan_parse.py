@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from app.domain.errors import InvalidInputError
+from app.domain.items import ITEM_TYPES
 from app.domain.plan import PlanInvalid, parse_plan, plan_hash, plan_json_schema
 from app.domain.plan.size_limits import MAX_BODY_BYTES, MAX_ITEMS
 from tests.unit.domain.plan_pieces import RETURN, at, gripper, loiter, plan_json, takeoff, waypoint, winch
@@ -211,5 +212,5 @@ def test_the_schema_names_every_item_type_and_takes_no_unknown_field() -> None:
     schema = plan_json_schema()
     items = schema["properties"]["items"]["items"]
     assert items["discriminator"]["propertyName"] == "type"
-    assert len(items["oneOf"]) == 11
+    assert len(items["oneOf"]) == len(ITEM_TYPES)
     assert all(part["additionalProperties"] is False for part in schema["$defs"].values() if part["type"] == "object")

@@ -21,7 +21,7 @@ from app.interchange.target import TargetFormat, export_plan
 from tests.unit.interchange.files import document
 
 GOOD = document("multicopter-delivery.plan")
-CAMERA, LOITER_TO_ALT = 2000, 31
+CAMERA, LOITER_TO_ALT = 2001, 31
 
 
 def simple(command: int) -> dict[str, Any]:
