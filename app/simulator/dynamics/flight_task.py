@@ -48,6 +48,11 @@ class FlightTask:
             for axis, place_m, velocity, acceleration in parts:
                 axis.reset(place_m, velocity, acceleration)
 
+    def climb_at(self, acceleration_m_s2: float) -> None:
+        """It lifts off with its way up well ahead of it."""
+        up = self._smoothing.axes[2]
+        up.acceleration_m_s2 = min(acceleration_m_s2, float(self._params["MPC_ACC_UP_MAX"]))
+
     def _leg(self, here: Point, setpoint: Setpoint) -> Leg:
         if setpoint.kind is not SetpointKind.VELOCITY:
             return self._track.leg(here, setpoint)

@@ -36,21 +36,21 @@ class FlightTrack:
 
     def leg(self, body: Point, setpoint: Setpoint) -> Leg:
         """Of this cycle."""
-        renewed = self._take(body, setpoint)
+        renewed = self._take(setpoint)
         before, (self._place, closest) = self._place, self._where(body)
         if renewed or self._place is not before or self._place is _Place.OFF_TRACK:
             self._leg = self._detour(body, closest)
         return self._leg
 
-    def _take(self, body: Point, setpoint: Setpoint) -> bool:
-        """Read the setpoint when it is another: a start that nobody gave is where the vehicle is now."""
+    def _take(self, setpoint: Setpoint) -> bool:
+        """Read the setpoint when it is another: without a start it is flown to from anywhere, and there is no line."""
         target = (setpoint.north_m, setpoint.east_m, setpoint.up_m)
         ends = (target, setpoint.previous is None, setpoint.next is None)
         known = self._known
         if known is not None and known[1:] == ends[1:] and math.dist(known[0], target) < SAME_M:
             return False
         self._known = ends
-        start = body if setpoint.previous is None else (*setpoint.previous, setpoint.previous_up_m)
+        start = target if setpoint.previous is None else (*setpoint.previous, setpoint.previous_up_m)
         after = target
         if setpoint.next is not None and setpoint.kind not in STOPS:
             after = (*setpoint.next, setpoint.next_up_m)

@@ -77,9 +77,12 @@ class Multicopter:
         """On the ground: the motors spin up to a takeoff, or push down until the landing is detected."""
         wants_up = setpoint.kind not in STAYS_DOWN and setpoint.up_m > body.up_m + TAKEOFF_RISE_M
         body.climb_command_m_s = float(self._params["MPC_TKO_SPEED"]) if wants_up else -LAND_CRAWL_M_S
-        body.throttle = self._ground.step(body.throttle, body.climb_command_m_s, dt_s)
+        takes_off = setpoint.kind is not SetpointKind.POSITION
+        body.throttle = self._ground.step(body.throttle, body.climb_command_m_s, dt_s, takes_off=takes_off)
         if wants_up and body.throttle >= self._hover_throttle:
             self.reset(body)
+            if not takes_off:
+                self._task.climb_at(self._ground.climb_ramp_m_s2)
             self._flying = True
             body.up_m = 0.02
 

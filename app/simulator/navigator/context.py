@@ -80,6 +80,34 @@ class NavContext:
             body.east_m + body.v_east_m_s / speed * ahead_m,
         )
 
+    @property
+    def is_on_loiter(self) -> bool:
+        """It circles, or hovers, within reach of its loiter's centre (is_established_on_loiter)."""
+        setpoint, body = self.setpoint, self.state.body
+        reach_m = float(self.params["NAV_ACC_RAD"]) + setpoint.loiter_radius_m
+        away_m = math.dist((body.north_m, body.east_m), setpoint.point)
+        return setpoint.kind is SetpointKind.LOITER and away_m <= reach_m
+
+    def loiter_on(self, up_m: float) -> None:
+        """At a height, around the loiter that it is on, else around where it is (RtlDirect's climb)."""
+        setpoint, body = self.setpoint, self.state.body
+        if not self.is_on_loiter:
+            self.set_point(SetpointKind.LOITER, (body.north_m, body.east_m), up_m)
+            return
+        radius_m, clockwise = setpoint.loiter_radius_m, setpoint.loiter_clockwise
+        self.set_point(SetpointKind.LOITER, setpoint.point, up_m)
+        setpoint.loiter_radius_m, setpoint.loiter_clockwise = radius_m, clockwise
+
+    def end_there(self) -> None:
+        """Loiter at the place of the last item, else where it is (setEndOfMissionItems)."""
+        setpoint, body = self.setpoint, self.state.body
+        if setpoint.kind not in (SetpointKind.POSITION, SetpointKind.LOITER):
+            self.set_point(SetpointKind.LOITER, (body.north_m, body.east_m), body.up_m)
+            return
+        radius_m, clockwise, yaw_rad = setpoint.loiter_radius_m, setpoint.loiter_clockwise, setpoint.yaw_rad
+        self.set_point(SetpointKind.LOITER, setpoint.point, setpoint.up_m)
+        setpoint.loiter_radius_m, setpoint.loiter_clockwise, setpoint.yaw_rad = radius_m, clockwise, yaw_rad
+
     def set_point(
         self,
         kind: SetpointKind,

@@ -119,7 +119,7 @@ class DirectReturn:
         flies_on = context.flies_like_plane
         match stage:
             case _Stage.CLIMB:
-                context.set_point(SetpointKind.LOITER, context.stop_point(), self._up_m)
+                context.loiter_on(self._up_m)
             case _Stage.AVOID_FENCE:
                 body, first = context.state.body, self._corner == self._destination
                 before = (body.north_m, body.east_m) if first else self._corner

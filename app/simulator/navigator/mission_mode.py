@@ -167,8 +167,9 @@ class MissionMode:
         context.text(Severity.INFO, f"Mission finished, {'landed' if landed else 'loitering'}")
         context.event("mission_finished" if landed else "mission_finished_loiter")
         self.result.finished = True
-        kind = SetpointKind.IDLE if landed else SetpointKind.LOITER
-        context.set_point(kind, context.stop_point(), context.state.body.up_m)
+        context.end_there()
+        if landed:
+            context.setpoint.kind = SetpointKind.IDLE
 
     def _restart(self) -> None:
         """Start the current item out of the track."""
@@ -224,8 +225,10 @@ class MissionMode:
                 up_m = max(body.up_m, target.up_m)
         ramps = context.flies_like_plane and not self._from_here and context.setpoint.kind in RAMPS_FROM
         came_from, came_from_up_m = (body.north_m, body.east_m), body.up_m
-        if kind is SetpointKind.POSITION and not self._from_here:
+        after_takeoff = context.flies_like_plane and context.setpoint.kind is SetpointKind.TAKEOFF
+        if kind is SetpointKind.POSITION and not self._from_here and not after_takeoff:  # control_auto_position
             came_from, came_from_up_m = context.setpoint.point, context.setpoint.up_m  # not where its turn began
+        no_line = self._from_here and context.hovers
         self._from_here = False
         following = next_target(context, self._store.mission.items, self._store.current_seq, self.jumps)
         setpoint = context.set_point(
@@ -233,7 +236,7 @@ class MissionMode:
             target.point,
             up_m,
             next_point=following.point if following is not None else None,
-            previous=came_from,
+            previous=None if no_line else came_from,
             acceptance_radius_m=target.acceptance_radius_m,
         )
         setpoint.previous_up_m = came_from_up_m

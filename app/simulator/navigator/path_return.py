@@ -272,4 +272,5 @@ class PathReturn:
         context.text(Severity.INFO, f"Mission finished, {how}")
         context.event(event)
         self._result.finished = True
-        context.set_point(kind, context.stop_point(), context.state.body.up_m)
+        context.end_there()
+        context.setpoint.kind = kind

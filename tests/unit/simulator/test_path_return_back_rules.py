@@ -142,11 +142,13 @@ def test_a_landing_that_begins_behind_its_own_land_item_ends_in_a_loiter() -> No
 
 
 @pytest.mark.parametrize("way", [Way.FORWARD, Way.REVERSE, Way.TO_LANDING])
-def test_a_mission_that_is_changed_ends_it_where_it_is(way: Way) -> None:
+def test_a_mission_that_is_changed_ends_it_around_what_it_flew_to(way: Way) -> None:
     along = Along(way, 3)
+    kind, place, up_m = along.flies
     along.air.upload(PLANS)
     along.at(30, 40, 26, cycles=10)
-    assert along.flies == (SetpointKind.LOITER, (30, 40), 26.0)
+    there = (place, up_m) if kind in (SetpointKind.POSITION, SetpointKind.LOITER) else ((30, 40), 26.0)
+    assert along.flies == (SetpointKind.LOITER, *there), "setEndOfMissionItems: around the current setpoint"
     assert along.air.said.count("Mission finished, loitering") == 1
     assert along.air.result.finished
 

@@ -138,11 +138,11 @@ def test_it_ends_landed_with_a_word_once_and_the_landing_is_reached() -> None:
     assert len(along.air.said) == 2, "a mission that is cleared afterwards is none of its business"
 
 
-def test_after_the_last_position_it_loiters_there_with_a_word() -> None:
+def test_after_the_last_position_it_loiters_at_that_place_with_a_word() -> None:
     plans = [takeoff(15), waypoint(100, 0, 15, 0, 4), RELEASE]
     along = Along(plans=plans)
     along.at(99, 0, 15.5, cycles=3)
-    assert along.flies == (SetpointKind.LOITER, (99, 0), 15.5)
+    assert along.flies == (SetpointKind.LOITER, (100, 0), 15), "setEndOfMissionItems: around the current setpoint"
     assert along.air.said[1:] == ["Mission finished, loitering"]
     assert along.air.events[1:] == [("mission_finished_loiter",)]
     assert (along.air.result.finished, along.air.result.seq_reached) == (True, 1)

@@ -122,11 +122,12 @@ def test_a_vehicle_far_from_its_line_goes_back_to_it_first(body: Point, target: 
     assert (found.target, found.after) == (target, after)
 
 
-def test_without_a_start_the_line_begins_where_the_vehicle_was_when_the_target_came() -> None:
+def test_without_a_start_there_is_no_line_to_go_back_to() -> None:
     track = FlightTrack()
     setpoint = Setpoint(SetpointKind.POSITION, 100.0, 0.0, 20.0)
-    assert track.leg((0.0, 40.0, 20.0), setpoint).start == (0.0, 40.0, 20.0)
-    assert track.leg((9.0, 38.0, 20.0), setpoint).start == (0.0, 40.0, 20.0)
+    for body in ((0.0, 40.0, 20.0), (60.0, 80.0, 20.0)):
+        found = track.leg(body, setpoint)
+        assert found.start == found.target == (100.0, 0.0, 20.0)
 
 
 def test_the_way_back_to_a_passed_waypoint_begins_where_it_was_found_to_be_passed() -> None:
