@@ -11,6 +11,7 @@ from app.domain.events import Event, NewEvent
 from app.domain.jobs.port import JobRecord
 from app.domain.mission_port import MissionLink
 from app.domain.offboard.port import OffboardLink
+from app.domain.reason import Reason
 from app.domain.run import Run
 from app.domain.run_filter import RunFilter
 from app.domain.vehicle import AutopilotKind, FirmwareVersion, FlightMode, VehicleFacts, VehicleState, VehicleType
@@ -96,7 +97,7 @@ class Rebooted:
 class DuplicateSystem:
     """Two vehicles answer to this system id. Nothing may be sent to it."""
 
-    detail: str
+    reason: Reason
 
 
 @dataclass(frozen=True, slots=True)

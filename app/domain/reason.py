@@ -25,6 +25,13 @@ class ReasonCode(StrEnum):
         member.words = words
         return member
 
+    # vehicles
+    TWO_CLOCKS = "vehicle.two_clocks", "time since boot or position jump to and fro between two vehicles"
+    TWO_UIDS = "vehicle.two_uids", "two vehicles answer, with the uids {known} and {other}"
+    TWO_CONNECTIONS = (
+        "vehicle.two_connections",
+        "system id {system_id} of {connection} is also on {also}, where it was seen first",
+    )
     # runs, before and after a flight
     ERROR = "error", "{detail}"
     ERROR_WITH_HINT = "error_with_hint", "{detail}; {hint}"

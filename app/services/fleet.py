@@ -37,6 +37,7 @@ from app.domain.ports import (
     Unsubscribe,
     VehicleLink,
 )
+from app.domain.reason import Reason
 from app.domain.vehicle import LandedState, VehicleFacts, VehicleState
 from app.services.journal import Journal
 from app.services.offboard_view import OffboardView
@@ -57,7 +58,7 @@ class FleetVehicle:
     id: str
     link: VehicleLink
     declared: Declared
-    quarantined: str | None = None
+    quarantined: Reason | None = None
     run_id: str | None = None
     announced: bool = False
     offboard: Callable[[], OffboardView | None] = lambda: None
@@ -135,7 +136,7 @@ class Fleet:
         vehicle = self.vehicle(vehicle_id)
         if vehicle.quarantined is not None:
             raise VehicleQuarantinedError(
-                f"vehicle {vehicle_id} is quarantined: {vehicle.quarantined}",
+                f"vehicle {vehicle_id} is quarantined: two vehicles have its system id",
                 hint=f"give each vehicle its own {autopilot().system_id_name}, then restart Waydrop",
             )
         return vehicle.link
@@ -190,7 +191,7 @@ class Fleet:
             case Rebooted():
                 self.tell(vehicle, VehicleRebooted())
             case DuplicateSystem():
-                self._quarantine(vehicle, fact.detail)
+                self._quarantine(vehicle, fact.reason)
             case _:
                 pass  # mission progress and the gripper's output belong to the run
 
@@ -216,10 +217,10 @@ class Fleet:
         )
         self.tell(vehicle, changed)
 
-    def _quarantine(self, vehicle: FleetVehicle, detail: str) -> None:
+    def _quarantine(self, vehicle: FleetVehicle, reason: Reason) -> None:
         if vehicle.quarantined is None:
-            vehicle.quarantined = detail
-            self.tell(vehicle, VehicleQuarantined(reason=detail))
+            vehicle.quarantined = reason
+            self.tell(vehicle, VehicleQuarantined(reason=reason))
 
     def tell(self, vehicle: FleetVehicle, payload: AnyPayload) -> None:
         """Record an event of a vehicle, in order, without waiting for the disk."""

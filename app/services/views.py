@@ -5,6 +5,7 @@ from __future__ import annotations
 from pydantic import BaseModel, ConfigDict
 
 from app.domain.performance import Performance
+from app.domain.reason import Reason
 from app.domain.vehicle import FlightMode, GnssFix, LandedState, MissionState, VehicleState, VehicleType
 from app.services.offboard_view import OffboardView
 
@@ -75,7 +76,7 @@ class VehicleView(BaseModel):
     firmware: str | None
     uid: str | None
     connection: str
-    quarantined: str | None
+    quarantined: Reason | None
     run_id: str | None
     performance: Performance | None
     state: StateView

@@ -11,6 +11,7 @@ from typing import Final
 
 from app.domain.errors import LinkError
 from app.domain.ports import Unsubscribe, VehicleLink
+from app.domain.reason import ReasonCode, because
 from app.vehicles.connection_url import check_connections
 from app.vehicles.mavsdk_instance import MAX_INSTANCES, NativeInstance
 from app.vehicles.mavsdk_link import MavsdkVehicleLink
@@ -107,9 +108,8 @@ class MavsdkLinkSource:
         first = next((known for known in self._links if known.identity.system_id == system.system_id), None)
         self._links.append(link)
         if first is not None:
-            link.quarantine(
-                f"system id {system.system_id} is also on {first.identity.connection}, where it was seen first"
-            )
+            also = first.identity.connection
+            link.quarantine(because(ReasonCode.TWO_CONNECTIONS, system_id=system.system_id, connection=url, also=also))
 
     def _announce(self, link: MavsdkVehicleLink) -> None:
         self._announced.append(link)

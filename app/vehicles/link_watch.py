@@ -16,6 +16,7 @@ from app.domain.ports import (
     LinkRestored,
     Rebooted,
 )
+from app.domain.reason import ReasonCode, because
 from app.domain.vehicle import MissionState
 from app.vehicles.decoders import (
     AutopilotVersion,
@@ -133,13 +134,13 @@ class LinkWatch:
         elif verdict is Verdict.SUSPECT:
             self._identity.ask_soon(now_s)
         elif verdict is Verdict.DUPLICATE:
-            self._facts.tell(DuplicateSystem("time since boot or position jump to and fro between two vehicles"))
+            self._facts.tell(DuplicateSystem(because(ReasonCode.TWO_CLOCKS)))
 
     def _version(self, message: AutopilotVersion, received_s: float) -> None:
         known = self._identity.uid
         news, other = self._identity.take(message, received_s)
         if other is not None:
-            self._facts.tell(DuplicateSystem(f"two vehicles answer, with the uids {known} and {other}"))
+            self._facts.tell(DuplicateSystem(because(ReasonCode.TWO_UIDS, known=known or "?", other=other)))
         elif news:
             self._facts.tell(IdentityKnown())
 

@@ -25,6 +25,7 @@ from app.domain.ports import (
     Unsubscribe,
     VehicleIdentity,
 )
+from app.domain.reason import Reason
 from app.domain.setpoint.message import SetpointMessage
 from app.domain.vehicle import FlightMode, VehicleFacts, VehicleState
 from app.vehicles.command_sender import CommandSender, command
@@ -225,9 +226,9 @@ class MavsdkVehicleLink:
             except LinkError as error:
                 _log.info("cannot ask %d for its identity: %s", self._system.system_id, error.detail)
 
-    def quarantine(self, detail: str) -> None:
+    def quarantine(self, reason: Reason) -> None:
         """Another vehicle has this system id: say so, and send nothing any more."""
-        self._facts.tell(DuplicateSystem(detail))
+        self._facts.tell(DuplicateSystem(reason))
 
     async def close(self) -> None:
         """End everything that waits. The native system is destroyed afterwards, by its instance."""
@@ -296,6 +297,6 @@ class MavsdkVehicleLink:
     def _refuse_if_quarantined(self) -> None:
         if self._facts.duplicate is not None:
             raise VehicleQuarantinedError(
-                f"system id {self._system.system_id} is used twice: {self._facts.duplicate.detail}",
+                f"two vehicles have the system id {self._system.system_id}",
                 hint=f"give each vehicle its own {autopilot().system_id_name}, then restart Waydrop",
             )

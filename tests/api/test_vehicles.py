@@ -6,6 +6,7 @@ import pytest
 
 from app.domain.errors import LinkError, LinkTimeoutError, VehicleRefusedError, WaydropError
 from app.domain.ports import DuplicateSystem
+from app.domain.reason import ReasonCode, because
 from app.domain.vehicle import FlightMode
 from tests.api.service import Service, until
 
@@ -65,7 +66,7 @@ async def test_what_the_vehicle_answers_is_told_as_it_is(
 
 
 async def test_a_quarantined_vehicle_is_shown_and_takes_no_command(service: Service) -> None:
-    service.links[0].tell(DuplicateSystem("two vehicles answer as system 1"))
+    service.links[0].tell(DuplicateSystem(because(ReasonCode.TWO_CLOCKS)))
     await until(lambda: service.services.fleet.view("v1").quarantined is not None)
     status, _, problem = await service.call("POST", "/api/v1/vehicles/v1/hold")
     assert (status, problem["code"]) == (409, "vehicle.quarantined")

@@ -78,7 +78,7 @@ class VehicleQuarantined(Payload):
 
     kind: ClassVar = EventKind.VEHICLE_QUARANTINED
 
-    reason: str
+    reason: Reason
 
 
 class VehicleCommand(Payload):

@@ -18,7 +18,7 @@ class VehicleSight:
 
     vehicle_id: str
     state: VehicleState
-    quarantined: str | None = None
+    quarantined: Reason | None = None
     held_by: str | None = None
     lease_holder: str | None = None
     stopped: Reason | None = None
@@ -38,7 +38,7 @@ def _reasons(sight: VehicleSight) -> Iterator[Refusal]:
     state = sight.state
     if sight.quarantined is not None:
         hint = f"give each vehicle its own {autopilot().system_id_name}, then restart Waydrop"
-        yield _refusal(VehicleRefusal.QUARANTINED, f"it is quarantined: {sight.quarantined}", hint)
+        yield _refusal(VehicleRefusal.QUARANTINED, "it is quarantined: two vehicles have its system id", hint)
     if not state.connected:
         yield _refusal(VehicleRefusal.DISCONNECTED, "its link is lost")
     if sight.held_by is not None:

@@ -140,7 +140,7 @@ async def test_two_vehicles_with_one_system_id_on_one_connection_are_quarantined
         async with opened(fleet.connections, vehicles=1) as source:
             link = source.links()[0]
             await Heard(link).until(DuplicateSystem, 15.0)
-            with pytest.raises(VehicleQuarantinedError, match="used twice"):
+            with pytest.raises(VehicleQuarantinedError, match="two vehicles have the system id 4"):
                 await link.arm()
             with pytest.raises(VehicleQuarantinedError):
                 await uploaded(link, mission(3))
@@ -160,7 +160,7 @@ async def test_the_later_one_of_two_connections_with_one_system_id_is_quarantine
     with SimulatedFleet("quad:sysid=4,quad:sysid=4") as fleet:
         async with opened(fleet.connections, vehicles=2) as source:
             first, second, fact = await _quarantined(source)
-            assert first.identity.connection in fact.detail
+            assert fact.reason.params["also"] == first.identity.connection
             await uploaded(first, mission(3))
             with pytest.raises(VehicleQuarantinedError):
                 await second.arm()

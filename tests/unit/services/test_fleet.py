@@ -12,6 +12,7 @@ import pytest
 from app.domain.errors import ConflictError, NotFoundError, VehicleQuarantinedError, VehicleRefusedError
 from app.domain.events import EventKind
 from app.domain.ports import DuplicateSystem, LinkLost, LinkRestored, StatusText, Unsubscribe, VehicleLink
+from app.domain.reason import ReasonCode, because
 from app.domain.vehicle import FlightMode, LandedState
 from app.services.clock import SystemClock
 from app.services.fleet import Fleet
@@ -21,6 +22,8 @@ from app.services.vehicle_commands import VehicleCommands
 from tests.events import data_of
 from tests.unit.services.fakes import MemoryEventStore
 from tests.unit.services.runs.scripted import ScriptedVehicle
+
+TWICE = DuplicateSystem(because(ReasonCode.TWO_CLOCKS))
 
 
 class Source:
@@ -102,8 +105,8 @@ async def test_how_a_vehicle_is_found_is_told_unless_it_is_at_rest(state: dict[s
 async def test_a_quarantined_vehicle_is_shown_and_not_commanded() -> None:
     vehicle = ScriptedVehicle()
     async with fleet_of(vehicle) as (fleet, events, _journal):
-        vehicle.put(DuplicateSystem("two answer"), DuplicateSystem("two answer"))
-        assert fleet.view("v1").quarantined == "two answer"
+        vehicle.put(TWICE, TWICE)
+        assert fleet.view("v1").quarantined == TWICE.reason
         with pytest.raises(VehicleQuarantinedError):
             fleet.link("v1")
     assert [e.kind for e in events.events].count(EventKind.VEHICLE_QUARANTINED) == 1

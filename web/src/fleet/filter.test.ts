@@ -21,7 +21,7 @@ describe("the fleet's filter", () => {
 
   it.each([
     ["nothing", sampleVehicle(), false],
-    ["quarantine", sampleVehicle({ quarantined: "two vehicles say this id" }), true],
+    ["quarantine", sampleVehicle({ quarantined: { code: "vehicle.two_clocks", params: {}, cause: null } }), true],
     ["a failsafe", sampleVehicle({ state: sampleState({ in_failsafe: true }) }), true],
     ["a lost link", sampleVehicle({ state: sampleState({ connected: false }) }), true],
     ["a silent link", sampleVehicle({ state: sampleState({ heartbeat_age_s: 3 }) }), true],

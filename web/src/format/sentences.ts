@@ -28,7 +28,7 @@ const SAY: { readonly [K in EventKind]: Say<K> } = {
   "vehicle.parameters": (e, v) => ({ text: `Parameters of ${v} were changed: ${settings(e.data.parameters)}.`, tone: "warn" }),
   "vehicle.rebooted": (_, v) => ({ text: `${v} rebooted.`, tone: "danger" }),
   "vehicle.status_text": (e, v) => ({ text: `${v} says: “${str(e.data.text)}”`, tone: severityTone(str(e.data.severity)) }),
-  "vehicle.quarantined": (e, v) => ({ text: `${v} is quarantined: ${str(e.data.reason)}`, tone: "danger" }),
+  "vehicle.quarantined": (e, v) => ({ text: `${v} is quarantined: ${reasonWords(e.data.reason)}.`, tone: "danger" }),
   "vehicle.command": (e, v) => ({ text: `${v} was told to ${lower(e.data.command)}${after(" by ", e.data.by)}: ${e.data.outcome}${after(", ", reasonWords(e.data.reason))}.`, tone: e.data.outcome === "failed" ? "warn" : "info" }),
   "offboard.lease": sayLease,
   "offboard.changed": sayOffboard,

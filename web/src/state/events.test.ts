@@ -22,7 +22,7 @@ describe("events of a vehicle", () => {
   });
 
   it("quarantine it with the reason", () => {
-    expect(after("vehicle.quarantined", { reason: "two answer" }).vehicles["v1"]?.quarantined).toBe("two answer");
+    expect(after("vehicle.quarantined", { reason: { code: "vehicle.two_clocks", params: {} } }).vehicles["v1"]?.quarantined).toEqual({ code: "vehicle.two_clocks", params: {} });
   });
 
   it("complete what is known of it", () => {

@@ -1,5 +1,6 @@
 import { useComputed } from "@preact/signals";
-import type { Run, Vehicle, VehicleType } from "../api/types";
+import type { Reason, Run, Vehicle, VehicleType } from "../api/types";
+import { reasonWords } from "../format/reasons";
 import { altitude, climbRate, heading, linkAge, percent, speed } from "../format/units";
 import { landedName, modeTone, plain, runStateName, runStateTone, vehicleTypeName } from "../format/words";
 import { STALE_S } from "../map/features";
@@ -66,7 +67,7 @@ function VehicleRow({ id }: { id: string }) {
         <p class="quarantine">
           <Icon name="warning" size={16} />
           <span>
-            <b>Quarantined.</b> {vehicle.quarantined}
+            <b>Quarantined:</b> {reasonWords(vehicle.quarantined)}
           </span>
         </p>
       )}
@@ -79,7 +80,7 @@ function VehicleRow({ id }: { id: string }) {
 /** What a row says, as coarse as it says it. */
 interface Row {
   readonly type: VehicleType | null;
-  readonly quarantined: string | null;
+  readonly quarantined: Reason | null;
   readonly mode: string | null;
   readonly failsafe: boolean;
   readonly armed: boolean;

@@ -11,6 +11,7 @@ from app.domain.jobs.fitness import beginning_of, distance_to, why_unfit
 from app.domain.jobs.job import Wish
 from app.domain.jobs.readiness import VehicleSight, why_not_ready, why_not_wished
 from app.domain.plan import parse_plan
+from app.domain.reason import ReasonCode, because
 from app.domain.vehicle import LandedState, VehicleState
 from tests.api.job_plans import ROUTE
 from tests.unit.domain.jobs.examples import READY
@@ -31,7 +32,7 @@ def test_nothing_speaks_against_a_vehicle_that_stands_there_free() -> None:
 @pytest.mark.parametrize(
     ("seen", "code"),
     [
-        (sight(quarantined="two answer"), "vehicle.quarantined"),
+        (sight(quarantined=because(ReasonCode.TWO_CLOCKS)), "vehicle.quarantined"),
         (sight(state=state(connected=False)), "vehicle.disconnected"),
         (sight(held_by="run r"), "vehicle.busy"),
         (sight(lease_holder="a pilot"), "vehicle.leased"),

@@ -61,7 +61,10 @@ ANY = st.one_of(
     st.builds(Leave, TO),
     st.builds(LeavingFailed, TO),
     st.builds(Commanded, st.sampled_from(["", "hold", "return", "land"])),
-    st.builds(Heard, st.sampled_from([StateChanged(), LinkLost(10.0), Rebooted(), DuplicateSystem("two")])),
+    st.builds(
+        Heard,
+        st.sampled_from([StateChanged(), LinkLost(10.0), Rebooted(), DuplicateSystem(because(ReasonCode.TWO_CLOCKS))]),
+    ),
     st.builds(HoldSaid, st.sampled_from(["", "no answer"])),
     st.builds(Tick),
     st.builds(Due),

@@ -82,7 +82,7 @@ async def test_a_mode_that_somebody_else_commands_ends_the_stream_and_is_not_fou
         assert mode.value in words(lease["reason"])
 
 
-@pytest.mark.parametrize("fact", [LinkLost(3.0), Rebooted(), DuplicateSystem("two")])
+@pytest.mark.parametrize("fact", [LinkLost(3.0), Rebooted(), DuplicateSystem(because(ReasonCode.TWO_CLOCKS))])
 async def test_a_lost_link_a_reboot_and_a_quarantine_end_the_stream(
     fact: LinkLost | Rebooted | DuplicateSystem,
 ) -> None:

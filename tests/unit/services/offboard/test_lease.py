@@ -7,6 +7,7 @@ import pytest
 from app.domain.errors import LeaseHeldError, LeaseLostError, OffboardNotReadyError, VehicleQuarantinedError
 from app.domain.offboard.state import OffboardState
 from app.domain.ports import DuplicateSystem, VehicleIdentity
+from app.domain.reason import ReasonCode, because
 from tests.reasons import some
 from tests.unit.domain.setpoint.examples import example
 from tests.unit.services.offboard.cockpit import cockpit
@@ -94,7 +95,7 @@ async def test_a_new_holder_who_says_nothing_is_a_silent_client() -> None:
 
 async def test_a_quarantined_or_unknown_vehicle_has_no_lease() -> None:
     async with cockpit() as quad:
-        quad.vehicle.put(DuplicateSystem("two vehicles"))
+        quad.vehicle.put(DuplicateSystem(because(ReasonCode.TWO_CLOCKS)))
         with pytest.raises(VehicleQuarantinedError):
             quad.take()
     async with cockpit() as quad:

@@ -21,7 +21,7 @@ from app.domain.errors import (
 from app.domain.events import EventKind
 from app.domain.events.run import CommandOutcome, RunAck
 from app.domain.ports import DuplicateSystem, Rebooted
-from app.domain.reason import in_words
+from app.domain.reason import ReasonCode, because, in_words
 from app.domain.run import RunState
 from app.domain.vehicle import FlightMode, LandedState, MissionState
 from tests.events import data_of
@@ -174,7 +174,7 @@ async def test_a_vehicle_that_somebody_else_armed_is_left_alone() -> None:
 
 async def test_a_quarantined_vehicle_gets_no_run() -> None:
     async with desk() as at:
-        at.vehicle.put(DuplicateSystem("two vehicles answer to system id 1"))
+        at.vehicle.put(DuplicateSystem(because(ReasonCode.TWO_CLOCKS)))
         with pytest.raises(ConflictError, match="quarantined"):
             await at.create()
 
