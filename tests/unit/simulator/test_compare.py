@@ -21,6 +21,7 @@ from app.simulator.compare.trace import Trace, read_trace, trace_files
 from app.simulator.wire import Result
 
 TRACES = Path(__file__).resolve().parents[2] / "data" / "traces"
+PAGE = Path(__file__).resolve().parents[3] / "docs" / "simulator.md"
 PLANE, QUAD = "10_plane_delivery", "06_quad_delivery_default"
 INFEASIBLE, UPLOAD, ROVER = "14b_infeasible_more", "02_upload_ok", "25_land_detector_rover"
 PARAMETER = "17_gripper_commands"
@@ -50,6 +51,14 @@ def other(heard: Heard, **fields: object) -> Heard:
 
 def test_there_are_recordings() -> None:
     assert len(SCENARIOS) >= 20
+
+
+@pytest.mark.parametrize("scenario", SCENARIOS)
+def test_the_page_tells_of_a_scenario_what_the_command_prints(scenario: str) -> None:
+    told = PAGE.read_text(encoding="utf-8").splitlines()
+    printed = [line for line in lines([judged(scenario)]) if line.startswith(f"{scenario} ")]
+    assert printed
+    assert [line for line in printed if line not in told] == [], "write what `waydrop sim compare` prints"
 
 
 @pytest.mark.parametrize("scenario", SCENARIOS)

@@ -27,3 +27,14 @@ def test_a_quad_is_not_and_its_event_says_why() -> None:
     quad.until(lambda: quad.vehicle.state.body.up_m > 5.0)
     assert quad.command(Cmd.COMPONENT_ARM_DISARM, 0) == [Result.TEMPORARILY_REJECTED]
     assert REFUSED in [one.id for one in quad.messages("EVENT")]
+
+
+def test_a_rover_ignores_the_hold_of_a_waypoint() -> None:
+    flown_s = []
+    for hold_s in (0.0, 20.0):
+        cockpit = Cockpit("rover")
+        cockpit.start([waypoint(20, 0, 0, hold_s=hold_s), waypoint(20, 20, 0)])
+        started_s = cockpit.now_s
+        cockpit.until(lambda at=cockpit: at.vehicle.mission.result.finished)  # type: ignore[misc]
+        flown_s.append(cockpit.now_s - started_s)
+    assert flown_s[1] == pytest.approx(flown_s[0], abs=0.1)
