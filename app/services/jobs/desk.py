@@ -82,9 +82,10 @@ class JobDesk:
         for job in self._book.queue.waiting:
             if job.is_late(now):
                 await self._told(self._expire(job), job)
+        await breath.take()
         due = [job for job in self._book.queue.due(now) if self._may_be_tried(job)]
-        if due and await self._judge_ready():
-            await self._give_out(due)
+        if due and await self._judge_ready(breath):
+            await self._give_out(due, breath)
         self._not_before_s = {key: at for key, at in self._not_before_s.items() if key in self._book.queue.jobs}
 
     async def candidates(self, job: Job) -> tuple[Candidate, ...]:
@@ -95,12 +96,12 @@ class JobDesk:
     def _may_be_tried(self, job: Job) -> bool:
         return self._not_before_s.get(job.id, 0.0) <= self._clock.monotonic()
 
-    async def _give_out(self, due: Sequence[Job]) -> None:
+    async def _give_out(self, due: Sequence[Job], breath: Breath) -> None:
         """Try the jobs in their order; of those that are alike, none after one that no vehicle could take.
 
         What was seen of the vehicles only says whether a job is worth a try: the one that is chosen is looked at anew.
         """
-        breath, refused = Breath(), set[tuple[str, Wind | None, Wish]]()
+        refused = set[tuple[str, Wind | None, Wish]]()
         free, seen_s = self._free(), self._clock.monotonic()
         for job in due:
             await breath.take()
@@ -117,10 +118,12 @@ class JobDesk:
         """The vehicles that could begin now."""
         return frozenset(sight.vehicle_id for sight in self._sights.all() if not why_not_ready(sight))
 
-    async def _judge_ready(self) -> bool:
+    async def _judge_ready(self, breath: Breath) -> bool:
         """Stop the queues of vehicles whose newest run ended badly. Whether that is known of all that are ready."""
         try:
+            await breath.take()
             for sight in self._sights.all():
+                await breath.take()
                 if not why_not_ready(sight):
                     await self._sights.judge(sight.vehicle_id, self._clock.now())
         except WaydropError as error:
