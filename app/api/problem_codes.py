@@ -33,6 +33,7 @@ _KINDS: Final = (
     ProblemKind("role.insufficient", 403, "Your role does not allow this"),
     ProblemKind("idempotency.key_invalid", 400, "The Idempotency-Key cannot be used"),
     ProblemKind("idempotency.key_reused", 422, "The Idempotency-Key was used for another request"),
+    ProblemKind("connections.full", 503, "Too many connections are open", retry_after_s=5),
     ProblemKind("stream.upgrade_required", 426, "This path is a websocket"),
     ProblemKind("stream.subprotocol", 400, "The websocket subprotocol is not spoken here"),
     ProblemKind("stream.full", 503, "Too many sockets are open", retry_after_s=5),
