@@ -37,6 +37,7 @@ _KINDS: Final = (
     ProblemKind("stream.upgrade_required", 426, "This path is a websocket"),
     ProblemKind("stream.subprotocol", 400, "The websocket subprotocol is not spoken here"),
     ProblemKind("stream.full", 503, "Too many sockets are open", retry_after_s=5),
+    ProblemKind("stream.token_full", 429, "This token has too many sockets open", retry_after_s=5),
     ProblemKind("plan.invalid", 422, "The document is not a plan"),
     ProblemKind("plan.rejected", 422, "The plan cannot be flown"),
     ProblemKind("conversion.refused", 422, "The document cannot become a plan"),
