@@ -102,6 +102,12 @@ async def read_body(request: web.Request, body: Body[Any], *, timeout_s: float) 
         raise ApiError("request.timeout", f"the body was not complete after {timeout_s:g} s") from None
 
 
+def refuse_told_too_large(request: web.Request, most_bytes: int) -> None:
+    """Raises ApiError if the head says that the body is larger than what is taken."""
+    if request.content_length is not None and request.content_length > most_bytes:
+        raise _too_large(most_bytes)
+
+
 def read_query(request: web.Request, model: type[QueryT]) -> QueryT:
     """The query parameters. Raises ApiError for unknown, repeated or unusable ones."""
     query = request.query

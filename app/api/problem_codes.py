@@ -22,6 +22,7 @@ _KINDS: Final = (
     ProblemKind("request.query_invalid", 400, "A query parameter cannot be used"),
     ProblemKind("request.content_type", 415, "The body must be of a type that is taken here"),
     ProblemKind("request.too_large", 413, "The body is too large"),
+    ProblemKind("request.no_room", 503, "Too many large bodies are under way", retry_after_s=5),
     ProblemKind("request.timeout", 408, "The body did not arrive in time"),
     ProblemKind("request.expectation", 417, "The Expect header cannot be met"),
     ProblemKind("path.not_found", 404, "There is nothing at this path"),

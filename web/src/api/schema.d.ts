@@ -8207,7 +8207,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8366,7 +8366,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8525,7 +8525,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8755,6 +8755,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     renew_offboard_lease: {
@@ -8882,6 +8891,15 @@ export interface operations {
             };
             /** @description `internal`: A defect of the service */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9023,6 +9041,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     release_offboard_lease: {
@@ -9150,6 +9177,15 @@ export interface operations {
             };
             /** @description `internal`: A defect of the service */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9414,7 +9450,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9575,7 +9611,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9720,6 +9756,15 @@ export interface operations {
             };
             /** @description `internal`: A defect of the service */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9942,6 +9987,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     move_target: {
@@ -10070,6 +10124,15 @@ export interface operations {
             };
             /** @description `internal`: A defect of the service */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10212,6 +10275,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     change_task: {
@@ -10340,6 +10412,15 @@ export interface operations {
             };
             /** @description `internal`: A defect of the service */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10482,6 +10563,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     next_task: {
@@ -10609,6 +10699,15 @@ export interface operations {
             };
             /** @description `internal`: A defect of the service */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10750,6 +10849,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     pause_tasks: {
@@ -10884,6 +10992,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     resume_tasks: {
@@ -11011,6 +11128,15 @@ export interface operations {
             };
             /** @description `internal`: A defect of the service */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11216,7 +11342,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11882,6 +12008,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `vehicle.timeout`: The vehicle did not answer */
             504: {
                 headers: {
@@ -12004,6 +12139,15 @@ export interface operations {
             };
             /** @description `internal`: A defect of the service */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12255,7 +12399,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12589,7 +12733,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12748,7 +12892,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12907,7 +13051,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13066,7 +13210,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13225,7 +13369,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13384,7 +13528,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13543,7 +13687,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13709,7 +13853,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13875,7 +14019,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14041,7 +14185,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14325,6 +14469,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_jobs: {
@@ -14553,7 +14706,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14685,7 +14838,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14922,7 +15075,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15063,7 +15216,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15258,7 +15411,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15388,7 +15541,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15617,7 +15770,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16037,7 +16190,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16425,7 +16578,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16638,7 +16791,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16772,7 +16925,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16895,6 +17048,15 @@ export interface operations {
             };
             /** @description `internal`: A defect of the service */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -17099,7 +17261,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -17249,7 +17411,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
