@@ -6,7 +6,7 @@ import asyncio
 import gc
 import signal
 from collections.abc import AsyncIterator, Callable, Sequence
-from contextlib import AsyncExitStack, asynccontextmanager, suppress
+from contextlib import AbstractAsyncContextManager, AsyncExitStack, asynccontextmanager, suppress
 from typing import Any
 
 import structlog
@@ -73,7 +73,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
     require_files(settings.max_connections)
     async with AsyncExitStack() as stack:
         settings.data_dir.mkdir(parents=True, exist_ok=True)
-        storage = await stack.enter_async_context(open_storage(settings.journal_path))
+        storage = await stack.enter_async_context(_storage(settings))
         clock = SystemClock()
         access = _access(storage.tokens, settings)
         require_access_control(settings, has_tokens=await access.has_tokens())
@@ -165,6 +165,10 @@ async def _journal(storage: Storage, clock: Clock) -> AsyncIterator[Journal]:
 def _access(tokens: TokenStore, settings: Settings) -> Access:
     secret = settings.bootstrap_token
     return Access(tokens, SystemClock(), None if secret is None else secret.get_secret_value())
+
+
+def _storage(settings: Settings) -> AbstractAsyncContextManager[Storage]:
+    return open_storage(settings.journal_path, attachments_max_bytes=settings.attachments_max_bytes)
 
 
 def _limits(settings: Settings) -> ConnectionLimits:

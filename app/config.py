@@ -92,6 +92,7 @@ class Settings(BaseSettings):
     vehicle_performance: dict[str, Performance] = Field(default_factory=dict)
     offboard_gap_s: float = Field(default=0.8, ge=0.2, le=10.0)
     offboard_limits: OffboardLimits = Field(default_factory=OffboardLimits)
+    attachments_max_bytes: int = Field(default=10 * 1024**3, ge=1024 * 1024)
     max_connections: int = Field(default=1000, ge=16, le=20_000)
     max_connections_per_address: int = Field(default=500, ge=8, le=20_000)
     hang_exit_s: float = Field(default=15.0, ge=0.0, le=600.0)

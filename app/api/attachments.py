@@ -97,7 +97,7 @@ ROUTES: tuple[AnyRoute, ...] = (
             Answer(201, "It is attached", Attachment, headers=("Location",)),
             Answer(200, "This file was attached before", Attachment, headers=("Location",)),
         ),
-        errors=("not_found", "conflict", "input.invalid", "storage.failed"),
+        errors=("not_found", "conflict", "input.invalid", "attachments.full", "storage.failed"),
         idempotent=True,
         before_body=find_drop,
     ),

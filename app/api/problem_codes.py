@@ -77,6 +77,7 @@ _KINDS: Final = (
     ProblemKind("simulator.not_running", 404, "No simulated vehicles are known here"),
     ProblemKind("simulator.refused", 409, "The simulator refused"),
     ProblemKind("simulator.no_answer", 504, "The simulator did not answer"),
+    ProblemKind("attachments.full", 507, "There is no room for more attachments"),
     ProblemKind("attachment.altered", 410, "The file that was attached is not there any more"),
     ProblemKind("storage.failed", 503, "The journal cannot be written", retry_after_s=5),
     ProblemKind("internal", 500, "A defect of the service"),

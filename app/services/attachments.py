@@ -34,7 +34,7 @@ class Attachments:
         `media_type` None: told from the file.
 
         Raises:
-            NotFoundError, ConflictError (the drop has too many), InvalidInputError, StorageError.
+            NotFoundError, ConflictError (the drop has too many), InvalidInputError, AttachmentsFullError, StorageError.
         """
         run = await self._run_with(run_id, plan_item_id)
         name = checked_name(name)
