@@ -11,7 +11,7 @@ from aiohttp import web
 from pydantic import BaseModel
 
 from app.api.authentication import PUBLIC, authenticate, require_role
-from app.api.bodies import read_body, read_query, refuse_told_too_large
+from app.api.bodies import check_head, read_body, read_query
 from app.api.body_room import BodyRoom
 from app.api.idempotency import Idempotency
 from app.api.request_log import note_principal
@@ -35,8 +35,8 @@ def make_endpoint(
         if route.method == "GET":
             return await answer(request, principal, query, b"")
         largest_bytes = route.body.max_bytes or request.client_max_size
+        check_head(request, route.body, most_bytes=largest_bytes)
         if route.before_body is not None:
-            refuse_told_too_large(request, largest_bytes)
             await route.before_body(request)
         with room.held(request, largest_bytes):
             raw = await read_body(request, route.body, timeout_s=body_timeout_s)
