@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import errno
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
-from typing import Final
+from typing import Any, Final
 
 from aiohttp import web
 
 from app.api.connections import ConnectionLimits, Connections
+from app.api.unreadable import RequestProtocol
 from app.domain.errors import WaydropError
 
 SHUTDOWN_S: Final = 1.0
@@ -36,22 +37,22 @@ async def serving(
         ListenError: the port is taken, or the host is none of this machine's.
     """
     limits = limits or ConnectionLimits()
-    runner = web.AppRunner(
-        app, access_log=None, handle_signals=False, shutdown_timeout=SHUTDOWN_S, keepalive_timeout=limits.idle_s
-    )
+    runner = web.AppRunner(app, access_log=None, handle_signals=False, shutdown_timeout=SHUTDOWN_S)
     await runner.setup()
     try:
-        async with _listening(Connections(_protocols(runner), limits), host, port) as bound_port:
+        async with _listening(Connections(_protocols(runner, limits), limits), host, port) as bound_port:
             shown = f"[{host}]" if ":" in host else host
             yield f"http://{shown}:{bound_port}"
     finally:
         await runner.cleanup()
 
 
-def _protocols(runner: web.AppRunner) -> web.Server:
-    if runner.server is None:
+def _protocols(runner: web.AppRunner, limits: ConnectionLimits) -> Callable[[], asyncio.Protocol]:
+    server, loop = runner.server, asyncio.get_running_loop()
+    if server is None:
         raise AssertionError("the runner is set up")
-    return runner.server
+    options: dict[str, Any] = {"keepalive_timeout": limits.idle_s, "access_log": None}  # None: it logs no requests
+    return lambda: RequestProtocol(server, loop=loop, **options)
 
 
 @asynccontextmanager
