@@ -6,13 +6,14 @@ import asyncio
 import gc
 import signal
 from collections.abc import AsyncIterator, Callable, Sequence
-from contextlib import AsyncExitStack, asynccontextmanager, suppress
+from contextlib import AbstractAsyncContextManager, AsyncExitStack, asynccontextmanager, suppress
 from typing import Any
 
 import structlog
 
 from app import __version__
 from app.api import ApiServices, ApiSettings, build_app
+from app.api.connections import ConnectionLimits
 from app.api.openapi import openapi_document as describe
 from app.api.routes import ROUTES
 from app.api.server import serving
@@ -22,6 +23,7 @@ from app.domain.events.service import ServiceStarted, ServiceStopped
 from app.domain.flight.recording import Replay, from_text, replay
 from app.domain.journal_chain import JournalHead
 from app.domain.ports import TokenStore
+from app.file_limit import require_files
 from app.services.access import Access
 from app.services.attachments import Attachments
 from app.services.clock import Clock, SystemClock
@@ -68,9 +70,10 @@ async def serve(settings: Settings, *, on_ready: Callable[[str], None] = lambda 
 @asynccontextmanager
 async def running(settings: Settings) -> AsyncIterator[str]:
     """The whole service, from its journal to its port; yields its URL. It is taken down in the opposite order."""
+    require_files(settings.max_connections)
     async with AsyncExitStack() as stack:
         settings.data_dir.mkdir(parents=True, exist_ok=True)
-        storage = await stack.enter_async_context(open_storage(settings.journal_path))
+        storage = await stack.enter_async_context(_storage(settings))
         clock = SystemClock()
         access = _access(storage.tokens, settings)
         require_access_control(settings, has_tokens=await access.has_tokens())
@@ -113,7 +116,7 @@ async def running(settings: Settings) -> AsyncIterator[str]:
             clock=clock,
         )
         app = build_app(services, _api_settings(settings, storage.gateway_id))
-        yield await stack.enter_async_context(serving(app, settings.host, settings.port))
+        yield await stack.enter_async_context(serving(app, settings.host, settings.port, _limits(settings)))
 
 
 @asynccontextmanager
@@ -162,6 +165,14 @@ async def _journal(storage: Storage, clock: Clock) -> AsyncIterator[Journal]:
 def _access(tokens: TokenStore, settings: Settings) -> Access:
     secret = settings.bootstrap_token
     return Access(tokens, SystemClock(), None if secret is None else secret.get_secret_value())
+
+
+def _storage(settings: Settings) -> AbstractAsyncContextManager[Storage]:
+    return open_storage(settings.journal_path, attachments_max_bytes=settings.attachments_max_bytes)
+
+
+def _limits(settings: Settings) -> ConnectionLimits:
+    return ConnectionLimits(most=settings.max_connections, most_per_address=settings.max_connections_per_address)
 
 
 def _simulator_control(settings: Settings) -> SimulatorControlSocket | None:

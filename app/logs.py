@@ -4,12 +4,44 @@ from __future__ import annotations
 
 import logging
 import sys
-from typing import TextIO
+import time
+from collections.abc import Callable
+from typing import Final, TextIO
 
 import structlog
 from structlog.typing import Processor
 
 from app.config import Settings
+
+MOST_ALIKE: Final = 10
+ALIKE_FOR_S: Final = 10.0
+"""So many lines of one kind in so long are written of a library; it may say the same without end."""
+
+KINDS_KEPT: Final = 256
+
+
+class ForeignThrottle(logging.Filter):
+    """Bounds what libraries say. Our own lines are left alone: they are bounded where they are written."""
+
+    def __init__(self, monotonic: Callable[[], float] = time.monotonic) -> None:
+        super().__init__()
+        self._monotonic = monotonic
+        self._said: dict[tuple[str, str], tuple[float, int]] = {}
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        """Whether the line is written; the first after a while says how many were not."""
+        if record.name == "app" or record.name.startswith("app."):
+            return True
+        kind, now_s = (record.name, str(record.msg)), self._monotonic()
+        since_s, count = self._said.pop(kind, (now_s, 0))
+        if now_s - since_s >= ALIKE_FOR_S:
+            if count > MOST_ALIKE:
+                record.msg = f"{record.msg} ({count - MOST_ALIKE} more like this were left out)"
+            since_s, count = now_s, 0
+        self._said[kind] = (since_s, count + 1)
+        if len(self._said) > KINDS_KEPT:
+            del self._said[next(iter(self._said))]
+        return count < MOST_ALIKE
 
 
 def configure_logs(settings: Settings, stream: TextIO | None = None) -> None:
@@ -43,6 +75,7 @@ def configure_logs(settings: Settings, stream: TextIO | None = None) -> None:
         foreign_pre_chain=shared, processors=[structlog.stdlib.ProcessorFormatter.remove_processors_meta, *last]
     )
     handler.setFormatter(formatter)
+    handler.addFilter(ForeignThrottle())
     root = logging.getLogger()
     root.handlers[:] = [handler]
     root.setLevel(settings.log_level.upper())

@@ -156,6 +156,7 @@ async def waydrop(folder: Path, clients: int) -> AsyncIterator[Served]:
             gateway="gw-1",
             version="bench",
             max_sockets=clients,
+            max_sockets_per_token=clients,
             socket_queue=100_000,
             heartbeat_s=3600.0,  # they answer no pings
         )

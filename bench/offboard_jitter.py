@@ -153,7 +153,7 @@ async def compared(name: str, service: Service, rate_hz: float, seconds: float) 
 async def main(seconds: float, clients: int) -> int:
     """All measurements; the exit status."""
     good = True
-    settings = replace(SETTINGS, max_sockets=clients + 16)
+    settings = replace(SETTINGS, max_sockets=clients + 16, max_sockets_per_token=clients + 16)
     with tempfile.TemporaryDirectory() as folder:
         async with run_service(Path(folder), settings=settings) as service:
             service.services.telemetry._period_s = TELEMETRY_S

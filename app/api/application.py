@@ -9,6 +9,7 @@ from aiohttp import web
 from pydantic import BaseModel
 
 from app.api.asyncapi import asyncapi_document
+from app.api.body_room import BodyRoom
 from app.api.boundary import answer_problems
 from app.api.by_hand.frames import ClientDocument
 from app.api.by_hand.sockets import ByHandEndpoint
@@ -91,9 +92,14 @@ def _add_routes(
 ) -> None:
     """`sockets`: at these paths of the table a websocket may be opened as well."""
     idempotency = Idempotency(services.answers, services.clock)
+    room = BodyRoom(settings.bodies_under_way_bytes)
     for route in ROUTES:
         endpoint = make_endpoint(
-            route, access=services.access, idempotency=idempotency, body_timeout_s=settings.body_timeout_s
+            route,
+            access=services.access,
+            idempotency=idempotency,
+            room=room,
+            body_timeout_s=settings.body_timeout_s,
         )
         if route.method == "GET" and route.path in sockets:
             endpoint = _or_socket(endpoint, sockets[route.path])

@@ -57,6 +57,11 @@ async def add_attachment(call: Call[AttachmentQuery, bytes]) -> web.Response:
     return json_answer(attachment, status=201 if is_new else 200, headers={"Location": location})
 
 
+async def find_drop(request: web.Request) -> None:
+    """Whether there is such a drop, before its file is taken. Raises NotFoundError, StorageError."""
+    await request.app[ATTACHMENTS].find_drop(request.match_info["run_id"], request.match_info["item_id"])
+
+
 async def list_attachments(call: Call[NoQuery, Empty]) -> web.Response:
     """GET /runs/{run_id}/drops/{item_id}/attachments."""
     found = await call.request.app[ATTACHMENTS].of_drop(call.path_value("run_id"), call.path_value("item_id"))
@@ -92,8 +97,9 @@ ROUTES: tuple[AnyRoute, ...] = (
             Answer(201, "It is attached", Attachment, headers=("Location",)),
             Answer(200, "This file was attached before", Attachment, headers=("Location",)),
         ),
-        errors=("not_found", "conflict", "input.invalid", "storage.failed"),
+        errors=("not_found", "conflict", "input.invalid", "attachments.full", "storage.failed"),
         idempotent=True,
+        before_body=find_drop,
     ),
     Route(
         method="GET",

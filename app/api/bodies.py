@@ -66,17 +66,12 @@ _EMPTY = json_body(Empty)
 NO_BODY: Final = Body(model=Empty, parse=_nothing, codes=_EMPTY.codes, required=False)
 
 
-async def read_body(request: web.Request, body: Body[Any], *, timeout_s: float) -> bytes:
-    """The body's bytes.
-
-    Raises:
-        ApiError: it is of another content type, is missing, breaks off, does not come in time, or is larger than the
-            service's bound, or the body's own.
-    """
+def check_head(request: web.Request, body: Body[Any], *, most_bytes: int) -> None:
+    """Raises ApiError for what the head tells: the body is missing, of another content type, or too large."""
     if not request.can_read_body:
         if body.required:
             raise ApiError("request.malformed", "the body is empty", hint="send a document")
-        return b""
+        return
     # Forms and text/plain are what a foreign web page can send without asking first: never taken.
     taken = (*body.media, *body.also)
     if request.content_type not in taken:
@@ -89,6 +84,18 @@ async def read_body(request: web.Request, body: Body[Any], *, timeout_s: float) 
         raise ApiError(
             "request.content_type", "compressed bodies are not taken", hint="send it without Content-Encoding"
         )
+    if request.content_length is not None and request.content_length > most_bytes:
+        raise _too_large(most_bytes)
+
+
+async def read_body(request: web.Request, body: Body[Any], *, timeout_s: float) -> bytes:
+    """The body's bytes; see check_head first.
+
+    Raises:
+        ApiError: it breaks off, does not come in time, or is larger than the service's bound, or the body's own.
+    """
+    if not request.can_read_body:
+        return b""
     try:
         async with asyncio.timeout(timeout_s):
             if body.max_bytes is not None:

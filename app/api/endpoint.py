@@ -8,9 +8,11 @@ from collections.abc import Awaitable, Callable
 from typing import Final
 
 from aiohttp import web
+from pydantic import BaseModel
 
 from app.api.authentication import PUBLIC, authenticate, require_role
-from app.api.bodies import read_body, read_query
+from app.api.bodies import check_head, read_body, read_query
+from app.api.body_room import BodyRoom
 from app.api.idempotency import Idempotency
 from app.api.request_log import note_principal
 from app.api.routing import AnyRoute, Call
@@ -21,16 +23,26 @@ LARGE_BYTES: Final = 4 * 1024
 HttpHandler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
 
-def make_endpoint(route: AnyRoute, *, access: Access, idempotency: Idempotency, body_timeout_s: float) -> HttpHandler:
+def make_endpoint(
+    route: AnyRoute, *, access: Access, idempotency: Idempotency, room: BodyRoom, body_timeout_s: float
+) -> HttpHandler:
     """The handler that aiohttp calls for a route. All checks that the route's row promises are made here."""
 
     async def endpoint(request: web.Request) -> web.StreamResponse:
         principal = await _principal(route, request, access)
         note_principal(request, principal)
         query = read_query(request, route.query)
-        raw = b""
-        if route.method != "GET":
+        if route.method == "GET":
+            return await answer(request, principal, query, b"")
+        largest_bytes = route.body.max_bytes or request.client_max_size
+        check_head(request, route.body, most_bytes=largest_bytes)
+        if route.before_body is not None:
+            await route.before_body(request)
+        with room.held(request, largest_bytes):
             raw = await read_body(request, route.body, timeout_s=body_timeout_s)
+            return await answer(request, principal, query, raw)
+
+    async def answer(request: web.Request, principal: Principal, query: BaseModel, raw: bytes) -> web.StreamResponse:
         body = await asyncio.to_thread(route.body.parse, raw) if len(raw) > LARGE_BYTES else route.body.parse(raw)
         call = Call(request, principal, query, body)
         if not route.idempotent:

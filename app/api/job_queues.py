@@ -19,7 +19,7 @@ _VIEW: Final = Answer(200, "The queue as it is now", VehicleQueueView)
 
 async def get_job_queues(call: Call[NoQuery, Empty]) -> web.Response:
     """GET /job-queues."""
-    return json_answer(call.request.app[JOBS].queues())
+    return json_answer(await call.request.app[JOBS].queues())
 
 
 async def stop_job_queue(call: Call[NoQuery, Empty]) -> web.Response:

@@ -78,7 +78,8 @@ class Call(Generic[QueryT, BodyT]):
 class Route(Generic[QueryT, BodyT]):
     """One row. `role` None: anybody may. `errors` are the codes of this route's own; the common ones are added.
 
-    `idempotent`: an Idempotency-Key makes a repetition answer as the first time did.
+    `idempotent`: an Idempotency-Key makes a repetition answer as the first time did. `before_body` refuses, by raising,
+    what the path alone forbids, before a large body is taken.
     """
 
     method: Literal["GET", "POST", "PUT", "PATCH", "DELETE"]
@@ -92,6 +93,7 @@ class Route(Generic[QueryT, BodyT]):
     answers: tuple[Answer, ...]
     errors: tuple[str, ...] = ()
     idempotent: bool = False
+    before_body: Callable[[web.Request], Awaitable[None]] | None = None
 
     @property
     def name(self) -> str:
@@ -114,6 +116,7 @@ class Route(Generic[QueryT, BodyT]):
             codes += ["role.insufficient"] if self.role is not Role.VIEWER else []
         if self.method != "GET":
             codes += ["origin.not_allowed", "request.content_type", "request.too_large", "request.timeout"]
+            codes.append("request.no_room")
             codes += self.body.codes
         if self.idempotent:
             codes += ["idempotency.key_invalid", "idempotency.key_reused"]

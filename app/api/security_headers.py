@@ -32,6 +32,11 @@ _HEADERS: Final = {
 
 async def add_security_headers(_: web.Request, response: web.StreamResponse) -> None:
     """For on_response_prepare: what a handler has set itself stays."""
+    set_security_headers(response)
+
+
+def set_security_headers(response: web.StreamResponse) -> None:
+    """The headers of every answer; and the server's name without any version."""
     for name, value in _HEADERS.items():
         response.headers.setdefault(name, value)
     response.headers["Server"] = "waydrop"

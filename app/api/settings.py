@@ -14,9 +14,13 @@ class ApiSettings:
     `allowed_hosts` are Host names (no port) besides the loopback names; `allowed_origins` are web origins
     (`https://desk.example`) besides the service's own that may send commands and open sockets.
 
-    Sockets: at most `max_sockets` of a path; each has room for `socket_queue` events. A client that takes none of
-    them, or for which one write takes longer than `send_timeout_s`, is cut. Each `access_again_s` its token is looked
-    at again: a revoked one ends it. `socket_buffer_bytes` bounds the kernel's part.
+    Large bodies that are being read or worked on have `bodies_under_way_bytes` together.
+
+    Sockets: at most `max_sockets` of a path, `max_sockets_per_token` of one token. At most `max_refused_sockets`
+    besides are being told by a close code that they are refused; more are by an HTTP status. Each has room for
+    `socket_queue` events. A client that takes none of them, or for which one write takes longer than `send_timeout_s`,
+    is cut. Each `access_again_s` its token is looked at again: a revoked one ends it. `socket_buffer_bytes` bounds the
+    kernel's part.
     """
 
     gateway: str
@@ -29,7 +33,10 @@ class ApiSettings:
     allowed_origins: tuple[str, ...] = ()
     max_body_bytes: int = 1024 * 1024
     body_timeout_s: float = 30.0
+    bodies_under_way_bytes: int = 64 * 1024 * 1024
     max_sockets: int = 256
+    max_sockets_per_token: int = 64
+    max_refused_sockets: int = 16
     socket_queue: int = 1024
     socket_buffer_bytes: int = 256 * 1024
     send_timeout_s: float = 10.0

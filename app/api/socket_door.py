@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections import Counter
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
 from typing import Final, Generic, Protocol, TypeVar
@@ -10,7 +11,7 @@ from typing import Final, Generic, Protocol, TypeVar
 import structlog
 from aiohttp import WSCloseCode, web
 
-from app.api.authentication import SUBPROTOCOL, authenticate_socket, require_role
+from app.api.authentication import LOCAL, SUBPROTOCOL, authenticate_socket, require_role
 from app.api.boundary import Boundary
 from app.api.metrics import Metrics
 from app.api.problems import ApiError
@@ -67,7 +68,8 @@ class SocketDoor(Generic[CodeT]):
         self._settings = settings
         self._max_sockets = max_sockets
         self._sessions: set[Endable[CodeT]] = set()
-        self._open = 0
+        self._of_tokens: Counter[str] = Counter()
+        self._refused = 0
         self._closing = False
 
     async def open(
@@ -84,29 +86,22 @@ class SocketDoor(Generic[CodeT]):
         None: the client has gone. `serve` may raise StorageError, and ConnectionError when the client goes meanwhile.
 
         Raises:
-            ApiError (503): too many are open.
+            ApiError (503, 429): too many are open, in all or of this token; (401, 403): too many are being refused.
         """
-        if self._open >= self._max_sockets:
-            raise ApiError("stream.full", f"{self._open} sockets are open, no more are taken")
-        socket = web.WebSocketResponse(
-            heartbeat=heartbeat_s,
-            max_msg_size=MAX_INCOMING_BYTES,
-            compress=False,
-            protocols=(SUBPROTOCOL,),
-            timeout=self._settings.close_grace_s,
-            writer_limit=writer_limit,
-        )
-        self._open += 1
-        self._metrics.sockets.inc()
+        try:
+            principal = await self._admit(request, role)
+        except (ApiError, StorageError) as error:
+            return await self._turn_away(request, error)
+        self._take_place(principal)
+        socket = self._socket(heartbeat_s, writer_limit)
         try:
             await socket.prepare(request)
             code: CodeT | None = None
             with Boundary(request) as boundary:
-                code = await self._admit(request, role, lambda principal: serve(socket, principal))
+                code = await self._served(lambda: serve(socket, principal))
             await self._shut(request, socket, code if boundary.problem is None else self._codes.defect)
         finally:
-            self._open -= 1
-            self._metrics.sockets.dec()
+            self._give_place_back(principal)
         return socket
 
     async def attend(
@@ -130,23 +125,62 @@ class SocketDoor(Generic[CodeT]):
         for session in self._sessions:
             session.end(self._codes.going_away)
 
-    async def _admit(
-        self, request: web.Request, role: Role, serve: Callable[[Principal], Awaitable[CodeT | None]]
-    ) -> CodeT | None:
+    async def _admit(self, request: web.Request, role: Role) -> Principal:
+        """Who asks. Before a place is taken: who may not have one must not hold one either."""
+        principal = await authenticate_socket(request, self._access)
+        note_principal(request, principal)
+        require_role(principal, role)
+        return principal
+
+    async def _turn_away(self, request: web.Request, error: ApiError | StorageError) -> web.WebSocketResponse:
+        """Tell by a close code, since a browser sees nothing else; if many are being told, by the status alone."""
+        if self._refused >= self._settings.max_refused_sockets:
+            raise error
+        self._refused += 1
         try:
-            principal = await authenticate_socket(request, self._access)
-            note_principal(request, principal)
-            require_role(principal, role)
-        except ApiError as error:
-            return self._codes.role if error.code == "role.insufficient" else self._codes.unauthorized
-        except StorageError:
+            socket = self._socket(heartbeat_s=None, writer_limit=MAX_INCOMING_BYTES)
+            await socket.prepare(request)
+            await self._shut(request, socket, self._code_of(error))
+        finally:
+            self._refused -= 1
+        return socket
+
+    def _code_of(self, error: ApiError | StorageError) -> CodeT:
+        if isinstance(error, StorageError):
             return self._codes.try_again
+        return self._codes.role if error.code == "role.insufficient" else self._codes.unauthorized
+
+    async def _served(self, serve: Callable[[], Awaitable[CodeT | None]]) -> CodeT | None:
         try:
-            return await serve(principal)
+            return await serve()
         except StorageError:
             return self._codes.try_again
         except ConnectionError:
             return None
+
+    def _take_place(self, principal: Principal) -> None:
+        if self._of_tokens.total() >= self._max_sockets:
+            raise ApiError("stream.full", f"{self._of_tokens.total()} sockets are open, no more are taken")
+        share = self._settings.max_sockets_per_token
+        if principal is not LOCAL and self._of_tokens[_share_of(principal)] >= share:
+            raise ApiError("stream.token_full", f"{principal.name} has {share} sockets open", hint="close some")
+        self._of_tokens[_share_of(principal)] += 1
+        self._metrics.sockets.inc()
+
+    def _give_place_back(self, principal: Principal) -> None:
+        self._metrics.sockets.dec()
+        self._of_tokens[_share_of(principal)] -= 1
+        self._of_tokens += Counter()  # those without any are forgotten
+
+    def _socket(self, heartbeat_s: float | None, writer_limit: int) -> web.WebSocketResponse:
+        return web.WebSocketResponse(
+            heartbeat=heartbeat_s,
+            max_msg_size=MAX_INCOMING_BYTES,
+            compress=False,
+            protocols=(SUBPROTOCOL,),
+            timeout=self._settings.close_grace_s,
+            writer_limit=writer_limit,
+        )
 
     async def _look_again(self, request: web.Request, session: Endable[CodeT]) -> None:
         """A token that is revoked while its socket is open ends the socket."""
@@ -178,3 +212,8 @@ class SocketDoor(Generic[CodeT]):
         finally:
             if transport is not None and transport.get_write_buffer_size():
                 transport.abort()
+
+
+def _share_of(principal: Principal) -> str:
+    """Tokens are told apart by their ids; what has none, by its name."""
+    return principal.token_id or f"without a token: {principal.name}"

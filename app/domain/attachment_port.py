@@ -12,7 +12,10 @@ class AttachmentStore(Protocol):
     """Files by their SHA-256, and what the journal says of them. Each method may raise StorageError."""
 
     async def put(self, sha256: str, content: bytes) -> None:
-        """Store a file, whole or not at all; on the disk when this returns. One that is there already is left."""
+        """Store a file, whole or not at all; on the disk when this returns. One that is there already is left.
+
+        Raises AttachmentsFullError.
+        """
 
     async def get(self, sha256: str) -> bytes:
         """The file. Raises AttachmentAlteredError if it is gone or has another hash."""

@@ -180,6 +180,12 @@ class StorageError(WaydropError):
     code = "storage.failed"
 
 
+class AttachmentsFullError(WaydropError):
+    """The files that were attached take all the room that they may have."""
+
+    code = "attachments.full"
+
+
 class AttachmentAlteredError(WaydropError):
     """An attachment's file is not the one that the journal says, or is gone."""
 

@@ -34,7 +34,7 @@ class Attachments:
         `media_type` None: told from the file.
 
         Raises:
-            NotFoundError, ConflictError (the drop has too many), InvalidInputError, StorageError.
+            NotFoundError, ConflictError (the drop has too many), InvalidInputError, AttachmentsFullError, StorageError.
         """
         run = await self._run_with(run_id, plan_item_id)
         name = checked_name(name)
@@ -60,6 +60,10 @@ class Attachments:
             )
             await self._tell(run, attachment)
         return attachment, True
+
+    async def find_drop(self, run_id: str, plan_item_id: str) -> None:
+        """Raises NotFoundError if the run has no such drop, StorageError."""
+        await self._run_with(run_id, plan_item_id)
 
     async def of_drop(self, run_id: str, plan_item_id: str) -> Sequence[Attachment]:
         """A drop's attachments, in order. Raises NotFoundError, StorageError."""

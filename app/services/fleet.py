@@ -117,7 +117,11 @@ class Fleet:
 
     def vehicles(self) -> Sequence[VehicleView]:
         """All vehicles, by id."""
-        return [self._vehicles[key].view() for key in sorted(self._vehicles, key=_by_number)]
+        return [vehicle.view() for vehicle in self.each()]
+
+    def each(self) -> Sequence[FleetVehicle]:
+        """The vehicles themselves, by id: without what is shown of them."""
+        return [self._vehicles[key] for key in sorted(self._vehicles, key=_by_number)]
 
     def view(self, vehicle_id: str) -> VehicleView:
         """One vehicle. Raises NotFoundError."""

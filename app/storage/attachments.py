@@ -6,6 +6,7 @@ import asyncio
 import hashlib
 import os
 import secrets
+import threading
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -14,12 +15,13 @@ from typing import Final
 import sqlalchemy as sa
 
 from app.domain.attachment import Attachment, is_sha256
-from app.domain.errors import AttachmentAlteredError, StorageError
+from app.domain.errors import AttachmentAlteredError, AttachmentsFullError, StorageError
 from app.domain.events import EventKind
 from app.storage.database import Database
 from app.storage.documents import from_json
 from app.storage.schema import EVENTS
 
+ATTACHMENTS_MAX_BYTES: Final = 10 * 1024**3
 _RANDOM_BYTES: Final = 8
 _UNFINISHED: Final = ".{}.part"
 
@@ -52,17 +54,25 @@ def is_intact(folder: Path, sha256: str) -> bool:
         return False
 
 
+def used_bytes(folder: Path) -> int:
+    """What the files take. Blocking."""
+    return sum(file.stat().st_size for file in folder.glob("??/*") if file.is_file())
+
+
 class DiskAttachmentStore:
     """AttachmentStore on a folder and the journal's events. Files are never changed, and never deleted by Waydrop."""
 
-    def __init__(self, database: Database, folder: Path) -> None:
+    def __init__(self, database: Database, folder: Path, max_bytes: int) -> None:
         self._database = database
         self._folder = folder
+        self._max_bytes = max_bytes
+        self._putting = threading.Lock()
+        self._used_bytes: int | None = None
 
     async def put(self, sha256: str, content: bytes) -> None:
         """See AttachmentStore. One that was altered on the disk is replaced by the right one."""
         try:
-            await asyncio.to_thread(self._put, sha256, content)
+            await asyncio.to_thread(self._put_within_quota, sha256, content)
         except OSError as error:
             raise StorageError(
                 f"attachments in {self._folder}: {error.strerror or error}",
@@ -89,10 +99,23 @@ class DiskAttachmentStore:
         rows = await self._database.read(of_run.where(EVENTS.c.kind == EventKind.RUN_ATTACHMENT.value))
         return tuple([from_json(Attachment, f"an attachment of run {run_id}", row["data"]) for row in rows])
 
+    def _put_within_quota(self, sha256: str, content: bytes) -> None:
+        with self._putting:
+            if is_intact(self._folder, sha256):
+                return
+            if self._used_bytes is None:
+                self._used_bytes = used_bytes(self._folder)
+            if self._used_bytes + len(content) > self._max_bytes:
+                raise AttachmentsFullError(
+                    f"attachments take {self._used_bytes} of {self._max_bytes} bytes: this one does not fit",
+                    hint="set WAYDROP_ATTACHMENTS_MAX_BYTES higher, if the disk has room",
+                )
+            replaces = file_path(self._folder, sha256).exists()  # one that was altered
+            self._put(sha256, content)
+            self._used_bytes = None if replaces else self._used_bytes + len(content)
+
     def _put(self, sha256: str, content: bytes) -> None:
         path = file_path(self._folder, sha256)
-        if is_intact(self._folder, sha256):
-            return
         path.parent.mkdir(parents=True, exist_ok=True)
         unfinished = path.with_name(_UNFINISHED.format(secrets.token_hex(_RANDOM_BYTES)))
         try:

@@ -19,7 +19,7 @@ from app.domain.jobs.port import JobStore
 from app.domain.ports import AnswerStore, EventStore, PlanStore, RunStore, TokenStore
 from app.domain.webhooks.port import WebhookStore
 from app.storage.answers import SqliteAnswerStore
-from app.storage.attachments import DiskAttachmentStore, attachments_folder, remove_unfinished
+from app.storage.attachments import ATTACHMENTS_MAX_BYTES, DiskAttachmentStore, attachments_folder, remove_unfinished
 from app.storage.database import Database
 from app.storage.errors import no_journal
 from app.storage.events import SqliteEventStore
@@ -52,7 +52,7 @@ class Storage:
 
 
 @asynccontextmanager
-async def open_storage(path: Path) -> AsyncIterator[Storage]:
+async def open_storage(path: Path, *, attachments_max_bytes: int = ATTACHMENTS_MAX_BYTES) -> AsyncIterator[Storage]:
     """Lock the journal at `path`, make or upgrade its tables, and give its stores until the block ends.
 
     Raises:
@@ -74,7 +74,7 @@ async def open_storage(path: Path) -> AsyncIterator[Storage]:
                 answers=SqliteAnswerStore(database),
                 jobs=SqliteJobStore(database),
                 webhooks=SqliteWebhookStore(database),
-                attachments=DiskAttachmentStore(database, attachments_folder(path)),
+                attachments=DiskAttachmentStore(database, attachments_folder(path), attachments_max_bytes),
                 flight_log=SqliteFlightLog(database),
             )
         finally:

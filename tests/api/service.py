@@ -34,6 +34,7 @@ from app.services.tasks import Tasks
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
 from app.services.webhooks import Webhooks, WebhookSettings
+from app.storage.attachments import ATTACHMENTS_MAX_BYTES
 from app.storage.storage import Storage, open_storage
 from app.webhooks import open_sender
 from tests.api.described import assert_described
@@ -99,10 +100,12 @@ async def run_service(
     webhook_timeout_s: float = 30.0,
     links: int = 2,
     jobs_settings: JobSettings = LIVELY,
+    attachments_max_bytes: int = ATTACHMENTS_MAX_BYTES,
 ) -> AsyncIterator[Service]:
     """A service with some vehicles. `change` may put other services in before it starts."""
     clock, stack, vehicles = SystemClock(), AsyncExitStack(), tuple(FakeLink(n) for n in range(1, links + 1))
-    async with open_storage(await _journal_file(folder)) as storage:
+    file = await _journal_file(folder)
+    async with open_storage(file, attachments_max_bytes=attachments_max_bytes) as storage:
         journal = Journal(storage.events, clock)
         fleet = Fleet(KnownLinks(*vehicles), journal)
         telemetry = TelemetryFeed(fleet, period_s=0.02)

@@ -177,3 +177,13 @@ async def test_a_viewer_reads_and_a_dispatcher_attaches(tmp_path: Path, plan: di
         assert (status, made["by"]) == (201, "a dispatcher")
         async with service.http.get(service.url + headers["Location"], headers=viewer) as answer:
             assert answer.status == 200
+
+
+async def test_when_the_quota_is_used_up_no_more_files_are_taken(tmp_path: Path, plan: dict[str, Any]) -> None:
+    async with run_service(tmp_path, attachments_max_bytes=len(PNG) + len(PDF)) as service:
+        run_id = await a_run(service, plan)
+        assert (await attach(service, run_id, PNG, "image/png"))[0] == 201
+        status, _, problem = await attach(service, run_id, JPEG, "image/jpeg")
+        assert (status, problem["code"]) == (507, "attachments.full")
+        assert "WAYDROP_ATTACHMENTS_MAX_BYTES" in problem["hint"]
+        assert (await attach(service, run_id, PDF, "application/pdf"))[0] == 201, "a smaller one still fits"

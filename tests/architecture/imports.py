@@ -19,7 +19,8 @@ ALLOWED: dict[str, frozenset[str]] = {
     "cli": frozenset({"services", "interchange", "domain", "config", "logs", "application"}),
     "config": frozenset({"domain"}),
     "logs": frozenset({"config"}),
-    "application": frozenset({"domain", "services", "vehicles", "storage", "webhooks", "api", "config"}),
+    "file_limit": frozenset({"config"}),
+    "application": frozenset({"domain", "services", "vehicles", "storage", "webhooks", "api", "config", "file_limit"}),
     "__main__": frozenset({"cli"}),
 }
 """A layer may always import itself. `__init__` files right in app/ import nothing."""

@@ -11,7 +11,7 @@ import pytest
 import structlog
 
 from app.config import load_settings
-from app.logs import configure_logs
+from app.logs import ALIKE_FOR_S, MOST_ALIKE, ForeignThrottle, configure_logs
 
 
 @pytest.fixture(autouse=True)
@@ -60,3 +60,28 @@ def test_what_is_below_the_level_is_not_written() -> None:
     configure_logs(load_settings(log_level="warning"), stream)
     structlog.get_logger().info("run started")
     assert stream.getvalue() == ""
+
+
+def test_what_a_library_says_without_end_is_written_a_few_times_and_counted() -> None:
+    stream = io.StringIO()
+    configure_logs(load_settings(log_format="json"), stream)
+    for number in range(1000):
+        logging.getLogger("asyncio").error("out of files: %s", number)
+    logging.getLogger("asyncio").error("another thing")
+    for _ in range(100):
+        structlog.get_logger("app.x").info("request")
+    events = [json.loads(line)["event"] for line in stream.getvalue().splitlines()]
+    assert sum(event.startswith("out of files") for event in events) == MOST_ALIKE
+    assert "another thing" in events
+    assert events.count("request") == 100, "each request has its line"
+
+
+def test_what_was_left_out_is_told_when_it_is_said_again_later() -> None:
+    now_s = 0.0
+    throttle = ForeignThrottle(lambda: now_s)
+    records = [logging.LogRecord("asyncio", logging.ERROR, "x.py", 1, "out of files", None, None) for _ in range(30)]
+    assert sum(throttle.filter(record) for record in records) == MOST_ALIKE
+    now_s = ALIKE_FOR_S
+    again = logging.LogRecord("asyncio", logging.ERROR, "x.py", 1, "out of files", None, None)
+    assert throttle.filter(again)
+    assert again.getMessage() == f"out of files ({30 - MOST_ALIKE} more like this were left out)"

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Final, Literal
 
 from app.domain.errors import JobsFullError
@@ -13,23 +14,30 @@ MAX_WAITING: Final = 200
 Place = Literal["first", "last"]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class JobQueue:
-    """All open jobs by id. Those that wait are ordered by priority, then as they came or were placed."""
+    """All open jobs by id. Those that wait are ordered by priority, then as they came or were placed.
+
+    What is asked again and again is worked out once: no slots, for the cached properties.
+    """
 
     jobs: Mapping[str, Job] = field(default_factory=dict)
     capacity: int = MAX_WAITING
 
-    @property
+    @cached_property
     def waiting(self) -> tuple[Job, ...]:
         """Jobs without a vehicle, the next one first."""
         queued = (job for job in self.jobs.values() if job.state is JobState.QUEUED)
         return tuple(sorted(queued, key=lambda job: job.place))
 
-    @property
+    @cached_property
     def active(self) -> tuple[Job, ...]:
         """Jobs that have a vehicle."""
         return tuple(job for job in self.jobs.values() if job.is_active)
+
+    @cached_property
+    def _holders(self) -> Mapping[str | None, Job]:
+        return {job.vehicle_id: job for job in reversed(self.active)}
 
     def due(self, now: float) -> tuple[Job, ...]:
         """Those that may begin now, the next one first. One that is not due yet holds up nobody."""
@@ -37,7 +45,29 @@ class JobQueue:
 
     def holder_of(self, vehicle_id: str) -> Job | None:
         """The job that has a vehicle."""
-        return next((job for job in self.active if job.vehicle_id == vehicle_id), None)
+        return self._holders.get(vehicle_id)
+
+    @cached_property
+    def _waiting_for(self) -> tuple[tuple[int, ...], Mapping[str, tuple[int, ...]]]:
+        """Places among those that wait: of the jobs that any vehicle may get, and of those that name vehicles."""
+        for_any: list[int] = []
+        named: dict[str, list[int]] = {}
+        for place, job in enumerate(self.waiting):
+            if not job.wish.named:
+                for_any.append(place)
+            for vehicle_id in job.wish.named:
+                named.setdefault(vehicle_id, []).append(place)
+        return tuple(for_any), {vehicle_id: tuple(places) for vehicle_id, places in named.items()}
+
+    def waiting_for(self, vehicle_id: str) -> tuple[str, ...]:
+        """The ids of the jobs that a vehicle may get, the next one first."""
+        for_any, named = self._waiting_for
+        return tuple(self.waiting[place].id for place in sorted((*for_any, *named.get(vehicle_id, ()))))
+
+    def with_jobs(self, jobs: Iterable[Job]) -> JobQueue:
+        """With these jobs, all at once; those that are over leave."""
+        merged = {**self.jobs, **{job.id: job for job in jobs}}
+        return replace(self, jobs={key: job for key, job in merged.items() if not job.is_over})
 
     def last_rank(self) -> int:
         """The rank for one more job: behind all others of its priority."""
@@ -59,8 +89,10 @@ class JobQueue:
 
     def with_job(self, job: Job) -> JobQueue:
         """With a job as it is now; one that is over leaves."""
-        rest = {key: value for key, value in self.jobs.items() if key != job.id}
-        return replace(self, jobs=rest if job.is_over else {**self.jobs, job.id: job})
+        jobs = {**self.jobs, job.id: job}
+        if job.is_over:
+            del jobs[job.id]
+        return replace(self, jobs=jobs)
 
     def placed(self, job: Job, *, priority: int | None, place: Place | None, now: float) -> Job:
         """A waiting job with another priority, or first or last of those with its priority."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import math
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -22,9 +22,13 @@ from app.domain.prediction import CALM, Wind
 from app.domain.rules import Finding, Severity, check_plan
 from app.domain.vehicle import VehicleFacts
 from app.services.fleet import Fleet
+from app.services.jobs.breath import Breath
 
 KEPT: Final = 1024
 """Findings of plan and vehicle. They are the same until the vehicle's facts are others."""
+
+ASKED_AT_ONCE: Final = 4
+"""Vehicles that begin to tell their facts in one turn of the loop: to put a vehicle's facts together takes time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,16 +66,29 @@ class Assessment:
 
         The rules reckon with the wind.
         """
-        key = (plan_hash(plan), wind)
+        key = (await asyncio.to_thread(plan_hash, plan), wind)
         seen = {sight.vehicle_id for sight in sights}
-        looked = await asyncio.gather(*(self._candidate(key, plan, wish, sight) for sight in sights))
+        asked = await self._ask(
+            [sight.vehicle_id for sight in sights if wish.allows(sight.vehicle_id) and sight.state.connected]
+        )
+        breath, looked = Breath(), []
+        for sight in sights:
+            looked.append(await self._candidate(key, plan, wish, sight, asked.get(sight.vehicle_id)))
+            await breath.take()
         return choose([*looked, *(_unseen(name) for name in wish.named if name not in seen)])
 
-    async def _candidate(self, key: tuple[str, Wind], plan: Plan, wish: Wish, sight: VehicleSight) -> Candidate:
+    async def _candidate(
+        self,
+        key: tuple[str, Wind],
+        plan: Plan,
+        wish: Wish,
+        sight: VehicleSight,
+        asked: asyncio.Task[VehicleFacts] | None,
+    ) -> Candidate:
         state = sight.state
         refusals = [*why_not_ready(sight), *why_not_wished(sight.vehicle_id, state.battery_percent, wish)]
-        if wish.allows(sight.vehicle_id) and state.connected:
-            refusals += await self._unfit(key, plan, sight.vehicle_id, we_choose=wish.is_any)
+        if asked is not None:
+            refusals += await self._unfit(key, plan, sight.vehicle_id, asked, we_choose=wish.is_any)
         return Candidate(
             vehicle_id=sight.vehicle_id,
             distance_m=distance_to(beginning_of(plan), state),
@@ -81,29 +98,44 @@ class Assessment:
             lasting=any(refusal.lasting for refusal in refusals),
         )
 
-    async def _unfit(self, key: tuple[str, Wind], plan: Plan, vehicle_id: str, *, we_choose: bool) -> Sequence[Refusal]:
-        try:
-            facts = await self._facts(vehicle_id)
-        except WaydropError as error:
-            return [Refusal(code=VehicleRefusal.SILENT.value, message=error.detail, hint=error.hint)]
-        if facts is None:
+    async def _unfit(
+        self,
+        key: tuple[str, Wind],
+        plan: Plan,
+        vehicle_id: str,
+        asked: asyncio.Task[VehicleFacts],
+        *,
+        we_choose: bool,
+    ) -> Sequence[Refusal]:
+        if not asked.done():
             message = "its parameters are still being read"
             return [Refusal(code=VehicleRefusal.SILENT.value, message=message, hint="wait a moment")]
+        try:
+            facts = asked.result()
+        except WaydropError as error:
+            return [Refusal(code=VehicleRefusal.SILENT.value, message=error.detail, hint=error.hint)]
         checked = await self._check(key, plan, vehicle_id, facts)
         return why_unfit(checked.findings, we_choose=we_choose, at_best=checked.at_best)
 
-    async def _facts(self, vehicle_id: str) -> VehicleFacts | None:
-        """The vehicle's facts; None if it is still asked. Raises WaydropError."""
-        task = self._asking.get(vehicle_id)
-        if task is None:
-            task = asyncio.create_task(self._fleet.facts(vehicle_id), name=f"facts {vehicle_id}")
-            self._asking[vehicle_id] = task
-        await asyncio.wait({task}, timeout=self._facts_s)
-        if not task.done():
-            return None
-        if self._asking.get(vehicle_id) is task:
-            del self._asking[vehicle_id]
-        return task.result()
+    async def _ask(self, vehicle_ids: Sequence[str]) -> Mapping[str, asyncio.Task[VehicleFacts]]:
+        """Ask these for their facts, a few in each turn of the loop, and wait for all of them together.
+
+        One that has not answered in time is asked on.
+        """
+        breath, asked = Breath(), dict[str, asyncio.Task[VehicleFacts]]()
+        for vehicle_id in vehicle_ids:
+            if vehicle_id not in self._asking:
+                ask = self._fleet.facts(vehicle_id)
+                self._asking[vehicle_id] = asyncio.create_task(ask, name=f"facts {vehicle_id}")
+            asked[vehicle_id] = self._asking[vehicle_id]
+            if len(asked) % ASKED_AT_ONCE == 0:
+                await breath.give()
+        if asked:
+            await asyncio.wait(asked.values(), timeout=self._facts_s)
+        for vehicle_id, task in asked.items():
+            if task.done() and self._asking.get(vehicle_id) is task:
+                del self._asking[vehicle_id]
+        return asked
 
     async def _check(self, key: tuple[str, Wind], plan: Plan, vehicle_id: str, facts: VehicleFacts) -> _Checked:
         rate = facts.least_clock_rate  # measured anew each moment, and only this of it matters to the rules

@@ -35,8 +35,7 @@ class JobBook:
 
     async def load(self) -> None:
         """Read what an earlier process left. Raises StorageError."""
-        for job in await self._store.list_jobs(JobFilter(open_only=True), limit=MOST_OPEN):
-            self.queue = self.queue.with_job(job)
+        self.queue = self.queue.with_jobs(await self._store.list_jobs(JobFilter(open_only=True), limit=MOST_OPEN))
         self._vehicles = {queue.vehicle_id: queue for queue in await self._store.list_queues()}
 
     def vehicle(self, vehicle_id: str) -> VehicleQueue:

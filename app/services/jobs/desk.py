@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-from collections.abc import Awaitable
+from collections.abc import Awaitable, Sequence
+from typing import Final
 
 import structlog
 
 from app.domain.errors import NotFoundError, WaydropError
 from app.domain.jobs.candidate import Candidate
 from app.domain.jobs.choice import chosen_of
-from app.domain.jobs.job import Job, JobState
+from app.domain.jobs.job import Job, JobState, Wish
 from app.domain.jobs.readiness import why_not_ready
-from app.domain.prediction import CALM
+from app.domain.prediction import CALM, Wind
 from app.domain.reason import ReasonCode, because
 from app.services.clock import Clock
 from app.services.jobs.assessment import Assessment
 from app.services.jobs.book import JobBook
+from app.services.jobs.breath import Breath
 from app.services.jobs.following import EXPIRED, JobFollower
 from app.services.jobs.settings import JobSettings
 from app.services.jobs.sights import VehicleSights
@@ -26,6 +28,8 @@ from app.services.runs import Runs
 from app.services.runs.new_run import new_run_id
 
 log = structlog.get_logger(__name__)
+SEEN_FOR_S: Final = 0.5
+"""How long a pass goes by what it saw of the vehicles."""
 
 
 class JobDesk:
@@ -70,17 +74,18 @@ class JobDesk:
 
     async def look(self) -> None:
         """One pass. What fails is logged, and tried again at a later one."""
+        breath = Breath()
         for job in self._book.queue.active:
             await self._told(self._follower.follow(job), job)
+            await breath.take()
         now = self._clock.now()
         for job in self._book.queue.waiting:
             if job.is_late(now):
                 await self._told(self._expire(job), job)
+        await breath.take()
         due = [job for job in self._book.queue.due(now) if self._may_be_tried(job)]
-        if due and await self._judge_ready():
-            for job in due:
-                if self._has_ready(job):
-                    await self._told(self._assign(job), job)
+        if due and await self._judge_ready(breath):
+            await self._give_out(due, breath)
         self._not_before_s = {key: at for key, at in self._not_before_s.items() if key in self._book.queue.jobs}
 
     async def candidates(self, job: Job) -> tuple[Candidate, ...]:
@@ -91,14 +96,34 @@ class JobDesk:
     def _may_be_tried(self, job: Job) -> bool:
         return self._not_before_s.get(job.id, 0.0) <= self._clock.monotonic()
 
-    def _has_ready(self, job: Job) -> bool:
-        """Whether a look at the rules is worth it."""
-        return any(job.wish.allows(sight.vehicle_id) and not why_not_ready(sight) for sight in self._sights.all())
+    async def _give_out(self, due: Sequence[Job], breath: Breath) -> None:
+        """Try the jobs in their order; of those that are alike, none after one that no vehicle could take.
 
-    async def _judge_ready(self) -> bool:
+        What was seen of the vehicles only says whether a job is worth a try: the one that is chosen is looked at anew.
+        """
+        refused = set[tuple[str, Wind | None, Wish]]()
+        free, seen_s = self._free(), self._clock.monotonic()
+        for job in due:
+            await breath.take()
+            alike = (job.plan_id, job.wind, job.wish)
+            if alike in refused or not any(job.wish.allows(vehicle_id) for vehicle_id in free):
+                continue
+            await self._told(self._assign(job), job)
+            if not self._may_be_tried(job):
+                refused.add(alike)
+            if self._book.queue.jobs.get(job.id) is not job or self._clock.monotonic() - seen_s >= SEEN_FOR_S:
+                free, seen_s = self._free(), self._clock.monotonic()
+
+    def _free(self) -> frozenset[str]:
+        """The vehicles that could begin now."""
+        return frozenset(sight.vehicle_id for sight in self._sights.all() if not why_not_ready(sight))
+
+    async def _judge_ready(self, breath: Breath) -> bool:
         """Stop the queues of vehicles whose newest run ended badly. Whether that is known of all that are ready."""
         try:
+            await breath.take()
             for sight in self._sights.all():
+                await breath.take()
                 if not why_not_ready(sight):
                     await self._sights.judge(sight.vehicle_id, self._clock.now())
         except WaydropError as error:

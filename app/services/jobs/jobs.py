@@ -12,6 +12,7 @@ from app.domain.errors import InvalidInputError, JobWrongStateError, NotFoundErr
 from app.domain.jobs.choice import chosen_of, hopeless
 from app.domain.jobs.job import Job, JobState
 from app.domain.jobs.port import ALL_JOBS, JobFilter, JobStore
+from app.domain.jobs.queue import JobQueue
 from app.domain.jobs.readiness import VehicleSight, why_not_ready
 from app.domain.jobs.vehicle_queue import VehicleQueue
 from app.domain.plan import Plan, parse_data
@@ -21,6 +22,7 @@ from app.services.clock import Clock
 from app.services.fleet import Fleet
 from app.services.jobs.assessment import Assessment
 from app.services.jobs.book import JobBook
+from app.services.jobs.breath import Breath
 from app.services.jobs.desk import JobDesk
 from app.services.jobs.orders import JobMove, JobOrder
 from app.services.jobs.settings import JobSettings
@@ -151,14 +153,17 @@ class Jobs:
 
         return await self._change(job_id, placed, by)
 
-    def queues(self) -> JobQueuesView:
+    async def queues(self) -> JobQueuesView:
         """All jobs that wait, and how each vehicle stands."""
-        queue = self._book.queue
+        queue, breath, vehicles = self._book.queue, Breath(), []
+        for sight in self._sights.all():
+            vehicles.append(self._vehicle_view(sight, queue))
+            await breath.take()
         return JobQueuesView(
             dispatching=self._task is not None and not self._task.done(),
             capacity=queue.capacity,
             waiting=queue.waiting,
-            vehicles=tuple(self._vehicle_view(sight) for sight in self._sights.all()),
+            vehicles=tuple(vehicles),
         )
 
     async def stop(self, vehicle_id: str, by: str) -> VehicleQueueView:
@@ -196,14 +201,15 @@ class Jobs:
         candidates = await self._desk.candidates(job)
         return job.model_copy(update={"candidates": candidates, "warning": hopeless(candidates)})
 
-    def _vehicle_view(self, sight: VehicleSight) -> VehicleQueueView:
-        holder, refusals = self._book.queue.holder_of(sight.vehicle_id), why_not_ready(sight)
+    def _vehicle_view(self, sight: VehicleSight, queue: JobQueue | None = None) -> VehicleQueueView:
+        queue = queue or self._book.queue
+        holder, refusals = queue.holder_of(sight.vehicle_id), why_not_ready(sight)
         return VehicleQueueView(
             queue=self._book.vehicle(sight.vehicle_id),
             ready=not refusals,
             refusals=refusals,
             job_id=None if holder is None else holder.id,
-            waiting=tuple(job.id for job in self._book.queue.waiting if job.wish.allows(sight.vehicle_id)),
+            waiting=queue.waiting_for(sight.vehicle_id),
         )
 
     def _refuse_unseen(self, order: JobOrder) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from app.domain.jobs.readiness import VehicleSight
 from app.domain.offboard.state import OffboardState
@@ -23,11 +23,12 @@ class VehicleSights:
 
     def all(self) -> Sequence[VehicleSight]:
         """Every vehicle of the fleet, by id."""
-        return [self._of(self._fleet.vehicle(view.id), None) for view in self._fleet.vehicles()]
+        open_runs = self._open_runs()
+        return [self._of(vehicle, open_runs, None) for vehicle in self._fleet.each()]
 
     def one(self, vehicle_id: str, own_run_id: str | None = None) -> VehicleSight:
         """One vehicle; that `own_run_id` has it does not count. Raises NotFoundError."""
-        return self._of(self._fleet.vehicle(vehicle_id), own_run_id)
+        return self._of(self._fleet.vehicle(vehicle_id), self._open_runs(), own_run_id)
 
     def has(self, vehicle_id: str, run_id: str) -> bool:
         """Whether the run is followed on its vehicle. Raises NotFoundError."""
@@ -43,20 +44,28 @@ class VehicleSights:
         newest = await self.newest_run(vehicle_id)
         await self._book.change_vehicle(vehicle_id, lambda queue: queue.judged(newest, now=now), "stopped")
 
-    def _of(self, vehicle: FleetVehicle, own_run_id: str | None) -> VehicleSight:
+    def _open_runs(self) -> Mapping[str, Sequence[str]]:
+        """By vehicle. A run that an earlier process left has no vehicle yet, and its vehicle is taken all the same."""
+        found: dict[str, list[str]] = {}
+        for run in self._runs.open_runs():
+            if not run.is_over:
+                found.setdefault(run.vehicle_id, []).append(run.id)
+        return found
+
+    def _of(
+        self, vehicle: FleetVehicle, open_runs: Mapping[str, Sequence[str]], own_run_id: str | None
+    ) -> VehicleSight:
         queue = self._book.vehicle(vehicle.id)
         return VehicleSight(
             vehicle_id=vehicle.id,
             state=vehicle.link.state(),
             quarantined=vehicle.quarantined,
-            held_by=self._holder(vehicle, own_run_id),
+            held_by=self._holder(vehicle, open_runs.get(vehicle.id, ()), own_run_id),
             lease_holder=_lease_holder(vehicle),
             stopped=queue.reason if queue.stopped else None,
         )
 
-    def _holder(self, vehicle: FleetVehicle, own_run_id: str | None) -> str | None:
-        # a run that an earlier process left has no vehicle yet, and its vehicle is taken all the same
-        open_runs = (run.id for run in self._runs.open_runs() if run.vehicle_id == vehicle.id and not run.is_over)
+    def _holder(self, vehicle: FleetVehicle, open_runs: Sequence[str], own_run_id: str | None) -> str | None:
         for run_id in (vehicle.run_id, *open_runs):
             if run_id is not None and run_id != own_run_id:
                 return f"run {run_id}"

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from app.domain.attachment import Attachment
-from app.domain.errors import AttachmentAlteredError, StorageError
+from app.domain.errors import AttachmentAlteredError, AttachmentsFullError, StorageError
 from app.domain.events import NewEvent
 from app.domain.events.run import RunAttachment
 from app.storage import open_storage, verify_journal
@@ -107,3 +107,19 @@ async def test_what_a_kill_left_half_written_is_gone_after_the_next_start_and_no
         assert await storage.attachments.get(HASH) == PHOTO
     files = await asyncio.to_thread(lambda: {one for one in folder.rglob("*") if one.is_file()})
     assert files == {the_file(journal), foreign}
+
+
+async def test_files_have_a_quota_over_restarts_and_one_that_is_there_takes_no_more(tmp_path: Path) -> None:
+    path = tmp_path / "journal.db"
+    other = b"\xff\xd8\xff other"
+    async with open_storage(path, attachments_max_bytes=len(PHOTO) + 3) as storage:
+        await storage.attachments.put(HASH, PHOTO)
+        await storage.attachments.put(HASH, PHOTO)
+        with pytest.raises(AttachmentsFullError):
+            await storage.attachments.put(hashlib.sha256(other).hexdigest(), other)
+    async with open_storage(path, attachments_max_bytes=len(PHOTO) + 3) as storage:
+        with pytest.raises(AttachmentsFullError):
+            await storage.attachments.put(hashlib.sha256(other).hexdigest(), other)
+        assert await storage.attachments.get(HASH) == PHOTO
+    async with open_storage(path, attachments_max_bytes=len(PHOTO + other)) as storage:
+        await storage.attachments.put(hashlib.sha256(other).hexdigest(), other)

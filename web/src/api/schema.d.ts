@@ -8205,7 +8205,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8364,7 +8364,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8523,7 +8523,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -8753,6 +8753,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     renew_offboard_lease: {
@@ -8880,6 +8889,15 @@ export interface operations {
             };
             /** @description `internal`: A defect of the service */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9021,6 +9039,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     release_offboard_lease: {
@@ -9148,6 +9175,15 @@ export interface operations {
             };
             /** @description `internal`: A defect of the service */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9412,7 +9448,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9573,7 +9609,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -9718,6 +9754,15 @@ export interface operations {
             };
             /** @description `internal`: A defect of the service */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -9940,6 +9985,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     move_target: {
@@ -10068,6 +10122,15 @@ export interface operations {
             };
             /** @description `internal`: A defect of the service */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10210,6 +10273,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     change_task: {
@@ -10338,6 +10410,15 @@ export interface operations {
             };
             /** @description `internal`: A defect of the service */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10480,6 +10561,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     next_task: {
@@ -10607,6 +10697,15 @@ export interface operations {
             };
             /** @description `internal`: A defect of the service */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -10748,6 +10847,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     pause_tasks: {
@@ -10882,6 +10990,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     resume_tasks: {
@@ -11009,6 +11126,15 @@ export interface operations {
             };
             /** @description `internal`: A defect of the service */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -11214,7 +11340,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -11880,6 +12006,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description `vehicle.timeout`: The vehicle did not answer */
             504: {
                 headers: {
@@ -12002,6 +12137,15 @@ export interface operations {
             };
             /** @description `internal`: A defect of the service */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -12253,7 +12397,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12587,7 +12731,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12746,7 +12890,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -12905,7 +13049,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13064,7 +13208,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13223,7 +13367,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13382,7 +13526,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13541,7 +13685,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13707,7 +13851,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -13873,7 +14017,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14039,7 +14183,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14323,6 +14467,15 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
         };
     };
     list_jobs: {
@@ -14551,7 +14704,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14683,7 +14836,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -14920,7 +15073,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15061,7 +15214,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15256,7 +15409,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15386,7 +15539,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -15615,7 +15768,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16035,8 +16188,17 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `attachments.full`: There is no room for more attachments */
+            507: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -16423,7 +16585,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16636,7 +16798,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16770,7 +16932,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -16893,6 +17055,15 @@ export interface operations {
             };
             /** @description `internal`: A defect of the service */
             500: {
+                headers: {
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description `request.no_room`: Too many large bodies are under way */
+            503: {
                 headers: {
                     [name: string]: unknown;
                 };
@@ -17097,7 +17268,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;
@@ -17247,7 +17418,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description `storage.failed`: The journal cannot be written */
+            /** @description `storage.failed`: The journal cannot be written; `request.no_room`: Too many large bodies are under way */
             503: {
                 headers: {
                     [name: string]: unknown;

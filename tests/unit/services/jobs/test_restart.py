@@ -110,11 +110,11 @@ async def test_the_order_and_a_stopped_queue_survive() -> None:
         await yard.jobs.stop("v1", "ward 3")
         made = [await yard.order(vehicle="v1", priority=priority) for priority in (0, 5, 0)]
         await yard.restart()
-        view = yard.jobs.queues()
+        view = await yard.jobs.queues()
         assert [job.id for job in view.waiting] == [made[1].id, made[0].id, made[2].id]
         assert (view.vehicles[0].queue.stopped, view.vehicles[0].queue.reason) == (
             True,
             because(ReasonCode.QUEUE_STOPPED, by="ward 3"),
         )
         later = await yard.order(vehicle="v1")
-        assert yard.jobs.queues().waiting[-1].id == later.id, "who comes after a restart comes last"
+        assert (await yard.jobs.queues()).waiting[-1].id == later.id, "who comes after a restart comes last"

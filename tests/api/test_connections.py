@@ -1,0 +1,131 @@
+"""Clients that send half a request, or open too much, shut nobody else out."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager, suppress
+from urllib.parse import urlsplit
+
+from aiohttp import web
+
+from app.api.connections import ConnectionLimits
+from app.api.server import serving
+from tests.api.raw_socket import exchange, status_of
+
+LIMITS = ConnectionLimits(most=12, most_per_address=8, head_s=20.0)
+WHOLE = b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n"
+KEPT = b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
+HALF = b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nX-Slow: "
+Peer = tuple[asyncio.StreamReader, asyncio.StreamWriter]
+
+
+@asynccontextmanager
+async def served(limits: ConnectionLimits) -> AsyncIterator[int]:
+    """A service that says yes; its port."""
+
+    async def yes(_: web.Request) -> web.Response:
+        return web.Response(text="yes")
+
+    app = web.Application()
+    app.router.add_get("/", yes)
+    async with serving(app, "127.0.0.1", 0, limits) as url:
+        yield urlsplit(url).port or 0
+
+
+async def begun(port: int, sent: bytes, *, source: str = "127.0.0.1") -> Peer:
+    """A connection that has sent something and stays open."""
+    reader, writer = await asyncio.open_connection("127.0.0.1", port, local_addr=(source, 0))
+    writer.write(sent)
+    await writer.drain()
+    return reader, writer
+
+
+async def answered(port: int, *, source: str = "127.0.0.1") -> Peer:
+    """A connection that has an answer and is kept."""
+    reader, writer = await begun(port, KEPT, source=source)
+    async with asyncio.timeout(10):
+        assert (await reader.readline()).startswith(b"HTTP/1.1 200")
+    return reader, writer
+
+
+async def rest_of(peer: Peer) -> bytes:
+    """What the service still says, once it has closed."""
+    async with asyncio.timeout(10):
+        with suppress(ConnectionResetError):
+            return await peer[0].read(-1)
+    return b""
+
+
+async def test_half_sent_requests_of_one_address_shut_out_neither_it_nor_others() -> None:
+    async with served(LIMITS) as port:
+        halves = [await begun(port, HALF) for _ in range(30)]
+        assert status_of(await exchange(port, WHOLE)) == 200
+        assert status_of(await exchange(port, WHOLE)) == 200
+        assert await rest_of(halves[0]) == b"", "the oldest half-sent ones make room"
+        for _, writer in halves:
+            writer.close()
+
+
+async def test_half_sent_requests_of_many_addresses_shut_nobody_out() -> None:
+    async with served(LIMITS) as port:
+        halves = [await begun(port, HALF, source=f"127.0.0.{2 + n % 9}") for n in range(40)]
+        assert status_of(await exchange(port, WHOLE)) == 200
+        for _, writer in halves:
+            writer.close()
+
+
+async def test_a_request_whose_head_does_not_come_is_cut_however_it_dribbles() -> None:
+    async with served(ConnectionLimits(head_s=0.5)) as port:
+        peer = await begun(port, HALF)
+        since = time.monotonic()
+
+        async def dribble() -> None:
+            with suppress(ConnectionError):
+                while True:
+                    peer[1].write(b"x")
+                    await peer[1].drain()
+                    await asyncio.sleep(0.05)
+
+        dribbling = asyncio.create_task(dribble())
+        await rest_of(peer)
+        assert time.monotonic() - since >= 0.4
+        dribbling.cancel()
+        await asyncio.gather(dribbling, return_exceptions=True)
+        peer[1].close()
+
+
+async def test_a_kept_connection_that_asks_nothing_more_is_closed() -> None:
+    async with served(ConnectionLimits(idle_s=0.3)) as port:
+        peer = await answered(port)
+        assert b"yes" in await rest_of(peer)
+        peer[1].close()
+
+
+async def test_one_address_may_have_so_many_and_another_one_still_gets_in() -> None:
+    async with served(LIMITS) as port:
+        kept = [await answered(port) for _ in range(8)]
+        refused = await exchange(port, WHOLE)
+        assert status_of(refused) == 503
+        assert b"application/problem+json" in refused
+        assert b'"code":"connections.full"' in refused
+        peer = await answered(port, source="127.0.0.2")
+        kept[0][1].close()
+        await kept[0][1].wait_closed()
+        for _, writer in (*kept, peer):
+            writer.close()
+
+
+async def test_what_is_let_go_counts_no_more() -> None:
+    async with served(LIMITS) as port:
+        for _ in range(40):
+            assert status_of(await exchange(port, WHOLE)) == 200
+
+
+async def test_over_all_addresses_there_are_at_most_so_many() -> None:
+    async with served(LIMITS) as port:
+        kept = [await answered(port, source=f"127.0.0.{2 + n % 3}") for n in range(12)]
+        assert status_of(await exchange(port, WHOLE)) == 503
+        for _, writer in kept:
+            writer.close()
