@@ -11,7 +11,7 @@ from shapely.geometry.base import BaseGeometry
 
 from app.domain.autopilot import Quantity
 from app.domain.carried import Carried
-from app.domain.fence_area import FenceArea, is_simple_polygon, polygon_shape
+from app.domain.fence_area import MIN_AREA_M2, FenceArea, is_simple_polygon, polygon_shape
 from app.domain.fence_route import length_m, way_round
 from app.domain.finding import Severity, json_pointer
 from app.domain.geo import Place
@@ -33,7 +33,8 @@ def _simple_polygons(context: RuleContext) -> Iterator[Violation]:
         if not is_simple_polygon(shape):
             message = "the polygon crosses or touches itself, or has no area"
             hint = "give the corners in the order in which they follow each other around it"
-            assumed = (HOME,) if _is_beyond_flat_earth(shape) and not context.knows_home else ()
+            around_home = _is_beyond_flat_earth(shape) or abs(shape.area - MIN_AREA_M2) < 0.01 * MIN_AREA_M2
+            assumed = (HOME,) if around_home and not context.knows_home else ()
             yield Violation(json_pointer("geofence", "polygons", index, "vertices"), message, hint, assumed=assumed)
 
 

@@ -106,6 +106,19 @@ def test_whether_a_polygon_over_half_the_earth_crosses_itself_rests_on_where_hom
     assert (finding.severity, finding.assumed) == ("warning", ("home",))
 
 
+def test_whether_a_polygon_of_the_least_area_has_one_rests_on_where_home_is() -> None:
+    """Metres of the local frame differ by parts in a thousand from one home to another."""
+    corners = [
+        {"latitude_deg": 47.397741999993094, "longitude_deg": 8.545633857364095},
+        {"latitude_deg": 47.397741999987716, "longitude_deg": 8.54564714315211},
+        {"latitude_deg": 47.39775998643212, "longitude_deg": 8.545593999999994},
+    ]
+    fence = {"polygons": [{"kind": "exclusion", "vertices": corners}]}
+    checked = plan("multicopter", waypoint(), home=None, geofence=fence)
+    finding = _only(checked, None, "geofence.self_crossing")
+    assert (finding.severity, finding.assumed) == ("warning", ("home",))
+
+
 def test_a_finding_of_another_type_of_vehicle_rests_on_nothing_that_this_one_tells() -> None:
     low = plan("multicopter", takeoff(3), waypoint(), RETURN)
     assert errors(low, VEHICLES["plane"]) == ["vehicle.type_differs"]
