@@ -13,32 +13,29 @@ import structlog
 
 from app import __version__
 from app.api import ApiServices, ApiSettings, build_app
-from app.api.connections import ConnectionLimits
+from app.api.application import ROUTES
 from app.api.openapi import openapi_document as describe
-from app.api.routes import ROUTES
-from app.api.server import serving
+from app.api.server import ConnectionLimits, serving
 from app.config import Settings, require_access_control
 from app.domain.errors import NotFoundError, StorageError
+from app.domain.events.event import JournalHead
 from app.domain.events.service import ServiceStarted, ServiceStopped
 from app.domain.flight.recording import Replay, from_text, replay
-from app.domain.journal_chain import JournalHead
-from app.domain.ports import TokenStore
+from app.domain.stores import TokenStore
 from app.file_limit import require_files
 from app.services.access import Access
 from app.services.attachments import Attachments
 from app.services.clock import Clock, SystemClock
-from app.services.comparisons import Comparisons
+from app.services.delivery_reports import Comparisons, Proofs
 from app.services.fleet import Fleet
 from app.services.hang_watch import hang_watch
 from app.services.jobs import Jobs
 from app.services.journal import Journal
-from app.services.known_plans import KnownPlans
 from app.services.offboard import Offboard, OffboardSettings
-from app.services.offboard.left_open import tell_left_open
-from app.services.plans import Plans
-from app.services.proofs import Proofs
-from app.services.rerouting import Rerouting
+from app.services.offboard.offboard import recover_interrupted
+from app.services.plans import KnownPlans, Plans
 from app.services.runs import Runs
+from app.services.runs.rerouting import Rerouting
 from app.services.simulation import Simulation
 from app.services.target_following import TargetFollower
 from app.services.targets import Targets
@@ -157,7 +154,7 @@ async def _journal(storage: Storage, clock: Clock) -> AsyncIterator[Journal]:
         stack.push_async_callback(journal.close)
         await _tell(journal, ServiceStarted(release=__version__))
         with suppress(StorageError):  # as in _tell; it is still open at the next start, which tells it
-            await tell_left_open(journal, clock)
+            await recover_interrupted(journal, clock)
         stack.push_async_callback(_tell, journal, ServiceStopped())
         yield journal
 

@@ -11,10 +11,10 @@ from typing import Annotated, Final, Literal
 from pydantic import Field, SecretStr, ValidationError, field_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
-from app.domain.declared import require_known_keys
 from app.domain.errors import InvalidInputError
-from app.domain.performance import Performance
-from app.domain.setpoint.limits import OffboardLimits
+from app.domain.offboard.limits import OffboardLimits
+from app.domain.vehicle.declared import require_known_keys
+from app.domain.vehicle.performance import Performance
 
 PREFIX: Final = "WAYDROP_"
 DEFAULT_CONNECTIONS: Final = "udpin://127.0.0.1:14540..14543"

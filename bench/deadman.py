@@ -22,11 +22,12 @@ from typing import Any
 
 import aiohttp
 
-from tests.e2e.by_hand import Pilot, pilot, truth
-from tests.service import Dispatcher, ServiceProcess, until
-from tests.simulated import SimulatedFleet
+from tests.support.offboard_client import Pilot, pilot, truth
+from tests.support.paths import PLANS
+from tests.support.service_process import Dispatcher, ServiceProcess, until
+from tests.support.simulated import SimulatedFleet
 
-PLAN = Path(__file__).parents[1] / "plans" / "clinic-run.json"
+PLAN = PLANS / "clinic-run.json"
 LOSS_S = 1.0
 """COM_OF_LOSS_T."""
 LATEST_S = {"hung": LOSS_S + 0.3, "killed": LOSS_S + 0.3, "silent": 1.3, "gone": 0.3}

@@ -26,22 +26,20 @@ from aiohttp import web
 from app.api import ApiServices, ApiSettings, build_app
 from app.domain.events import Event, NewEvent
 from app.domain.events.run import RunItem
-from app.domain.jobs.port import JobRecord
-from app.domain.ports import StoredPlan, Unsubscribe, VehicleLink
-from app.domain.run import Run
+from app.domain.run.run import Run
+from app.domain.stores import JobRecord, StoredPlan
+from app.domain.vehicle.link import Unsubscribe, VehicleLink
 from app.services.access import Access
 from app.services.attachments import Attachments
 from app.services.clock import SystemClock
-from app.services.comparisons import Comparisons
+from app.services.delivery_reports import Comparisons, Proofs
 from app.services.fleet import Fleet
 from app.services.jobs import Jobs
 from app.services.journal import Journal
-from app.services.known_plans import KnownPlans
 from app.services.offboard import Offboard
-from app.services.plans import Plans
-from app.services.proofs import Proofs
-from app.services.rerouting import Rerouting
+from app.services.plans import KnownPlans, Plans
 from app.services.runs import Runs
+from app.services.runs.rerouting import Rerouting
 from app.services.simulation import Simulation
 from app.services.targets import Targets
 from app.services.tasks import Tasks

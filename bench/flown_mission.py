@@ -8,10 +8,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from app.domain.compiler import compile_plan
-from app.domain.mission import MavCmd, Mission, MissionItem
+from app.domain.mission.compiler import compile_plan
+from app.domain.mission.mission import MavCmd, Mission, MissionItem
 from app.domain.plan import Plan
-from app.domain.vehicle import FirmwareVersion, GlobalPosition, VehicleFacts
+from app.domain.vehicle.state import FirmwareVersion, GlobalPosition, VehicleProfile
 from app.simulator.clock import VehicleClock
 from app.simulator.dialect import Message, mavlink
 from app.simulator.fleet import build_vehicle
@@ -75,10 +75,10 @@ class SimulatedFlight:
         self._steps = 0
         self._fly(READY_S)
 
-    def facts(self, plan: Plan) -> VehicleFacts:
+    def facts(self, plan: Plan) -> VehicleProfile:
         """What Waydrop would read from this vehicle."""
         version = self.vehicle.spec.profile.flight_sw_version
-        return VehicleFacts(
+        return VehicleProfile(
             vehicle_type=plan.vehicle_type,
             firmware=FirmwareVersion(version >> 24, version >> 16 & 255, version >> 8 & 255),
             home=GlobalPosition(*DEFAULT_HOME),

@@ -19,8 +19,8 @@ from contextlib import asynccontextmanager
 from typing import Final
 
 from app.domain.jobs.job import Job, Wish
-from app.domain.vehicle import LandedState, VehicleType
-from tests.unit.services.jobs.yard import Yard, a_vehicle
+from app.domain.vehicle.state import LandedState, VehicleType
+from tests.support.job_fleet import Yard, a_vehicle
 
 BUDGET_MS: Final = 5.0
 

@@ -22,12 +22,10 @@ from pathlib import Path
 
 from app.domain.events import Event, NewEvent
 from app.domain.events.run import RunItem
-from app.domain.jobs.port import JobRecord
-from app.domain.ports import EventStore, StoredPlan
-from app.domain.run import Run
+from app.domain.run.run import Run
+from app.domain.stores import EventStore, JobRecord, StoredPlan
 from app.services.clock import SystemClock
-from app.services.fanout import EventSubscription
-from app.services.journal import Journal
+from app.services.journal import EventSubscription, Journal
 from app.storage import open_storage
 
 TOLD = RunItem(item_id=f"clinic {'x' * 100}", seq=7, what="reached")

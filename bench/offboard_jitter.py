@@ -25,11 +25,11 @@ from pathlib import Path
 import aiohttp
 
 from app.api.health import METRICS
-from app.domain.setpoint.forms import ZERO_VELOCITY
-from app.domain.setpoint.message import SetpointMessage
-from app.domain.vehicle import LandedState
-from app.services.offboard.pacer import next_due_s
-from tests.api.service import SETTINGS, Service, run_service, until
+from app.domain.offboard.messages import SetpointMessage
+from app.domain.offboard.setpoints import ZERO_VELOCITY
+from app.domain.vehicle.state import LandedState
+from app.services.offboard.stream import next_due_s
+from tests.support.service_in_process import SETTINGS, Service, run_service, until
 
 MOST_OFF = 0.2
 LOOK_S = 0.05

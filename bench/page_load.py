@@ -26,14 +26,15 @@ from typing import Any, Final
 
 from playwright.async_api import Page, WebSocket, async_playwright, expect
 
-from app.domain.vehicle import FlightMode, LandedState
+from app.domain.vehicle.state import FlightMode, LandedState
 from app.services.telemetry import TelemetryFeed
 from bench.page_watch import WATCH, measure, tell
-from tests.api.fake_links import HOME, FakeLink
-from tests.api.service import SETTINGS, Service, run_service
 from tests.browser.conftest import CHROMIUM, chromium_args
+from tests.support.fake_links import HOME, FakeLink
+from tests.support.paths import ROOT
+from tests.support.service_in_process import SETTINGS, Service, run_service
 
-DIST: Final = Path(__file__).parents[1] / "web" / "dist"
+DIST: Final = ROOT / "web" / "dist"
 MODES: Final = (FlightMode.MISSION, FlightMode.HOLD, FlightMode.RETURN)
 ROWS: Final = """() => Object.fromEntries([...document.querySelectorAll('.vehicle')].map(row => [
   row.querySelector('.vehicle-name b').textContent,

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass
 
-from app.domain.compiler import compile_plan
 from app.domain.geo import distance_m
-from app.domain.mission import Mission
+from app.domain.mission.compiler import compile_plan
+from app.domain.mission.mission import Mission
 from app.domain.plan import Plan
 from app.domain.prediction import PredictedDrop, Timeline, Wind, predict
-from app.domain.vehicle import VehicleType
+from app.domain.vehicle.state import VehicleType
 from app.simulator.params import Value
 from bench.flown_mission import FlownMission, Released, SimulatedFlight
 

@@ -16,10 +16,10 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from app.domain.plan import Plan, parse_plan
-from app.domain.vehicle import VehicleType
+from app.domain.vehicle.state import VehicleType
 from bench.predicted_flight import AIRFRAMES, DropRow, ItemRow, PredictedFlight, predicted_and_flown
+from tests.support.paths import PLANS
 
-PLANS = Path(__file__).parents[1] / "plans"
 WIDTHS = (24, 10, 10, 8, 8)
 
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from app.domain.commands import CommandAck
+from app.domain.drop.supervised import step
+from app.domain.drop.supervised_inputs import DropTerms, Observation, ReleaseAck, Resume, SendRelease
+from app.domain.drop.supervised_state import DropMachine
 from app.domain.geo import distance_m
-from app.domain.mission import CompiledDrop, Mission
+from app.domain.mission.mission import CompiledDrop, Mission
 from app.domain.plan import Gripper, Plan, Winch
-from app.domain.supervised import DropMachine, DropTerms, Observation, ReleaseAck, Resume, SendRelease, step
-from app.domain.vehicle import FlightMode, LandedState
+from app.domain.vehicle.commands import CommandAck
+from app.domain.vehicle.state import FlightMode, LandedState
 from app.simulator.dialect import Message
 from app.simulator.vehicle import Vehicle
 from app.simulator.wire import Cmd, Mode

@@ -24,16 +24,15 @@ from typing import Any, Final
 
 import aiohttp
 
-from app.domain.tasks.admission import course_of
-from app.domain.tasks.course import Course, Ground, LegsCourse
-from app.domain.tasks.forms import TaskDocument
-from app.domain.tasks.origin import EkfOrigin
-from tests.e2e.by_hand import truth
-from tests.e2e.test_tasks import OFFBOARD, TASKS, renewed
-from tests.service import Dispatcher, ServiceProcess, until
-from tests.simulated import SimulatedFleet
+from app.domain.offboard.tasks.admission import course_of
+from app.domain.offboard.tasks.course import Course, EkfOrigin, Ground, LegsCourse
+from app.domain.offboard.tasks.forms import TaskDocument
+from tests.support.offboard_client import truth
+from tests.support.paths import PLANS
+from tests.support.service_process import Dispatcher, ServiceProcess, until
+from tests.support.simulated import SimulatedFleet
+from tests.support.task_flights import OFFBOARD, TASKS, renewed
 
-PLANS: Final = Path(__file__).parents[1] / "plans"
 RESTS_S: Final = 8.0
 
 

@@ -2,42 +2,132 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Callable, Mapping
+import asyncio
+import hashlib
+from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from functools import cache
+from typing import Final
 
 from aiohttp import web
 from pydantic import BaseModel
 
+from app.api import (
+    attachments,
+    conversions,
+    delivery_reports,
+    documents,
+    events,
+    health,
+    jobs,
+    plans,
+    principal,
+    run_changes,
+    runs,
+    simulator,
+    targets,
+    tasks,
+    vehicles,
+    webhooks,
+)
 from app.api.asyncapi import asyncapi_document
-from app.api.body_room import BodyRoom
-from app.api.boundary import answer_problems
-from app.api.by_hand.frames import ClientDocument
-from app.api.by_hand.sockets import ByHandEndpoint
+from app.api.authentication import PUBLIC, authenticate, require_role
+from app.api.bodies import BodyRoom, check_head, meet_expectation, read_body, read_query
+from app.api.conversions import RENDERINGS, Renderings
 from app.api.documents import DOCUMENTS, Documents, make_documents
-from app.api.endpoint import HttpHandler, make_endpoint
-from app.api.expectations import meet_expectation
-from app.api.guard import Guard, guarded, is_handshake
+from app.api.guard import Guard, add_security_headers, guarded, is_handshake
 from app.api.health import CHECKS, METRICS, VERSION
 from app.api.idempotency import Idempotency
-from app.api.metrics import Metrics
+from app.api.observability import Metrics, note_principal, request_log
+from app.api.offboard import routes
+from app.api.offboard.frames import ClientDocument
+from app.api.offboard.session import ByHandEndpoint
 from app.api.openapi import openapi_document
 from app.api.pages import Pages
-from app.api.plan_exports import RENDERINGS
-from app.api.pmtiles import Pmtiles
-from app.api.renderings import Renderings
-from app.api.request_log import request_log
-from app.api.routes import ROUTES
-from app.api.routing import API, BY_HAND_PATH, PROBED, TARGET_REPORTS_PATH
-from app.api.security_headers import add_security_headers
+from app.api.problems import answer_problems
+from app.api.routing import API, BY_HAND_PATH, PROBED, TARGET_REPORTS_PATH, AnyRoute, Call
 from app.api.services import ApiServices, install
 from app.api.settings import ApiSettings
-from app.api.stream.broadcast import Broadcast
-from app.api.stream.session import Sources
-from app.api.stream.sockets import StreamEndpoint
-from app.api.target_reports.frames import ReportFrame
-from app.api.target_reports.sockets import ReportsEndpoint
-from app.api.tiles import Tiles
+from app.api.stream.session import Broadcast, Sources, StreamEndpoint
+from app.api.target_reports import ReportFrame, ReportsEndpoint
+from app.api.tiles import Pmtiles, Tiles
 from app.domain.validation import places_of
+from app.services.access import Access, Principal
+
+# The table of all routes.
+
+
+ROUTES: Final[tuple[AnyRoute, ...]] = (
+    *vehicles.ROUTES,
+    *routes.ROUTES,
+    *tasks.ROUTES,
+    *plans.PLAN_ROUTES,
+    *conversions.EXPORT_ROUTES,
+    *plans.CHECK_ROUTES,
+    *conversions.CONVERSION_ROUTES,
+    *runs.ROUTES,
+    *run_changes.CHANGE_ROUTES,
+    *targets.ROUTES,
+    *jobs.JOB_ROUTES,
+    *jobs.QUEUE_ROUTES,
+    *delivery_reports.COMPARISON_ROUTES,
+    *run_changes.CONSENT_ROUTES,
+    *delivery_reports.REPORT_ROUTES,
+    *attachments.ROUTES,
+    *events.ROUTES,
+    *webhooks.ROUTES,
+    *simulator.ROUTES,
+    *principal.ROUTES,
+    *documents.SCHEMA_ROUTES,
+    *documents.DOCUMENT_ROUTES,
+    *health.ROUTES,
+)
+
+
+# From a row of the route table to an aiohttp handler: role, query, body, idempotency, then the row's own handler.
+
+
+LARGE_BYTES: Final = 4 * 1024
+"""A body beyond this is read in a thread, or vehicles that are flown by setpoints would wait for it."""
+HttpHandler = Callable[[web.Request], Awaitable[web.StreamResponse]]
+
+
+def make_endpoint(
+    route: AnyRoute, *, access: Access, idempotency: Idempotency, room: BodyRoom, body_timeout_s: float
+) -> HttpHandler:
+    """The handler that aiohttp calls for a route. All checks that the route's row promises are made here."""
+
+    async def endpoint(request: web.Request) -> web.StreamResponse:
+        principal = await _principal(route, request, access)
+        note_principal(request, principal)
+        query = read_query(request, route.query)
+        if route.method == "GET":
+            return await answer(request, principal, query, b"")
+        largest_bytes = route.body.max_bytes or request.client_max_size
+        check_head(request, route.body, most_bytes=largest_bytes)
+        if route.before_body is not None:
+            await route.before_body(request)
+        with room.held(request, largest_bytes):
+            raw = await read_body(request, route.body, timeout_s=body_timeout_s)
+            return await answer(request, principal, query, raw)
+
+    async def answer(request: web.Request, principal: Principal, query: BaseModel, raw: bytes) -> web.StreamResponse:
+        body = await asyncio.to_thread(route.body.parse, raw) if len(raw) > LARGE_BYTES else route.body.parse(raw)
+        call = Call(request, principal, query, body)
+        if not route.idempotent:
+            return await route.handler(call)
+        return await idempotency.answer(
+            request, principal, hashlib.sha256(raw).hexdigest(), lambda: route.handler(call)
+        )
+
+    return endpoint
+
+
+async def _principal(route: AnyRoute, request: web.Request, access: Access) -> Principal:
+    if route.role is None:
+        return PUBLIC
+    principal = await authenticate(request, access)
+    require_role(principal, route.role)
+    return principal
 
 
 def build_app(services: ApiServices, settings: ApiSettings) -> web.Application:

@@ -9,15 +9,10 @@ from pydantic import BaseModel
 from pydantic.json_schema import JsonSchemaMode, models_json_schema
 
 from app.api.authentication import SUBPROTOCOL
-from app.api.by_hand.frames import CLIENT_FRAMES, CLOSE_REASONS, SERVER_FRAMES
+from app.api.offboard.frames import CLIENT_FRAMES, CLOSE_REASONS, SERVER_FRAMES
 from app.api.routing import API, BY_HAND_PATH, TARGET_REPORTS_PATH
 from app.api.stream.frames import FRAMES, CloseCode
-from app.api.target_reports.frames import (
-    ANSWER_FRAMES,
-    REPORTER_FRAMES,
-    REPORTS_CLOSE_REASONS,
-    ReportTakenFrame,
-)
+from app.api.target_reports import ANSWER_FRAMES, REPORTER_FRAMES, REPORTS_CLOSE_REASONS, ReportTakenFrame
 
 _REF: Final = "#/components/schemas/{model}"
 _OWN_KEYS: Final[dict[type[BaseModel], str]] = {ReportTakenFrame: "report_taken"}

@@ -9,12 +9,11 @@ from urllib.parse import quote
 from aiohttp import web
 from pydantic import BaseModel, Field
 
-from app.api.answers import asked_of, json_answer
-from app.api.bodies import NO_BODY, Empty
+from app.api.bodies import NO_BODY, Empty, asked_of, json_answer
 from app.api.models import RequestModel
 from app.api.routing import API, BINARY, BINARY_SCHEMA, Answer, AnyRoute, Body, Call, NoQuery, Route
 from app.api.services import ATTACHMENTS
-from app.domain.attachment import MAX_NAME_CHARS, SIGNATURES, Attachment
+from app.domain.run.attachment import MAX_NAME_CHARS, SIGNATURES, Attachment
 from app.services.access import Role
 
 MAX_BYTES: Final = 8 * 1024 * 1024

@@ -3,19 +3,70 @@
 from __future__ import annotations
 
 import asyncio
+import secrets
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from itertools import chain
 from typing import Any, Final, TypeVar
 
 from aiohttp import web
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from app.api.problems import ApiError
+from app.api.problems import ApiError, problem_response
 from app.api.routing import Body, QueryT
-from app.domain.finding import Finding, Severity, UnfitDocumentError, json_pointer
 from app.domain.plan import Plan, parse_plan
 from app.domain.validation import document_of, findings_of
+from app.domain.validation.finding import Finding, Severity, UnfitDocumentError, json_pointer
+
+# The memory that large bodies take together, from head to answer: many slow uploads must not take all of it.
+
 
 SMALL_BYTES: Final = 64 * 1024
+"""So large a body needs no room: the number of connections bounds these."""
+
+
+class BodyRoom:
+    """Room is held by what a body says of its size; one that says nothing may be as large as any."""
+
+    def __init__(self, most_bytes: int) -> None:
+        self._most_bytes = most_bytes
+        self._held_bytes = 0
+
+    @contextmanager
+    def held(self, request: web.Request, largest_bytes: int) -> Iterator[None]:
+        """Hold room for a body of at most `largest_bytes` until the block ends. Raises ApiError (503)."""
+        size_bytes = self._size_of(request, largest_bytes)
+        if size_bytes and self._held_bytes + size_bytes > self._most_bytes:
+            raise ApiError("request.no_room", "too many large bodies are being sent", hint="send it again in a moment")
+        self._held_bytes += size_bytes
+        try:
+            yield
+        finally:
+            self._held_bytes -= size_bytes
+
+    def _size_of(self, request: web.Request, largest_bytes: int) -> int:
+        if not request.can_read_body:
+            return 0
+        told = request.content_length
+        size_bytes = largest_bytes if told is None else min(told, largest_bytes)
+        return 0 if size_bytes <= SMALL_BYTES else size_bytes
+
+
+# The Expect header: `100-continue` is met, anything else refused.
+
+
+async def meet_expectation(request: web.Request) -> web.StreamResponse | None:
+    """aiohttp calls this before all middlewares. An answer ends the request."""
+    expected = request.headers.get("Expect", "")
+    if expected.strip().lower() != "100-continue":
+        error = ApiError("request.expectation", "only Expect: 100-continue is understood")
+        return problem_response(error, request_id=secrets.token_hex(8))
+    if request.version >= (1, 1):
+        await request.writer.write(b"HTTP/1.1 100 Continue\r\n\r\n")
+        request.writer.output_size = 0  # so that the answer proper still gets its headers
+    return None
+
+
 MAX_FIELDS: Final = 100
 ModelT = TypeVar("ModelT", bound=BaseModel)
 
@@ -155,3 +206,47 @@ def _unfit(error: ValidationError, model: type[BaseModel], raw: bytes) -> UnfitD
     findings = findings_of(error, model, document_of(raw), code_of="body.{}".format)
     is_json = findings[0].code != "body.json_invalid"
     return BodyInvalidError(findings) if is_json else BodyMalformedError(findings)
+
+
+# Making JSON answers.
+
+
+def json_answer(model: BaseModel, *, status: int = 200, headers: Mapping[str, str] | None = None) -> web.Response:
+    """A model as the answer's body."""
+    body = model.model_dump_json().encode()
+    return web.Response(body=body, status=status, content_type="application/json", headers=dict(headers or {}))
+
+
+def etag_of(value: str) -> str:
+    """A strong ETag."""
+    return f'"{value}"'
+
+
+def is_unchanged(request: web.Request, etag: str) -> bool:
+    """Whether the client already has this (If-None-Match)."""
+    given = request.headers.getall("If-None-Match", [])
+    tags = {tag.strip().removeprefix("W/") for line in given for tag in line.split(",")}
+    return etag in tags or "*" in tags
+
+
+def asked_of(request: web.Request, usual: str, *others: str) -> str:
+    """The media type that the Accept headers prefer; `usual` is what everybody gets who does not say."""
+    return preferred(request.headers.getall("Accept", []), usual, *others)
+
+
+def preferred(accept: Iterable[str], usual: str, *others: str) -> str:
+    """The one of these media types that is named with the highest weight, `usual` if none is."""
+    weights = dict.fromkeys((usual, *others), 0.0)
+    for part in ",".join(accept).split(","):
+        name, *parameters = (piece.strip().lower() for piece in part.split(";"))
+        weight = next((_weight(one[2:]) for one in parameters if one.startswith("q=")), 1.0)
+        if name in weights:
+            weights[name] = max(weights[name], weight)
+    return max(weights, key=weights.__getitem__)
+
+
+def _weight(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return 0.0

@@ -9,8 +9,9 @@ from aiohttp import web
 from pydantic_core import to_json
 
 from app.api.bodies import NO_BODY, Empty
-from app.api.problem_codes import PROBLEMS
+from app.api.problems import PROBLEMS
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
+from app.domain.plan import plan_json_schema
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +48,7 @@ async def list_problems(_: Call[NoQuery, Empty]) -> web.Response:
     return web.Response(body=_PROBLEMS, content_type="application/json")
 
 
-ROUTES: tuple[AnyRoute, ...] = tuple(
+DOCUMENT_ROUTES: tuple[AnyRoute, ...] = tuple(
     Route(
         method="GET",
         path=f"{API}/{name}",
@@ -64,4 +65,31 @@ ROUTES: tuple[AnyRoute, ...] = tuple(
         ("asyncapi.json", get_asyncapi, "The description of the websocket (AsyncAPI 3)"),
         ("problems", list_problems, "All error codes"),
     )
+)
+
+
+# /schemas: what a plan must look like, for editors and other programs.
+
+
+MEDIA: Final = "application/schema+json"
+_PLAN_SCHEMA: Final = to_json(plan_json_schema())
+
+
+async def get_plan_schema(_: Call[NoQuery, Empty]) -> web.Response:
+    """GET /schemas/plan."""
+    return web.Response(body=_PLAN_SCHEMA, content_type=MEDIA)
+
+
+SCHEMA_ROUTES: tuple[AnyRoute, ...] = (
+    Route(
+        method="GET",
+        path=f"{API}/schemas/plan",
+        handler=get_plan_schema,
+        summary="The JSON Schema of a plan",
+        tag="documents",
+        role=None,
+        query=NoQuery,
+        body=NO_BODY,
+        answers=(Answer(200, "JSON Schema, draft 2020-12", media=MEDIA, schema={"type": "object"}),),
+    ),
 )

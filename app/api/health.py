@@ -7,10 +7,9 @@ from typing import Final
 
 from aiohttp import web
 
-from app.api.answers import json_answer
-from app.api.bodies import NO_BODY, Empty
-from app.api.metrics import CONTENT_TYPE, Metrics
+from app.api.bodies import NO_BODY, Empty, json_answer
 from app.api.models import HealthView, ReadinessView
+from app.api.observability import CONTENT_TYPE, Metrics
 from app.api.routing import Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import JOURNAL, ReadinessCheck
 from app.services.access import Role

@@ -7,19 +7,16 @@ from typing import Annotated, Final
 from aiohttp import web
 from pydantic import BaseModel, Field
 
-from app.api.answers import json_answer
-from app.api.bodies import NO_BODY, Empty, json_body
-from app.api.models import Identifier, ListQuery
+from app.api.bodies import NO_BODY, Empty, json_answer, json_body
+from app.api.models import Identifier, ListQuery, only_states_of
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import JOBS
-from app.api.state_list import only_states_of
 from app.domain.jobs.job import Job, JobState
-from app.domain.jobs.port import JobFilter
+from app.domain.stores import JobFilter
 from app.services.access import Role
-from app.services.jobs.orders import JobMove, JobOrder
-from app.services.jobs.views import AssignmentView
+from app.services.jobs.views import AssignmentView, JobMove, JobOrder, JobQueuesView, VehicleQueueView
 
-_ONE: Final = f"{API}/jobs/{{job_id}}"
+_ONE_JOB: Final = f"{API}/jobs/{{job_id}}"
 
 _States = Annotated[
     str, only_states_of(JobState), Field(description="any of these states, comma separated: queued,prepared")
@@ -97,7 +94,7 @@ _ACCEPTED: Final = Answer(
     202, "The job as it is now; follow it at Location or by the stream", Job, headers=("Location",)
 )
 
-ROUTES: tuple[AnyRoute, ...] = (
+JOB_ROUTES: tuple[AnyRoute, ...] = (
     Route(
         method="POST",
         path=f"{API}/jobs",
@@ -137,7 +134,7 @@ ROUTES: tuple[AnyRoute, ...] = (
     ),
     Route(
         method="GET",
-        path=_ONE,
+        path=_ONE_JOB,
         handler=get_job,
         summary="One job; while it waits with what speaks against each vehicle now",
         tag="jobs",
@@ -149,7 +146,7 @@ ROUTES: tuple[AnyRoute, ...] = (
     ),
     Route(
         method="PATCH",
-        path=_ONE,
+        path=_ONE_JOB,
         handler=move_job,
         summary="Give a waiting job another priority or place",
         tag="jobs",
@@ -161,7 +158,7 @@ ROUTES: tuple[AnyRoute, ...] = (
     ),
     Route(
         method="POST",
-        path=f"{_ONE}/cancel",
+        path=f"{_ONE_JOB}/cancel",
         handler=cancel_job,
         summary="Cancel a job that does not fly",
         tag="jobs",
@@ -170,5 +167,66 @@ ROUTES: tuple[AnyRoute, ...] = (
         body=NO_BODY,
         answers=(_ACCEPTED,),
         errors=("not_found", "job.wrong_state", "storage.failed"),
+    ),
+)
+
+
+# /job-queues: the order of what waits, and the queue of each vehicle, which operators stop and resume.
+
+
+_ONE_QUEUE: Final = f"{API}/job-queues/{{vehicle_id}}"
+_VIEW: Final = Answer(200, "The queue as it is now", VehicleQueueView)
+
+
+async def get_job_queues(call: Call[NoQuery, Empty]) -> web.Response:
+    """GET /job-queues."""
+    return json_answer(await call.request.app[JOBS].queues())
+
+
+async def stop_job_queue(call: Call[NoQuery, Empty]) -> web.Response:
+    """POST /job-queues/{vehicle_id}/stop."""
+    return json_answer(await call.request.app[JOBS].stop(call.path_value("vehicle_id"), call.principal.name))
+
+
+async def resume_job_queue(call: Call[NoQuery, Empty]) -> web.Response:
+    """POST /job-queues/{vehicle_id}/resume."""
+    return json_answer(await call.request.app[JOBS].resume(call.path_value("vehicle_id"), call.principal.name))
+
+
+QUEUE_ROUTES: tuple[AnyRoute, ...] = (
+    Route(
+        method="GET",
+        path=f"{API}/job-queues",
+        handler=get_job_queues,
+        summary="What waits, in order, and how each vehicle's queue stands",
+        tag="jobs",
+        role=Role.VIEWER,
+        query=NoQuery,
+        body=NO_BODY,
+        answers=(Answer(200, "The queues", JobQueuesView),),
+    ),
+    Route(
+        method="POST",
+        path=f"{_ONE_QUEUE}/stop",
+        handler=stop_job_queue,
+        summary="Begin and start no more jobs on this vehicle; a run that flies goes on",
+        tag="jobs",
+        role=Role.DISPATCHER,
+        query=NoQuery,
+        body=NO_BODY,
+        answers=(_VIEW,),
+        errors=("not_found", "storage.failed"),
+    ),
+    Route(
+        method="POST",
+        path=f"{_ONE_QUEUE}/resume",
+        handler=resume_job_queue,
+        summary="Go on after somebody has looked at the vehicle",
+        tag="jobs",
+        role=Role.PILOT,
+        query=NoQuery,
+        body=NO_BODY,
+        answers=(_VIEW,),
+        errors=("not_found", "storage.failed"),
     ),
 )

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Self
+from enum import StrEnum
+from typing import Annotated, Any, Final, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from app.domain.events import Event
@@ -114,3 +115,22 @@ class ReadinessView(BaseModel):
 
     ready: bool
     reasons: dict[str, str]
+
+
+# States in a query, comma separated: `flying,at_drop`.
+
+
+MAX_SHOWN_CHARS: Final = 40
+
+
+def only_states_of(states: type[StrEnum]) -> AfterValidator:
+    """Refuses a name that is no state of these."""
+    known = [state.value for state in states]
+
+    def check(value: str) -> str:
+        unknown = next((part for part in value.split(",") if part not in known), None)
+        if unknown is not None:
+            raise ValueError(f"there is no state {unknown[:MAX_SHOWN_CHARS]!r}; known: {', '.join(known)}")
+        return value
+
+    return AfterValidator(check)

@@ -8,8 +8,7 @@ from typing import Any, Final
 
 from pydantic.json_schema import models_json_schema
 
-from app.api.problem_codes import PROBLEMS
-from app.api.problems import CONTENT_TYPE, Problem
+from app.api.problems import CONTENT_TYPE, PROBLEMS, Problem
 from app.api.routing import BINARY_SCHEMA, JSON, Answer, AnyRoute, Body
 
 _REF: Final = "#/components/schemas/{model}"

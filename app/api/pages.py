@@ -9,10 +9,10 @@ from typing import Final
 
 from aiohttp import web
 
-from app.api.expectations import meet_expectation
+from app.api.bodies import meet_expectation
+from app.api.guard import DOCS_POLICY, PAGE_POLICY
 from app.api.problems import ApiError
 from app.api.routing import API
-from app.api.security_headers import DOCS_POLICY, PAGE_POLICY
 from app.api.tiles import Tiles
 
 _FOREVER: Final = "public, max-age=31536000, immutable"

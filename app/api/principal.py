@@ -5,8 +5,7 @@ from __future__ import annotations
 from aiohttp import web
 from pydantic import BaseModel, ConfigDict
 
-from app.api.answers import json_answer
-from app.api.bodies import NO_BODY, Empty
+from app.api.bodies import NO_BODY, Empty, json_answer
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
 from app.services.access import Role
 

@@ -1,4 +1,4 @@
-"""/runs/{run_id}/mission, /stops and /continuation: where a run goes on, in flight or as another run."""
+"""What changes where a run goes: /mission, /stops, /continuation, and the answers to consent questions."""
 
 from __future__ import annotations
 
@@ -8,14 +8,45 @@ from aiohttp import web
 from pydantic import ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from app.api.answers import json_answer
-from app.api.bodies import json_body
-from app.api.models import Identifier, RequestModel
+from app.api.bodies import json_answer, json_body
+from app.api.models import ConsentRequest, Identifier, RequestModel
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
-from app.api.services import REROUTING
+from app.api.services import REROUTING, RUNS
+from app.domain.drop import consent
 from app.domain.prediction import WindGiven
-from app.domain.run import Run
+from app.domain.run.run import Run
 from app.services.access import Role
+
+# /runs/{run_id}/drops/{item_id}/consent: an operator's answer to a drop that asks for it.
+
+
+async def answer_consent(call: Call[NoQuery, ConsentRequest]) -> web.Response:
+    """POST /runs/{run_id}/drops/{item_id}/consent."""
+    said = consent.Answer(grant=call.body.grant, question=call.body.question, comment=call.body.comment)
+    run_id, item_id = call.path_value("run_id"), call.path_value("item_id")
+    return json_answer(await call.request.app[RUNS].answer_consent(run_id, item_id, said, call.principal.name))
+
+
+CONSENT_ROUTES: tuple[AnyRoute, ...] = (
+    Route(
+        method="POST",
+        path=f"{API}/runs/{{run_id}}/drops/{{item_id}}/consent",
+        handler=answer_consent,
+        summary="Consent to a drop that asks for it, or refuse; the first answer counts, the same again is no error",
+        tag="runs",
+        role=Role.PILOT,
+        query=NoQuery,
+        body=json_body(ConsentRequest),
+        answers=(Answer(200, "The run with the answer stored; the release follows, checked once more", Run),),
+        errors=(
+            *("not_found", "drop.consent_not_asked", "drop.consent_too_late", "drop.consent_answered"),
+            "storage.failed",
+        ),
+    ),
+)
+
+
+# /runs/{run_id}/mission, /stops and /continuation: where a run goes on, in flight or as another run.
 
 
 class MissionChangeRequest(RequestModel):
@@ -98,7 +129,7 @@ _ERRORS: Final = (
     *("mission.upload_failed", "storage.failed"),
 )
 
-ROUTES: tuple[AnyRoute, ...] = (
+CHANGE_ROUTES: tuple[AnyRoute, ...] = (
     Route(
         method="POST",
         path=f"{API}/runs/{{run_id}}/mission",

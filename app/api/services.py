@@ -8,19 +8,18 @@ from typing import Final
 
 from aiohttp import web
 
-from app.domain.ports import AnswerStore
+from app.domain.stores import AnswerStore
 from app.services.access import Access
 from app.services.attachments import Attachments
 from app.services.clock import Clock
-from app.services.comparisons import Comparisons
+from app.services.delivery_reports import Comparisons, Proofs
 from app.services.fleet import Fleet
 from app.services.jobs import Jobs
 from app.services.journal import Journal
 from app.services.offboard import Offboard
 from app.services.plans import Plans
-from app.services.proofs import Proofs
-from app.services.rerouting import Rerouting
 from app.services.runs import Runs
+from app.services.runs.rerouting import Rerouting
 from app.services.simulation import Simulation
 from app.services.targets import Targets
 from app.services.tasks import Tasks

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from aiohttp import web
 
-from app.api.answers import json_answer
-from app.api.bodies import NO_BODY, Empty, json_body
+from app.api.bodies import NO_BODY, Empty, json_answer, json_body
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import SIMULATION
-from app.domain.simulated_faults import FaultOrder
-from app.domain.simulator import SpeedOrder
+from app.domain.vehicle.simulated import FaultOrder, SpeedOrder
 from app.services.access import Role
 from app.services.simulation import FaultSet, SimulatorView, SpeedView
 

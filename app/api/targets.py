@@ -8,13 +8,12 @@ from typing import Final
 from aiohttp import web
 from pydantic import BaseModel
 
-from app.api.answers import json_answer
-from app.api.bodies import NO_BODY, Empty, json_body
+from app.api.bodies import NO_BODY, Empty, json_answer, json_body
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import TARGETS
 from app.domain.errors import InvalidInputError
-from app.domain.items.target import FEED_PATTERN
-from app.domain.moving_target.report import TargetFix, TargetReport
+from app.domain.items.drop_places import FEED_PATTERN
+from app.domain.targets.report import TargetFix, TargetReport
 from app.services.access import Role
 
 _FEED: Final = re.compile(FEED_PATTERN)

@@ -3,29 +3,70 @@
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Mapping
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 from aiohttp import web
+from pydantic import BaseModel
 
-from app.api.answers import json_answer
-from app.api.bodies import NO_BODY, Empty
-from app.api.offboard_models import LeaseUse
-from app.api.pilot_routes import pilot_route
+from app.api.bodies import NO_BODY, Empty, json_answer
+from app.api.models import Identifier
+from app.api.offboard.models import LeaseUse
+from app.api.offboard.routes import pilot_route
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import TASKS
-from app.api.task_models import ChangeRequest, MoveRequest, QueueAction, TargetRequest, TaskQueued, TaskRequest
+from app.domain.offboard.tasks.forms import InsertMode, Motion, Task, TaskPoint, TaskTerms, WhenEmpty
 from app.services.access import Role
-from app.services.task_view import TasksView
-from app.services.tasks import TaskDesk
+from app.services.tasks import TaskQueueService
+from app.services.views import TasksView
+
+# What requests and answers of the task queue look like.
+
+
+QueueAction = Literal["next", "clear", "pause", "resume"]
+
+
+class TaskRequest(LeaseUse):
+    """Queue a task. `when_empty`, once no task is left: `plan` gives control back, `wait` stands. The last counts."""
+
+    task: Task
+    insert: InsertMode = "append"
+    when_empty: WhenEmpty | None = None
+
+
+class TargetRequest(LeaseUse):
+    """Where the target of a goto is now. With `motion` it is followed, and its last word holds for 5 s."""
+
+    point: TaskPoint
+    motion: Motion | None = None
+
+
+class ChangeRequest(LeaseUse):
+    """What of a task that has not begun shall be otherwise."""
+
+    change: TaskTerms
+
+
+class MoveRequest(LeaseUse):
+    """Before which other task this one shall stand; null: last."""
+
+    before: Identifier | None
+
+
+class TaskQueued(BaseModel):
+    """The task's id, and the queue with it."""
+
+    task_id: str
+    queue: TasksView
+
 
 _PATH: Final = f"{API}/vehicles/{{vehicle_id}}/tasks"
 _TAG: Final = "tasks"
 _LEASE: Final = ("not_found", "offboard.lease_lost", "conflict")
-ACTIONS: Final[Mapping[QueueAction, Callable[[TaskDesk, str], None]]] = {
-    "next": TaskDesk.skip,
-    "clear": TaskDesk.clear,
-    "pause": TaskDesk.pause,
-    "resume": TaskDesk.resume,
+ACTIONS: Final[Mapping[QueueAction, Callable[[TaskQueueService, str], None]]] = {
+    "next": TaskQueueService.skip,
+    "clear": TaskQueueService.clear,
+    "pause": TaskQueueService.pause,
+    "resume": TaskQueueService.resume,
 }
 _SUMMARIES: Final[Mapping[QueueAction, str]] = {
     "next": "On to the next task",
@@ -35,7 +76,7 @@ _SUMMARIES: Final[Mapping[QueueAction, str]] = {
 }
 
 
-def _desk(call: Call[Any, Any]) -> TaskDesk:
+def _desk(call: Call[Any, Any]) -> TaskQueueService:
     return call.request.app[TASKS].vehicle(call.path_value("vehicle_id"))
 
 

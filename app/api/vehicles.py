@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from aiohttp import web
 
-from app.api.answers import json_answer
-from app.api.bodies import NO_BODY, Empty
+from app.api.bodies import NO_BODY, Empty, json_answer
 from app.api.models import VehiclesView
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import COMMANDS, FLEET

@@ -7,13 +7,11 @@ from typing import Final
 from aiohttp import web
 from pydantic import BaseModel
 
-from app.api.answers import json_answer
-from app.api.bodies import NO_BODY, Empty, json_body
+from app.api.bodies import NO_BODY, Empty, json_answer, json_body
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import WEBHOOKS
 from app.services.access import Role
-from app.services.webhooks.changes import WebhookChange, WebhookOrder
-from app.services.webhooks.views import WebhookTestView, WebhookView
+from app.services.webhooks.views import WebhookChange, WebhookOrder, WebhookTestView, WebhookView
 
 _ONE: Final = f"{API}/webhooks/{{webhook_id}}"
 

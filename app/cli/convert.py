@@ -10,13 +10,12 @@ from typing import Annotated, Final
 import typer
 from rich.markup import escape
 
-from app.cli.plan_file import PlanFileError, read_file
+from app.cli.plan_report import PlanFileError, read_file
 from app.cli.terminal import err, out
 from app.domain.plan import Plan
-from app.domain.vehicle import VehicleType
+from app.domain.vehicle.state import VehicleType
 from app.interchange.findings import ConversionFinding, FindingKind
-from app.interchange.source import convert_to_plan
-from app.interchange.target import TargetFormat, export_plan
+from app.interchange.formats import TargetFormat, convert_to_plan, export_plan
 
 _STYLES: Final = {FindingKind.LOST: "bold red", FindingKind.ASSUMED: "bold yellow", FindingKind.KEPT: "bold cyan"}
 _LONGEST_NAME: Final = 200

@@ -9,25 +9,19 @@ from typing import Annotated
 import typer
 
 from app.cli.convert import convert
-from app.cli.down import down
-from app.cli.exit_status import status_of
+from app.cli.documents import openapi, schema
 from app.cli.fly import fly
-from app.cli.hold import hold
 from app.cli.jobs import jobs_app
-from app.cli.openapi import openapi
+from app.cli.journal import replay, verify_journal
 from app.cli.plan_report import findings_of, show_findings
-from app.cli.replay import replay
-from app.cli.run_list import list_filtered
-from app.cli.runs import runs_app
-from app.cli.schema import schema
+from app.cli.runs import list_filtered, runs_app
 from app.cli.serve import serve
 from app.cli.sim import sim
-from app.cli.terminal import count, err, out, show_error
+from app.cli.terminal import count, err, out, show_error, status_of
 from app.cli.token import token_app
-from app.cli.up import up
+from app.cli.up import down, up
 from app.cli.validate import validate
-from app.cli.vehicles import vehicles
-from app.cli.verify_journal import verify_journal
+from app.cli.vehicles import hold, vehicles
 from app.cli.webhook import webhook_app
 from app.domain.errors import WaydropError
 from app.domain.plan import PlanInvalid

@@ -2,16 +2,83 @@
 
 from __future__ import annotations
 
+import re
+import sys
 from collections.abc import Iterable
+from pathlib import Path
+from typing import Annotated, Final
 
+import typer
+from pydantic import ValidationError
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from app.domain.errors import WaydropError
-from app.domain.finding import Finding, Severity
-from app.domain.plan import Plan
-from app.domain.prediction import PredictedAlternate, PredictedDrop, Timeline
+from app.domain.errors import InvalidInputError, WaydropError
+from app.domain.plan import Plan, parse_plan
+from app.domain.prediction import CALM, PredictedAlternate, PredictedDrop, Timeline, Wind, WindGiven
+from app.domain.validation.finding import Finding, Severity
+
+# Reads the plan file that a command is given.
+
+
+MAX_BYTES: Final = 64 * 1024 * 1024
+
+
+class PlanFileError(InvalidInputError):
+    """The file cannot be read."""
+
+    code = "input.invalid"
+
+
+def read_plan(path: Path) -> Plan:
+    """The plan in a file, or on standard input if the path is `-`.
+
+    Raises:
+        PlanFileError: it cannot be read; PlanInvalid: it is not a plan, with all findings.
+    """
+    return parse_plan(read_file(path))
+
+
+def read_file(path: Path) -> bytes:
+    """The bytes of a file, or of standard input if the path is `-`. Raises PlanFileError."""
+    try:
+        if str(path) == "-":
+            return sys.stdin.buffer.read(MAX_BYTES + 1)
+        with path.open("rb") as file:
+            return file.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise PlanFileError(f"{path}: {error.strerror or error}", hint="name a file that holds a plan") from error
+
+
+# The wind on the command line: `270/5` is 5 m/s from the west, as weather reports write it.
+
+
+_WIND = re.compile(r"(\d{1,3}(?:\.\d+)?)/(\d{1,2}(?:\.\d+)?)")
+
+WindOption = Annotated[
+    str | None,
+    typer.Option("--wind", metavar="FROM/SPEED", help="Degrees it comes from and m/s: 270/5 is a westerly of 5 m/s."),
+]
+
+
+def wind_given(text: str | None) -> WindGiven | None:
+    """What the service is told; None if nothing was given. Raises typer.BadParameter."""
+    if text is None:
+        return None
+    match = _WIND.fullmatch(text)
+    if match is None:
+        raise typer.BadParameter(f"{text!r} is no wind: write FROM/SPEED, such as 270/5", param_hint="--wind")
+    try:
+        return WindGiven(from_deg=float(match[1]), speed_m_s=float(match[2]))
+    except ValidationError as error:
+        raise typer.BadParameter("0 to 360 degrees and 0 to 75 m/s", param_hint="--wind") from error
+
+
+def wind_of(given: WindGiven | None) -> Wind:
+    """The wind itself; calm air if nothing was given."""
+    return CALM if given is None else given.wind()
+
 
 MOST_NAMED = 3
 """Assumed facts that are shown of a finding."""

@@ -1,22 +1,248 @@
-"""What `waydrop fly` shows: an upload bar, a line for each event, and at the end a table of the drops."""
+"""What `waydrop fly` shows: an upload bar, a line for each event, the drops, predicted against flown."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from datetime import datetime
 from types import TracebackType
-from typing import Protocol, Self
+from typing import Final, Protocol, Self
 
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskID, TaskProgressColumn, TextColumn
 from rich.table import Table
+from rich.text import Text
 
-from app.cli.run_lines import run_line
 from app.cli.terminal import write_json
-from app.cli.verdict import Verdict
-from app.domain.drop import DropOutcome, OutputEvidence
+from app.domain.drop.record import Certainty, DropOutcome, DropRecord, OutputEvidence
 from app.domain.events import Event
-from app.domain.events.run import RunChanged, RunDrop, RunUploadProgress
-from app.domain.run import Run
+from app.domain.events.run import (
+    CommandOutcome,
+    DropConsentAsked,
+    DropConsentClosed,
+    RunAck,
+    RunChanged,
+    RunCommand,
+    RunContinued,
+    RunCreated,
+    RunDrop,
+    RunItem,
+    RunMissionChanged,
+    RunTargetMoved,
+    RunTargetNotFollowed,
+    RunUploadProgress,
+)
+from app.domain.events.service import SimulatorFault
+from app.domain.events.vehicle import VehicleLinkLost, VehicleLinkRestored, VehicleRebooted, VehicleStatusText
+from app.domain.reasons import in_words
+from app.domain.run.comparison import Comparison, DropComparison, ItemComparison
+from app.domain.run.run import Run, RunState
+
+# Whether a flight did what was asked of it: pure, from the run as recorded.
+
+
+_STRENGTH: Final = {Certainty.NONE: 0, Certainty.INFERRED: 1, Certainty.ACKNOWLEDGED: 2, Certainty.SENSED: 3}
+STRICT: Final = Certainty.ACKNOWLEDGED
+"""What --strict asks for: an answer of the vehicle. PX4's grippers have no sensor, so `sensed` has to be asked for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """`reasons` is empty exactly if all was achieved."""
+
+    reasons: tuple[str, ...]
+
+    @property
+    def achieved(self) -> bool:
+        """Every drop was released with the certainty asked for, and the flight ended as its vehicle type ends."""
+        return not self.reasons
+
+
+def verdict(run: Run, *, least: Certainty) -> Verdict:
+    """Judge a run that is over. `least` is the weakest certainty that counts."""
+    reasons = []
+    if run.state is not RunState.COMPLETED:
+        why = f": {in_words(run.reason)}" if run.reason else ""
+        reasons.append(f"the run is {run.state.value}{why}")
+    for drop in run.last_drops:
+        if drop.outcome is not DropOutcome.RELEASED:
+            why = f": {in_words(drop.reason)}" if drop.reason else ""
+            reasons.append(f"drop {drop.plan_item_id} is {drop.outcome.value}{why}")
+        elif _STRENGTH[drop.certainty] < _STRENGTH[least]:
+            unseen = ": no output was seen to move" if drop.rests_on_an_ack_alone else ""
+            reasons.append(f"drop {drop.plan_item_id} is only {drop.certainty.value}, asked was {least.value}{unseen}")
+    return Verdict(tuple(reasons))
+
+
+# One line of text for each event of a run.
+
+
+_STYLES = {
+    "released": "bold green",
+    "kept": "bold yellow",
+    "unknown": "bold red",
+    "completed": "bold green",
+    "failed": "bold red",
+    "aborted": "bold yellow",
+    "lost": "bold red",
+}
+
+
+NO_OUTPUT = ", warning: no output is assigned to the gripper, its acknowledgement proves nothing"
+
+
+def run_line(event: Event) -> Text | None:
+    """What a person is told of an event; None for those that only drive the progress bar."""
+    told = _told(event)
+    if told is None:
+        return None
+    clock = datetime.fromtimestamp(event.time).strftime("%H:%M:%S")
+    return Text.assemble((f"{clock} ", "dim"), told)
+
+
+def _told(event: Event) -> Text | None:
+    match event.data:
+        case RunCreated(root=run) | RunChanged(root=run):
+            return _state(run)
+        case RunMissionChanged(change=change):
+            return Text(f"flies plan {change.plan_id} from {change.continue_at} on, changed by {change.by}")
+        case RunContinued(root=run):
+            return Text(f"what was left is flown by run {run.continued_by}")
+        case RunTargetMoved() as moved:
+            return Text(f"{moved.waypoint_id} follows its target, {moved.from_planned_m:.0f} m from the planned point")
+        case RunTargetNotFollowed() as missed:
+            return Text(
+                f"{missed.waypoint_id} does not follow its target: {in_words(missed.reason)}", style="bold yellow"
+            )
+        case RunItem(what=what, item_id=item_id):
+            return Text(f"{'flies to' if what == 'current' else 'reached'} {item_id}")
+        case RunCommand() as command:
+            return _command(command)
+        case RunAck() as ack:
+            return _ack(ack)
+        case RunDrop(root=drop):
+            return _drop(drop)
+        case DropConsentAsked() | DropConsentClosed() as consent:
+            return _consent(event, consent)
+        case VehicleStatusText(severity=severity, text=text):
+            return Text(f"vehicle says ({severity}): {text}", style="dim")
+        case VehicleLinkLost() | VehicleLinkRestored() | VehicleRebooted():
+            return Text(event.kind.value.removeprefix("vehicle.").replace("_", " "), style="bold yellow")
+        case SimulatorFault() as fault:
+            problem = f", not set: {fault.problem}" if fault.problem else ""
+            return Text(f"simulated fault {fault.fault} = {fault.value}{problem}", style="bold yellow")
+        case _:
+            return None
+
+
+def _state(run: Run) -> Text:
+    state = run.state.value
+    line = Text.assemble("run is ", (state.replace("_", " "), _STYLES.get(state, "bold")))
+    if run.reason:
+        line.append(f": {in_words(run.reason)}")
+    return line
+
+
+def _command(command: RunCommand) -> Text:
+    what = " to close the gripper" if command.action == "grab" else ""
+    again = "" if command.attempt in {None, 1} else f", try {command.attempt}"
+    return Text(f"sends {command.command}{what}{again}")
+
+
+def _ack(ack: RunAck) -> Text:
+    if ack.outcome is not CommandOutcome.ACKNOWLEDGED:
+        why = f": {ack.detail}" if ack.detail else ""
+        return Text.assemble(f"{ack.command}: ", (ack.outcome.value.replace("_", " "), "bold"), why)
+    progress = f" {ack.progress}%" if ack.result == "IN_PROGRESS" and ack.progress is not None else ""
+    return Text.assemble(f"ack of {ack.command}: ", (f"{ack.result}{progress}", "bold"))
+
+
+def _drop(drop: DropRecord) -> Text:
+    line = Text(f"drop {drop.plan_item_id}: ")
+    if drop.outcome is DropOutcome.PENDING:
+        line.append(drop.phase.value)
+        no_output = drop.output_evidence is OutputEvidence.NOT_ASSIGNED
+        return line.append(NO_OUTPUT, style="bold yellow") if no_output else line
+    style = "bold yellow" if drop.rests_on_an_ack_alone else _STYLES.get(drop.outcome.value, "bold")
+    line.append(f"{drop.outcome.value} ({drop.certainty.value})", style=style)
+    if drop.offset_m is not None:
+        line.append(f", {drop.offset_m:.1f} m from the point")
+    if drop.reason:
+        line.append(f": {in_words(drop.reason)}")
+    return line
+
+
+def _consent(event: Event, consent: DropConsentAsked | DropConsentClosed) -> Text:
+    drop = consent.plan_item_id
+    if isinstance(consent, DropConsentAsked):
+        until = datetime.fromtimestamp(consent.deadline_at or event.time).strftime("%H:%M:%S")
+        answer = f"waydrop runs consent {event.run_id} {drop} --question {consent.question} --grant or --refuse"
+        return Text(f"drop {drop} asks for consent until {until}: {answer}", style="bold magenta")
+    by = f" by {consent.by}" if consent.by else ""
+    said = consent.comment or in_words(consent.reason)
+    why = f": {said}" if said else ""
+    return Text(f"consent to {drop}: {consent.state.value.replace('_', ' ')}{by}{why}", style="bold")
+
+
+# Predicted against flown as a table for the terminal.
+
+
+def show_comparison(console: Console, comparison: Comparison) -> None:
+    """A row for each visit of an item, a line for each drop. Nothing if there is nothing to show."""
+    if not comparison.items:
+        return
+    table = Table(title="predicted against flown", title_justify="left")
+    table.add_column("item")
+    for name in ("predicted", "flown", "difference"):
+        table.add_column(name, justify="right")
+    table.add_column("")
+    for item in comparison.items:
+        table.add_row(*_cells(item))
+    whole = _percent(comparison.predicted_s, comparison.flown_s)
+    totals = _s(comparison.predicted_s), _s(comparison.flown_s)
+    table.add_row("compared items", *totals, whole, _paused(comparison.paused_s), style="bold")
+    console.print(table)
+    for drop in comparison.drops:
+        console.print(_drop_line(drop), markup=False)
+
+
+def _cells(item: ItemComparison) -> tuple[str, str, str, str, str]:
+    name = item.item_id if item.visit == 1 else f"{item.item_id} (visit {item.visit})"
+    difference = "" if item.difference_percent is None else f"{item.difference_percent:+.0f} %"
+    notes = [
+        in_words(item.reason) or (f"unsure by {item.unsure_s:.0f} s" if item.unsure_s else ""),
+        _paused(item.paused_s),
+    ]
+    return escape(name), _s(item.predicted_s), _s(item.flown_s), difference, escape("; ".join(filter(None, notes)))
+
+
+def _paused(seconds: float) -> str:
+    return f"paused for {seconds:.0f} s, not counted" if seconds >= 0.5 else ""
+
+
+def _drop_line(drop: DropComparison) -> str:
+    line = f"drop {drop.item_id}: "
+    line += (
+        f"released {drop.apart_m:.1f} m from the predicted place" if drop.apart_m is not None else in_words(drop.reason)
+    )
+    for word, predicted, flown, unit in (
+        ("offset", drop.predicted_offset_m, drop.flown_offset_m, "m"),
+        ("speed", drop.predicted_ground_speed_m_s, drop.flown_ground_speed_m_s, "m/s"),
+    ):
+        if predicted is not None and flown is not None:
+            line += f", {word} {predicted:.1f} predicted and {flown:.1f} {unit} flown"
+    return line
+
+
+def _s(seconds: float | None) -> str:
+    return "-" if seconds is None else f"{seconds:.1f} s"
+
+
+def _percent(predicted_s: float | None, flown_s: float | None) -> str:
+    return "" if not predicted_s or flown_s is None else f"{100.0 * (flown_s - predicted_s) / predicted_s:+.0f} %"
+
+
+# What `waydrop fly` shows: an upload bar, a line for each event, and at the end a table of the drops.
 
 
 class RunView(Protocol):

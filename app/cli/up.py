@@ -1,4 +1,4 @@
-"""`waydrop up`: Waydrop and four simulated vehicles, the vehicles in a process that outlives Waydrop."""
+"""`waydrop up` and `waydrop down`: Waydrop and four simulated vehicles in a process that outlives Waydrop."""
 
 from __future__ import annotations
 
@@ -10,16 +10,17 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from app.cli.loaded import loaded_for_good
-from app.cli.serve import DataDirOption, HostOption, PortOption
+from app.cli.serve import DataDirOption, HostOption, PortOption, loaded_for_good
 from app.cli.service_client import DEFAULT_SERVER
-from app.cli.simulated_fleet import FLEET, PERFORMANCE, SimulatedFleet
-from app.cli.simulator_process import SimulatorProcess
+from app.cli.simulator_process import FLEET, PERFORMANCE, SimulatedFleet, SimulatorProcess
 from app.cli.terminal import err
 from app.config import Settings, load_settings
-from app.domain.live_control import MAX_LIVE_RATE
-from app.domain.vehicle import VehicleType
+from app.domain.vehicle.clock import MAX_LIVE_RATE
+from app.domain.vehicle.state import VehicleType
 from app.logs import configure_logs
+
+# `waydrop up`: Waydrop and four simulated vehicles, the vehicles in a process that outlives Waydrop.
+
 
 READY_S = 30.0
 SPEED_HELP = f"Simulated time over real time. Above {MAX_LIVE_RATE:g} plans with supervised drops are refused."
@@ -103,3 +104,13 @@ def _shortest(path: Path) -> str:
     full = path.resolve() if path.exists() else path
     here = Path.cwd()
     return str(full.relative_to(here)) if full.is_relative_to(here) else str(path)
+
+
+# `waydrop down`: end simulated vehicles that outlived their Waydrop.
+
+
+def down(data_dir: DataDirOption = None) -> None:
+    """End the simulated vehicles that `waydrop up` started, after a Waydrop that died without Ctrl-C."""
+    settings = load_settings(data_dir=data_dir)
+    stopped = SimulatorProcess(settings.data_dir).stop()
+    err().print("simulated vehicles ended" if stopped else "no simulated vehicles run")

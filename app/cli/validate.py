@@ -8,16 +8,13 @@ from typing import Annotated, Any
 
 import typer
 
-from app.cli.exit_status import ExitStatus
-from app.cli.plan_file import read_plan
-from app.cli.plan_report import show_findings, show_timeline
+from app.cli.plan_report import WindOption, read_plan, show_findings, show_timeline, wind_given, wind_of
 from app.cli.service_client import ServerOption, TokenOption, service_client
-from app.cli.terminal import count, err, out, write_json
-from app.cli.wind_option import WindOption, wind_given, wind_of
-from app.domain.finding import Finding, Severity
+from app.cli.terminal import ExitStatus, count, err, out, write_json
 from app.domain.plan import Plan, PlanInvalid
 from app.domain.prediction import Timeline, WindGiven
 from app.domain.rules import checked
+from app.domain.validation.finding import Finding, Severity
 
 Checked = tuple[list[Finding], Timeline | None, float | None]
 """Findings, timeline, and the age of the vehicle's parameters in seconds."""

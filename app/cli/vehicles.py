@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 from rich.table import Table
 
-from app.cli.service_client import ServerOption, TokenOption, service_client
+from app.cli.service_client import ServerOption, ServiceClient, TokenOption, service_client
 from app.cli.terminal import err, out, write_json
 
 
@@ -51,3 +51,27 @@ def vehicles_table(rows: list[dict[str, Any]]) -> Table:
             row.get("run_id") or "",
         )
     return table
+
+
+# `waydrop hold VEHICLE`: stop a vehicle where it is, whoever flies it.
+
+
+VehicleArgument = Annotated[str, typer.Argument(metavar="VEHICLE", help="The vehicle's id, as `vehicles` shows it.")]
+
+
+def hold(vehicle: VehicleArgument, server: ServerOption, token: TokenOption = None) -> None:
+    """Hold where the vehicle is: pauses its run, ends offboard control of it."""
+    out().print(vehicles_table([asyncio.run(_hold(server, token, vehicle))]))
+
+
+async def _hold(server: str, token: str | None, vehicle_id: str) -> Any:
+    async with service_client(server, token) as client:
+        return await hold_vehicle(client, vehicle_id)
+
+
+async def hold_vehicle(client: ServiceClient, vehicle_id: str) -> Any:
+    """The vehicle, in Hold."""
+    vehicle = await client.get(f"/vehicles/{vehicle_id}")
+    run_id = vehicle.get("run_id")
+    await client.post(f"/vehicles/{vehicle_id}/hold" if run_id is None else f"/runs/{run_id}/pause")
+    return await client.get(f"/vehicles/{vehicle_id}")

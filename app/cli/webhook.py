@@ -8,11 +8,10 @@ from typing import Annotated, Any
 import typer
 from rich.table import Table
 
-from app.cli.exit_status import ExitStatus
 from app.cli.runs import JsonOption
 from app.cli.service_client import ServerOption, ServiceClient, TokenOption, service_client
-from app.cli.terminal import err, out, write_json
-from app.domain.reason import in_words
+from app.cli.terminal import ExitStatus, err, out, write_json
+from app.domain.reasons import in_words
 from app.domain.webhooks.lifecycle import DeliveryEvent
 from app.services.webhooks.views import WebhookView
 

@@ -13,7 +13,7 @@ EARTH_RADIUS_M = 6_371_000.0
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class LatLon:
     """A position; altitude above home."""
 
     latitude_deg: float

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Final
+from typing import Any, Final, TypeGuard
 
 from pydantic import BaseModel, ConfigDict
 
-from app.domain.finding import Finding, Severity, UnfitDocumentError
-from app.domain.plan.size_limits import MAX_FINDINGS
+from app.domain.plan.json_tree import MAX_FINDINGS
+from app.domain.validation.finding import Finding, Severity, UnfitDocumentError, json_pointer
 
 MAX_TOLD: Final = 200
 """Findings that are told one by one; of the rest it is said how many there are of each code."""
@@ -89,3 +90,96 @@ def _summary(kind: FindingKind, codes: Counter[str]) -> ConversionFinding:
     each = ", ".join(f"{code} {count}" for code, count in sorted(codes.items()))
     message = f"beyond the first {MAX_TOLD} findings there are of this kind: {each}"
     return ConversionFinding(kind=kind, code="conversion.more", pointer="", message=message)
+
+
+# Strict reading of one JSON object of a foreign file: types, versions, and keys that nobody knows.
+
+
+_LARGEST: Final = 2**31
+_NAMED: Final = 20
+"""Unknown fields of one object that are named one by one."""
+_NAMES: Mapping[type, str] = {dict: "an object", list: "an array", str: "a text", bool: "true or false"}
+
+
+def is_number(value: object) -> TypeGuard[float]:
+    """A JSON number; true and false are none."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+class FileObject:
+    """One object of the file. Each reader returns None if the value is missing or unusable, which is then refused."""
+
+    def __init__(self, value: Mapping[str, Any], pointer: str, report: Report) -> None:
+        self.value = value
+        self.pointer = pointer
+        self._report = report
+
+    def at(self, key: str) -> str:
+        """The pointer of a key."""
+        return self.pointer + json_pointer(key)
+
+    def typed(self, key: str, kind: type, *, required: bool = True) -> Any:
+        """A value of this JSON type."""
+        value = self.value.get(key)
+        if isinstance(value, kind):
+            return value
+        if key in self.value:
+            self._report.refuse("conversion.wrong_type", self.at(key), f"{key} must be {_NAMES[kind]}")
+        elif required:
+            self._report.refuse("conversion.missing", self.pointer, f"the field {key!r} is missing")
+        return None
+
+    def whole(self, key: str, *, required: bool = True) -> int | None:
+        """A whole number; `16.0` is one."""
+        value = self.value.get(key)
+        if is_number(value) and abs(value) <= _LARGEST and value == int(value):
+            return int(value)
+        if key in self.value:
+            self._report.refuse("conversion.wrong_type", self.at(key), f"{key} must be a whole number")
+        elif required:
+            self._report.refuse("conversion.missing", self.pointer, f"the field {key!r} is missing")
+        return None
+
+    def number(self, key: str, *, required: bool = True) -> float | None:
+        """A number."""
+        value = self.value.get(key)
+        if is_number(value):
+            return float(value)
+        if key in self.value:
+            self._report.refuse("conversion.wrong_type", self.at(key), f"{key} must be a number")
+        elif required:
+            self._report.refuse("conversion.missing", self.pointer, f"the field {key!r} is missing")
+        return None
+
+    def version(self, expected: int) -> None:
+        """Refuses every other version of the format."""
+        found = self.whole("version")
+        if found is not None and found != expected:
+            message = f"this is version {found} of the format; version {expected} is read"
+            hint = "open it in a current QGroundControl and save it again"
+            self._report.refuse("conversion.version", self.at("version"), message, hint)
+
+    def numbers(self, key: str, count: int, *, required: bool = True) -> list[float | None] | None:
+        """An array of so many numbers or nulls."""
+        value = self.typed(key, list, required=required)
+        return None if value is None else read_numbers(value, self.at(key), count, self._report)
+
+    def name_unknown(self, known: Iterable[str]) -> None:
+        """What the file says in keys that are not in the documented format is lost."""
+        unknown = sorted(set(self.value) - set(known))
+        for key in unknown[:_NAMED]:
+            self._report.lose("conversion.unknown_field", self.at(key), f"nothing is known of the field {key!r}")
+        if len(unknown) > _NAMED:
+            message = f"nothing is known of {len(unknown) - _NAMED} more fields here"
+            self._report.lose("conversion.unknown_field", self.pointer, message)
+
+
+def read_numbers(value: Any, pointer: str, count: int, report: Report) -> list[float | None] | None:
+    """An array of exactly `count` numbers or nulls."""
+    if not isinstance(value, list) or len(value) != count:
+        report.refuse("conversion.wrong_type", pointer, f"this must be an array of {count} numbers")
+        return None
+    wrong = [index for index, item in enumerate(value) if item is not None and not is_number(item)]
+    for index in wrong:
+        report.refuse("conversion.wrong_type", f"{pointer}/{index}", "this must be a number or null")
+    return None if wrong else [None if item is None else float(item) for item in value]

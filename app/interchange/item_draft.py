@@ -7,11 +7,105 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from app.domain.items import FORMS
-from app.domain.items.form import CommandForm, Param
-from app.domain.mission import MavCmd, MavFrame
-from app.interchange.file_item import FileItem
+from app.domain.items.base import CommandForm, Param
+from app.domain.mission.mission import MavCmd, MavFrame
 from app.interchange.findings import Report
-from app.interchange.mav_cmd_names import command_name
+
+# A mission item as a file has it, before anybody asks what it means.
+
+
+PLAN_COLUMNS: Final = tuple(f"/params/{index}" for index in range(7))
+TEXT_COLUMNS: Final = ("/param1", "/param2", "/param3", "/param4", "/latitude", "/longitude", "/altitude")
+
+
+@dataclass(frozen=True, slots=True)
+class ItemExtra:
+    """The `waydrop` object of an item: what the file format has no place for.
+
+    `fields` are fields of the plan item. `written` is what stands in the format's own places instead of some of them:
+    once somebody has changed it there, that change counts and `fields` is old. `role` is set on items that are no
+    plan item of their own: `speed` and `pause` go with the next one, `cruise_speed` and `wait` with the one before.
+    """
+
+    pointer: str
+    id: str = ""
+    role: str = ""
+    fields: Mapping[str, Any] | None = None
+    written: Mapping[str, Any] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class FileItem:
+    """One MISSION_ITEM: MAV_CMD, MAV_FRAME, param1 to param7. None is "not given", NaN on the wire.
+
+    `number` is what a DO_JUMP calls it by. `columns` are the places of the parameters below `pointer`.
+    """
+
+    command: int
+    frame: int
+    params: tuple[float | None, ...]
+    number: int
+    pointer: str
+    columns: tuple[str, ...] = PLAN_COLUMNS
+    extra: ItemExtra | None = None
+
+    def param(self, number: int) -> float | None:
+        """param1 to param7."""
+        return self.params[number - 1]
+
+    def at(self, number: int) -> str:
+        """The pointer of a parameter."""
+        return self.pointer + self.columns[number - 1]
+
+
+# What a finding says of the commands that files have and plans do not.
+
+
+CAMERA_ONLY: Final = frozenset(
+    {
+        MavCmd.DO_SET_ROI_LOCATION,
+        MavCmd.DO_SET_ROI_WPNEXT_OFFSET,
+        MavCmd.DO_SET_ROI_NONE,
+        MavCmd.DO_SET_ROI_SYSID,
+        MavCmd.DO_SET_ROI,
+        MavCmd.DO_DIGICAM_CONFIGURE,
+        MavCmd.DO_DIGICAM_CONTROL,
+        MavCmd.DO_MOUNT_CONFIGURE,
+        MavCmd.DO_MOUNT_CONTROL,
+        MavCmd.DO_SET_CAM_TRIGG_DIST,
+        MavCmd.DO_SET_CAM_TRIGG_INTERVAL,
+        MavCmd.SET_CAMERA_MODE,
+        MavCmd.SET_CAMERA_ZOOM,
+        MavCmd.SET_CAMERA_FOCUS,
+        MavCmd.SET_CAMERA_SOURCE,
+        MavCmd.DO_GIMBAL_MANAGER_PITCHYAW,
+        MavCmd.DO_GIMBAL_MANAGER_CONFIGURE,
+        MavCmd.IMAGE_START_CAPTURE,
+        MavCmd.IMAGE_STOP_CAPTURE,
+        MavCmd.DO_TRIGGER_CONTROL,
+        MavCmd.VIDEO_START_CAPTURE,
+        MavCmd.VIDEO_STOP_CAPTURE,
+    }
+)
+"""Commands for a camera or a gimbal: without them the flight and its drops are the same."""
+
+HINTS: Final = {
+    80: "Waydrop does not turn cameras; take it away, or use a photo item",
+    94: "use a land item with a gripper item after it",
+    112: "use NAV_DELAY, which a plan has as its delay item",
+    183: "Waydrop drops with DO_GRIPPER or DO_WINCH, whose outcome it can tell",
+    187: "Waydrop drops with DO_GRIPPER or DO_WINCH, whose outcome it can tell",
+    30002: "Waydrop drops with DO_GRIPPER or DO_WINCH, whose outcome it can tell",
+}
+
+
+def command_name(command: int) -> str:
+    """`NAV_WAYPOINT (16)`, or the bare number of one that is not known."""
+    try:
+        return f"{MavCmd(command).name} ({command})"
+    except ValueError:
+        return f"the command {command}"
+
 
 RELATIVE: Final = frozenset({MavFrame.GLOBAL_RELATIVE_ALT, MavFrame.GLOBAL_RELATIVE_ALT_INT})
 ABSOLUTE: Final = frozenset({MavFrame.GLOBAL, MavFrame.GLOBAL_INT})

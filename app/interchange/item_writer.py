@@ -10,18 +10,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
-from app.domain.carried import Carried
-from app.domain.compiler.drop_items import EMBEDDED_HOLD_S, settle_s, stop_radius_m
-from app.domain.default_facts import default_facts
 from app.domain.items import FORMS
 from app.domain.items.fields import Altitude
 from app.domain.items.landing_pattern import LandingPattern, landing_pattern
-from app.domain.mission import MavCmd, MavFrame
+from app.domain.mission.compiler import EMBEDDED_HOLD_S, settle_s, stop_radius_m
+from app.domain.mission.mission import MavCmd, MavFrame
 from app.domain.plan import Delay, Land, Plan, PlanItem
 from app.domain.plan.drops import DropUse, drops_of
 from app.domain.plan.walk import Step, walk
-from app.domain.vehicle import GlobalPosition, VehicleType
-from app.interchange.file_item import FileItem, ItemExtra
+from app.domain.vehicle.declared import default_facts
+from app.domain.vehicle.state import FlightRegime, GlobalPosition, VehicleType
+from app.interchange.item_draft import FileItem, ItemExtra
 from app.interchange.item_reader import speed_kind
 
 _BEFORE_DROP_S: Final = 1.0
@@ -60,7 +59,7 @@ def _stops_at_waypoint(drop: DropUse) -> bool:
         and drop.anchor.item.holds()
         and drop.first
         and drop.stopped
-        and drop.carried is Carried.ROTARY_WING
+        and drop.carried is FlightRegime.ROTARY_WING
     )
 
 
@@ -122,7 +121,7 @@ def _around_drop(drop: DropUse, following: PlanItem | None) -> tuple[list[FileIt
     """The waits that a stopped drop needs before and after it: PX4 itself goes on at once."""
     if not drop.stopped:
         return [], []
-    rolls = drop.supervised and drop.first and drop.carried in (Carried.WHEELS, Carried.GROUND)
+    rolls = drop.supervised and drop.first and drop.carried in (FlightRegime.WHEELS, FlightRegime.GROUND)
     settle = settle_s(drop.item, default_facts(VehicleType.MULTICOPTER))
     waits = isinstance(following, Delay) and following.duration_s >= settle
     return ([_wait(_BEFORE_DROP_S, "pause")] if rolls else []), ([] if waits else [_wait(settle, "wait")])

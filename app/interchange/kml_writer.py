@@ -12,13 +12,12 @@ from dataclasses import dataclass
 from typing import Any, Final
 from xml.etree import ElementTree as Xml
 
-from app.domain.default_facts import default_facts
-from app.domain.geo import Place
+from app.domain.geo import LatLon
 from app.domain.plan import Plan, PlanItem, PositionItem
-from app.domain.plan.detour import alternate_items
-from app.domain.plan.drops import drops_of
+from app.domain.plan.drops import alternate_items, drops_of
 from app.domain.plan.walk import reference_home, walk
 from app.domain.prediction import predict
+from app.domain.vehicle.declared import default_facts
 from app.interchange.findings import ConversionFinding, Report
 from app.interchange.map_shapes import Coordinate, circle_ring, line_parts, polygon_parts
 
@@ -105,7 +104,7 @@ def _placemark(folder: Xml.Element, name: str, data: Iterable[tuple[str, Any]] =
     return mark
 
 
-def _add_point(mark: Xml.Element, place: Place, heights: _Heights) -> None:
+def _add_point(mark: Xml.Element, place: LatLon, heights: _Heights) -> None:
     point = _child(mark, "Point")
     _text(point, "altitudeMode", heights.mode)
     altitude_m = heights.of(place.relative_altitude_m)
@@ -129,9 +128,9 @@ def _add_route(document: Xml.Element, plan: Plan, heights: _Heights) -> None:
     """One line a leg, both ends at their altitude."""
     folder = _folder(document, "Predicted route")
     home = reference_home(plan, None)
-    here = Place(home.latitude_deg, home.longitude_deg, 0.0)
+    here = LatLon(home.latitude_deg, home.longitude_deg, 0.0)
     for entry in predict(plan, default_facts(plan.vehicle_type)).entries:
-        there = Place(entry.latitude_deg, entry.longitude_deg, entry.relative_altitude_m)
+        there = LatLon(entry.latitude_deg, entry.longitude_deg, entry.relative_altitude_m)
         ends: list[Coordinate] = [(place.longitude_deg, place.latitude_deg) for place in (here, there)]
         climbs = here.relative_altitude_m != there.relative_altitude_m
         lines = line_parts(ends) or ([ends] if climbs else [])
@@ -209,5 +208,5 @@ def _add_rally(document: Xml.Element, plan: Plan, heights: _Heights) -> None:
         relative_m = point.relative_altitude_m
         if relative_m is None:
             relative_m = (point.absolute_altitude_m or 0.0) - home_m
-        place = Place(point.latitude_deg, point.longitude_deg, relative_m)
+        place = LatLon(point.latitude_deg, point.longitude_deg, relative_m)
         _add_point(_placemark(folder, f"rally point {number}"), place, heights)

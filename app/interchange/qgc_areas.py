@@ -6,10 +6,27 @@ from collections.abc import Sequence
 from typing import Any
 
 from app.domain.plan import Geofence, RallyPoint
-from app.interchange.file_json import FileObject, read_numbers
-from app.interchange.findings import Report
+from app.domain.plan.walk import cruise_speed_m_s
+from app.domain.vehicle.declared import default_facts
+from app.domain.vehicle.state import FlightRegime, VehicleType
+from app.interchange.findings import FileObject, Report, read_numbers
 from app.interchange.plan_draft import PlanDraft
 from app.interchange.qgc_format import FENCE_PART_VERSION, FENCE_VERSION, RALLY_VERSION
+
+# The speeds that QGroundControl plans with: for its estimates only, a vehicle never gets them.
+
+
+_ROTARY = frozenset({VehicleType.MULTICOPTER, VehicleType.AIRSHIP, VehicleType.ROVER})
+
+
+def planning_speeds(vehicle_type: VehicleType, cruise_m_s: float | None) -> dict[str, float]:
+    """`cruiseSpeed` (wings) and `hoverSpeed` of a .plan, out of the plan's cruise speed or the vehicle's usual ones."""
+    wings = cruise_speed_m_s(default_facts(VehicleType.FIXED_WING), FlightRegime.FIXED_WING)
+    rotors = cruise_speed_m_s(default_facts(VehicleType.MULTICOPTER), FlightRegime.ROTARY_WING)
+    if cruise_m_s is not None:
+        wings, rotors = (wings, cruise_m_s) if vehicle_type in _ROTARY else (cruise_m_s, rotors)
+    return {"cruiseSpeed": wings, "hoverSpeed": rotors}
+
 
 _KIND = {True: "inclusion", False: "exclusion"}
 

@@ -10,18 +10,15 @@ import json
 from collections.abc import Mapping
 from typing import Any, Final
 
-from app.domain.mav_type import usual_mav_type
 from app.domain.plan import Plan, PlanItem
 from app.domain.plan.drops import drops_of
-from app.domain.plan.size_limits import MAX_BODY_BYTES
+from app.domain.plan.json_tree import MAX_BODY_BYTES
 from app.domain.plan.walk import reference_home, walk
-from app.domain.vehicle import GlobalPosition
-from app.interchange.file_item import FileItem, ItemExtra
+from app.domain.vehicle.state import GlobalPosition, usual_mav_type
 from app.interchange.findings import ConversionFinding, Report
-from app.interchange.item_draft import ABSOLUTE, RELATIVE, ItemDraft
+from app.interchange.item_draft import ABSOLUTE, RELATIVE, FileItem, ItemDraft, ItemExtra
 from app.interchange.item_writer import WrittenItem, write_items
-from app.interchange.planning_speeds import planning_speeds
-from app.interchange.qgc_areas import fence_json, rally_json
+from app.interchange.qgc_areas import fence_json, planning_speeds, rally_json
 from app.interchange.qgc_format import (
     ALTITUDE_ABSOLUTE,
     ALTITUDE_RELATIVE,

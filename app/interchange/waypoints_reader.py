@@ -11,14 +11,12 @@ import math
 import re
 from typing import Final
 
-from app.domain.finding import json_pointer
-from app.domain.mission import MavCmd
-from app.domain.plan.size_limits import MAX_ITEMS
-from app.interchange.file_item import TEXT_COLUMNS, FileItem
+from app.domain.mission.mission import MavCmd
+from app.domain.plan.json_tree import MAX_ITEMS
+from app.domain.validation.finding import json_pointer
 from app.interchange.findings import Report
-from app.interchange.item_draft import ABSOLUTE, form_of
-from app.interchange.item_reader import ItemReader
-from app.interchange.open_yaw import without_zero_yaws
+from app.interchange.item_draft import ABSOLUTE, TEXT_COLUMNS, FileItem, form_of
+from app.interchange.item_reader import ItemReader, without_zero_yaws
 from app.interchange.plan_draft import PlanDraft
 from app.interchange.qgc_reader import Unsaid, guess_vehicle_type
 

@@ -6,11 +6,11 @@ import asyncio
 import hashlib
 from collections.abc import Sequence
 
-from app.domain.attachment import MAX_PER_DROP, Attachment, checked_name, checked_type
-from app.domain.attachment_port import AttachmentStore
 from app.domain.errors import ConflictError, NotFoundError
 from app.domain.events.run import RunAttachment
-from app.domain.run import Run
+from app.domain.run.attachment import MAX_PER_DROP, Attachment, checked_name, checked_type
+from app.domain.run.run import Run
+from app.domain.stores import AttachmentStore
 from app.services.clock import Clock
 from app.services.journal import Journal
 from app.services.runs import Runs

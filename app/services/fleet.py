@@ -10,7 +10,6 @@ from typing import Final
 import structlog
 
 from app.domain.autopilot import autopilot
-from app.domain.declared import Declared, declared_for
 from app.domain.errors import NotFoundError, StorageError, VehicleQuarantinedError
 from app.domain.events import AnyPayload, NewEvent
 from app.domain.events.vehicle import (
@@ -23,7 +22,9 @@ from app.domain.events.vehicle import (
     VehicleSeen,
     VehicleStatusText,
 )
-from app.domain.ports import (
+from app.domain.reasons import Reason
+from app.domain.vehicle.declared import Declared, declared_for
+from app.domain.vehicle.link import (
     DuplicateSystem,
     IdentityKnown,
     LinkFact,
@@ -37,11 +38,9 @@ from app.domain.ports import (
     Unsubscribe,
     VehicleLink,
 )
-from app.domain.reason import Reason
-from app.domain.vehicle import LandedState, VehicleFacts, VehicleState
+from app.domain.vehicle.state import LandedState, VehicleProfile, VehicleState
 from app.services.journal import Journal
-from app.services.offboard_view import OffboardView
-from app.services.views import StateView, VehicleView
+from app.services.views import OffboardView, StateView, VehicleView
 
 log = structlog.get_logger(__name__)
 WAITING_EVENTS: Final = 4096
@@ -145,7 +144,7 @@ class Fleet:
             )
         return vehicle.link
 
-    async def facts(self, vehicle_id: str, *, fresh: bool = False) -> VehicleFacts:
+    async def facts(self, vehicle_id: str, *, fresh: bool = False) -> VehicleProfile:
         """What plans are checked against: what the vehicle tells, what is declared of it, and its charge now.
 
         `fresh`: before a start, see VehicleLink.read_facts.

@@ -3,17 +3,130 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Sequence
+from collections import deque
+from collections.abc import AsyncGenerator, Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from app.domain.errors import StorageError, WaydropError
+from app.domain.errors import InvalidInputError, StorageError, WaydropError
 from app.domain.events import AnyPayload, Event, NewEvent
-from app.domain.jobs.port import JobRecord
-from app.domain.ports import EventStore, StoredPlan
-from app.domain.run import Run
+from app.domain.run.run import Run
+from app.domain.stores import EventStore, JobRecord, StoredPlan
 from app.services.clock import Clock
-from app.services.fanout import EventSubscription, Fanout
+
+# The fan-out of stored events: every subscriber gets each one, in order, or is cut off for being too slow.
+
+
+class SubscriptionClosedError(WaydropError):
+    """The subscription has ended and everything in it was taken."""
+
+    code = "stream.closed"
+
+
+class SubscriptionOverflowError(SubscriptionClosedError):
+    """The subscriber was too slow and was cut off: read the journal from the last event seen."""
+
+    code = "stream.overflow"
+
+
+class EventSubscription:
+    """A bounded queue of events for one reader.
+
+    `after` is the newest event fanned out when it was made: the first event in it is `after + 1`. A reader with
+    `capacity` events still to take when further ones come is cut off and loses them all: it must never take an event
+    and miss the one before. One commit's events come at once, so the queue holds at most `capacity` and a commit.
+    """
+
+    def __init__(self, capacity: int, after: int, forget: Callable[[EventSubscription], None]) -> None:
+        if capacity < 1:
+            raise ValueError("a subscription needs room for an event")
+        self.after = after
+        self._capacity = capacity
+        self._forget = forget
+        self._events: deque[Event] = deque()
+        self._changed = asyncio.Event()
+        self._overflowed = False
+        self._closed = False
+
+    @property
+    def overflowed(self) -> bool:
+        """Whether the reader was cut off."""
+        return self._overflowed
+
+    async def get(self) -> Event:
+        """The next event; waits for it.
+
+        Raises:
+            SubscriptionOverflowError: the reader was too slow; what was still in the queue is gone.
+            SubscriptionClosedError: closed, and all that was in it has been taken.
+        """
+        while (event := self.get_nowait()) is None:
+            self._changed.clear()
+            await self._changed.wait()
+        return event
+
+    def get_nowait(self) -> Event | None:
+        """The next event if one is there, else None. Raises as `get` does."""
+        if self._overflowed:
+            raise SubscriptionOverflowError(
+                f"the reader fell {self._capacity} events behind",
+                hint="connect again with after= the last event seen",
+            )
+        if self._events:
+            return self._events.popleft()
+        if self._closed:
+            raise SubscriptionClosedError("the subscription is closed")
+        return None
+
+    def close(self) -> None:
+        """End it: no further events are put in. Idempotent."""
+        self._closed = True
+        self._changed.set()
+        self._forget(self)
+
+    def offer(self, events: Sequence[Event]) -> None:
+        """Put events in, or cut the reader off if it is full. For the fan-out alone."""
+        if len(self._events) >= self._capacity:
+            self._overflowed = True
+            self._events.clear()
+            self.close()
+            return
+        self._events.extend(events)
+        self._changed.set()
+
+
+class Fanout:
+    """All subscriptions. Synchronous: a slow reader costs the others nothing."""
+
+    def __init__(self) -> None:
+        self._subscriptions: dict[int, EventSubscription] = {}
+        self._closed = False
+
+    def subscribe(self, capacity: int, after: int) -> EventSubscription:
+        """A subscription to what is published from now on; a closed one if nothing will be."""
+        subscription = EventSubscription(capacity, after, self._forget)
+        self._subscriptions[id(subscription)] = subscription
+        if self._closed:
+            subscription.close()
+        return subscription
+
+    def publish(self, events: Sequence[Event]) -> None:
+        """Give `events` to every subscriber."""
+        for subscription in tuple(self._subscriptions.values()):
+            subscription.offer(events)
+
+    def close(self) -> None:
+        """Close every subscription; readers still get what was published before."""
+        self._closed = True
+        for subscription in tuple(self._subscriptions.values()):
+            subscription.close()
+
+    def __len__(self) -> int:
+        return len(self._subscriptions)
+
+    def _forget(self, subscription: EventSubscription) -> None:
+        self._subscriptions.pop(id(subscription), None)
+
 
 QUEUE_CAPACITY: Final = 1024
 """Calls of record() that may wait; the next ones wait for room: a slow disk slows its writers, not the memory."""
@@ -197,3 +310,45 @@ def _fail(batch: Sequence[_Call], error: WaydropError) -> None:
     for call in batch:
         if not call.stored.done():
             call.stored.set_exception(error)
+
+
+# What a client that says `after=` gets: the stored events it has not seen, then the new ones, each once.
+
+
+PAGE_EVENTS: Final = 500
+
+
+async def follow(
+    journal: Journal, after: int, *, capacity: int, page_events: int = PAGE_EVENTS
+) -> AsyncGenerator[Event, None]:
+    """Every event with seq > after, in order, without end. Close the generator (`aclosing`) to unsubscribe.
+
+    `capacity` bounds how far the reader may fall behind the live events.
+
+    Raises:
+        InvalidInputError: `after` is not an event of this journal.
+        SubscriptionOverflowError: the reader was too slow; follow again after the last event seen.
+        SubscriptionClosedError: the journal was closed.
+        StorageError: the stored events cannot be read.
+    """
+    if not 0 <= after <= journal.last_seq:
+        raise InvalidInputError(
+            f"after={after}: the journal's newest event is {journal.last_seq}",
+            hint="this journal is another one than that of the last visit: start with after=0",
+            last_seq=journal.last_seq,
+        )
+    # most of a long backlog is read before subscribing, so that the live queue need not hold what comes meanwhile
+    while journal.last_seq - after > page_events:
+        for event in await journal.read(after, page_events):
+            yield event
+            after = event.seq
+    subscription = journal.subscribe(capacity)
+    try:
+        while after < subscription.after:
+            for event in await journal.read(after, min(page_events, subscription.after - after)):
+                yield event
+                after = event.seq
+        while True:
+            yield await subscription.get()
+    finally:
+        subscription.close()

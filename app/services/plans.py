@@ -11,17 +11,63 @@ from typing import Any, Final
 
 from pydantic import BaseModel, ConfigDict
 
-from app.domain.errors import PlanRejectedError
+from app.domain.errors import NotFoundError, PlanRejectedError
 from app.domain.events import NewEvent
-from app.domain.events.dispatch import PlanCreated
-from app.domain.plan import Plan, PlanInvalid, plan_hash
-from app.domain.ports import StoredPlan
+from app.domain.events.service import PlanCreated
+from app.domain.plan import Plan, PlanInvalid, parse_plan, plan_hash
 from app.domain.prediction import CALM, Timeline, Wind
 from app.domain.rules import Finding, Severity, checked
-from app.domain.vehicle import VehicleFacts, VehicleType
+from app.domain.stores import PlanStore, StoredPlan
+from app.domain.vehicle.state import VehicleProfile, VehicleType
 from app.services.clock import Clock
 from app.services.journal import Journal
-from app.services.known_plans import KnownPlans
+
+# Accepted plans, each parsed once and kept a while: a plan never changes.
+
+
+KEPT: Final = 64
+
+
+class KnownPlans:
+    """The plans of the store, and what they say."""
+
+    def __init__(self, store: PlanStore) -> None:
+        self._store = store
+        self._kept: OrderedDict[str, Plan] = OrderedDict()
+
+    async def stored(self, plan_id: str) -> StoredPlan:
+        """One plan as it was accepted, neither checked anew nor predicted. Raises NotFoundError, StorageError."""
+        stored = await self._store.get(plan_id)
+        if stored is None:
+            raise NotFoundError(f"no plan {plan_id!r}", hint="GET /api/v1/plans lists them")
+        return stored
+
+    async def plan(self, plan_id: str) -> Plan:
+        """One plan. Raises NotFoundError, PlanInvalid (another version accepted it), StorageError."""
+        if (plan := self._kept.get(plan_id)) is None:
+            return await self.read(await self.stored(plan_id))
+        self._kept.move_to_end(plan_id)
+        return plan
+
+    async def read(self, stored: StoredPlan) -> Plan:
+        """What a stored plan says. Raises PlanInvalid."""
+        plan = self._kept.get(stored.id)
+        if plan is None:
+            plan = await asyncio.to_thread(parse_plan, stored.document)
+        self.keep(stored.id, plan)
+        return plan
+
+    def keep(self, plan_id: str, plan: Plan) -> None:
+        """It was parsed just now."""
+        self._kept[plan_id] = plan
+        self._kept.move_to_end(plan_id)
+        if len(self._kept) > KEPT:
+            self._kept.popitem(last=False)
+
+    async def list_plans(self, limit: int) -> Sequence[StoredPlan]:
+        """Newest first. Raises StorageError."""
+        return await self._store.list_plans(limit=limit)
+
 
 CACHED_VIEWS: Final = 32
 
@@ -85,7 +131,7 @@ class Plans:
         self._clock = clock
         self._views: OrderedDict[str, PlanView] = OrderedDict()
 
-    def check(self, plan: Plan, facts: VehicleFacts | None, wind: Wind = CALM) -> PlanCheck:
+    def check(self, plan: Plan, facts: VehicleProfile | None, wind: Wind = CALM) -> PlanCheck:
         """Findings and timeline for a vehicle, or for the type's defaults.
 
         Pure, and slow for a plan of hundreds of items (up to a second): call it in a thread.

@@ -9,17 +9,16 @@ from typing import Final
 
 import structlog
 
-from app.domain.change_terms import FRESH_POSITION_S
-from app.domain.drop import DropPhase
+from app.domain.drop.record import DropPhase
 from app.domain.errors import StorageError, WaydropError
 from app.domain.events.run import Place, RunTargetMoved, RunTargetNotFollowed
-from app.domain.moving_target.aim import Aim, NoAim, aim
-from app.domain.moving_target.moved_plan import Follower, follower_at, moved, speed_towards_m_s
-from app.domain.moving_target.report import TargetEvidence, TargetFix
 from app.domain.plan import Plan
-from app.domain.reason import Reason, because_of_error
-from app.domain.run import Run, RunState
-from app.domain.vehicle import VehicleState
+from app.domain.reasons import Reason, because_of_error
+from app.domain.run.mission_change import FRESH_POSITION_S
+from app.domain.run.run import Run, RunState
+from app.domain.targets.intercept import Aim, FollowingDrop, NoAim, aim, follower_at, moved, speed_towards_m_s
+from app.domain.targets.report import TargetEvidence, TargetFix
+from app.domain.vehicle.state import VehicleState
 from app.services.clock import Clock
 from app.services.fleet import Fleet
 from app.services.journal import Journal
@@ -133,7 +132,7 @@ class TargetFollower:
         except WaydropError as error:
             await self._tell_not_followed(run, followed, follower, fix, because_of_error(error.code, error.detail))
 
-    async def _move(self, run: Run, followed: _Followed, follower: Follower, fix: TargetFix, to: Aim) -> None:
+    async def _move(self, run: Run, followed: _Followed, follower: FollowingDrop, fix: TargetFix, to: Aim) -> None:
         plan = moved(await self._plans.plan(run.plan_id), follower, to.latitude_deg, to.longitude_deg)
         by = f"target {follower.target.feed}"
         new = await self._plans.checked(plan, by)
@@ -158,7 +157,7 @@ class TargetFollower:
         )
 
     async def _tell_not_followed(
-        self, run: Run, followed: _Followed, follower: Follower, fix: TargetFix | None, reason: Reason
+        self, run: Run, followed: _Followed, follower: FollowingDrop, fix: TargetFix | None, reason: Reason
     ) -> None:
         code = str(reason.params.get("error", reason.code))
         if followed.told == code:

@@ -4,15 +4,80 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Awaitable, Callable
+from contextlib import aclosing
 from typing import Final, Literal
 
-from app.domain.errors import ConflictError, StorageError, WaydropError
+from app.domain.errors import (
+    ConflictError,
+    LinkError,
+    LinkTimeoutError,
+    StorageError,
+    VehicleRefusedError,
+    WaydropError,
+)
 from app.domain.events.vehicle import VehicleCommand
-from app.domain.ports import VehicleLink
-from app.domain.reason import Reason, because_of_error
+from app.domain.offboard.capability import FlightKind, flight_kind
+from app.domain.offboard.state import who_acts
+from app.domain.offboard.tasks.commanded import CIRCLE_HERE
+from app.domain.reasons import Reason, because_of_error
+from app.domain.vehicle.commands import CommandRequest, MavResult
+from app.domain.vehicle.link import VehicleLink
+from app.domain.vehicle.state import FlightMode, VehicleState
 from app.services.fleet import Fleet
-from app.services.hold_here import hold_here
 from app.services.journal import Journal
+
+# The last word to a wing in Hold: circle here. It is never said to a vehicle that somebody else has.
+
+
+ATTEMPTS: Final = 3
+
+
+async def circle_here(link: VehicleLink, send: Callable[[CommandRequest], Awaitable[None]]) -> None:
+    """Say it until it is heard, and look before each time: it changes the mode, so it would take the vehicle away.
+
+    Raises:
+        LinkError: not confirmed, or somebody else acts. VehicleRefusedError, ConflictError: what `send` raises.
+    """
+    for left in reversed(range(ATTEMPTS)):
+        if who_acts(link.state()):
+            raise LinkError("not told to circle here: a failsafe acts, or somebody else commanded another mode")
+        try:
+            await send(CIRCLE_HERE)
+        except LinkTimeoutError:
+            if not left:
+                raise
+        else:
+            return
+
+
+# Hold as a person means it: the vehicle stays where it is, also a wing that is in Hold already.
+
+
+async def hold_here(link: VehicleLink) -> None:
+    """Hold, seen. A wing in Hold would fly on to the place it was last sent to: it is told to circle here.
+
+    Raises:
+        VehicleRefusedError, LinkError.
+    """
+    may_fly_on = _flies_as_wing_in_hold(link, link.state())
+    await link.hold()
+    if may_fly_on and not link.state().in_failsafe:
+        with contextlib.suppress(ConflictError):  # it is being told already, by what has ended its control
+            await circle_here(link, lambda request: _accepted(link, request))
+
+
+def _flies_as_wing_in_hold(link: VehicleLink, state: VehicleState) -> bool:
+    vehicle_type = link.identity.vehicle_type
+    is_wing = vehicle_type is not None and flight_kind(vehicle_type, state.vtol_state) is FlightKind.WING
+    return is_wing and state.mode is FlightMode.HOLD and state.armed is not False
+
+
+async def _accepted(link: VehicleLink, request: CommandRequest) -> None:
+    async with aclosing(link.command(request)) as acks:
+        async for ack in acks:
+            if ack.is_final and ack.result is not MavResult.ACCEPTED:
+                raise VehicleRefusedError(f"{request.command.name} was answered {ack.word}", result=ack.word)
+
 
 _ACTIONS: Final[dict[str, Callable[[VehicleLink], Awaitable[None]]]] = {
     "hold": hold_here,

@@ -2,12 +2,170 @@
 
 from __future__ import annotations
 
+from typing import Any, Literal
+
 from pydantic import BaseModel, ConfigDict
 
-from app.domain.performance import Performance
-from app.domain.reason import Reason
-from app.domain.vehicle import FlightMode, GnssFix, LandedState, MissionState, VehicleState, VehicleType
-from app.services.offboard_view import OffboardView
+from app.domain.offboard.state import Lease, OffboardState
+from app.domain.offboard.tasks.course import EkfOrigin
+from app.domain.offboard.tasks.forms import Task, WhenEmpty
+from app.domain.reasons import Reason
+from app.domain.vehicle.performance import Performance
+from app.domain.vehicle.state import FlightMode, GnssFix, LandedState, MissionState, VehicleState, VehicleType
+
+# What the outside is shown of a vehicle that is flown by hand.
+
+
+class LeaseView(BaseModel):
+    """Who has the vehicle, and for how long still. The lease's id is its holder's secret and not shown."""
+
+    model_config = ConfigDict(frozen=True)
+
+    holder: str
+    expires_in_s: float
+    offered_to: str | None
+
+    @classmethod
+    def of(cls, lease: Lease, now_s: float) -> LeaseView:
+        """Of this lease."""
+        left_s = round(max(0.0, lease.expires_s - now_s), 1)
+        return cls(holder=lease.holder, expires_in_s=left_s, offered_to=lease.offered_to)
+
+
+class SentView(BaseModel):
+    """The newest setpoint that was sent. `by`: the client, the dead-man's zero velocity, or the guidance of a task."""
+
+    model_config = ConfigDict(frozen=True)
+
+    by: Literal["client", "dead_man", "task"]
+    setpoint: dict[str, Any]
+    message: str
+    type_mask: int
+    age_s: float
+    clamped: list[str]
+
+
+class CadenceView(BaseModel):
+    """The rate asked for and the one held, and the intervals between the last sends."""
+
+    model_config = ConfigDict(frozen=True)
+
+    wanted_hz: float
+    held_hz: float | None
+    p50_ms: float | None
+    p99_ms: float | None
+    max_ms: float | None
+
+
+class OrderView(BaseModel):
+    """The newest command of whoever flies by hand, and its answer.
+
+    `command`: DO_SET_MODE on the way in and out; of a wing flown by commands DO_REPOSITION (without a place: circle
+    here) or DO_ORBIT; `altitude_m` is AMSL, a positive `radius_m` clockwise. `result`: `sent`, `no answer`, or the
+    MAV_RESULT of its COMMAND_ACK.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    command: str
+    latitude_deg: float | None
+    longitude_deg: float | None
+    altitude_m: float | None
+    radius_m: float | None
+    result: str
+    age_s: float
+
+
+FlownBy = Literal["setpoints", "commands"]
+TaskState = Literal["idle", "waiting", "flying", "standing", "paused", "by_hand", "ending"]
+
+
+class TaskReport(BaseModel):
+    """The status report of the task queue, as Paparazzi's MISSION_STATUS.
+
+    `remaining_s` of the current task, -1 if it has no limit. `task_list`: the types, current first (1 goto, 2 circle,
+    3 segment, 4 path), [0] when empty. `state`: `idle` (nothing to fly), `waiting` for offboard control, `flying`,
+    `standing` (no task is left, it waits for the next), `paused` (it stands, a wing circles), `by_hand` (a setpoint of
+    the client's took over; resume goes on), `ending` (control goes back to the plan).
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    state: TaskState
+    remaining_s: float
+    task_list: list[int]
+    current_id: str | None
+    reason: Reason | None
+
+
+class OffboardView(BaseModel):
+    """Offboard control of one vehicle. `reason` says why it is so, or why the last lease ended.
+
+    `flown_by`: setpoints in OFFBOARD mode, or commands in Hold. Null: no lease. `order` is the newest command.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    state: OffboardState
+    lease: LeaseView | None
+    reason: Reason | None
+    sent: SentView | None
+    cadence: CadenceView | None
+    tasks: TaskReport | None
+    flown_by: FlownBy | None = None
+    order: OrderView | None = None
+
+
+# What the outside is shown of a vehicle's task queue.
+
+
+class OriginView(BaseModel):
+    """The EKF origin, from which local east and north count: degrees, metres AMSL. It is not home, which moves."""
+
+    model_config = ConfigDict(frozen=True)
+
+    latitude_deg: float
+    longitude_deg: float
+    altitude_m: float
+
+    @classmethod
+    def of(cls, origin: EkfOrigin) -> OriginView:
+        """To a millimetre or so: it is reckoned back from home."""
+        place = round(origin.latitude_deg, 8), round(origin.longitude_deg, 8)
+        return cls(latitude_deg=place[0], longitude_deg=place[1], altitude_m=round(origin.altitude_m, 3))
+
+
+class QueuedTaskView(BaseModel):
+    """One task. `remaining_s` is -1 without a limit. Of the current one also how far it is, null before it is flown.
+
+    `cross_m`: metres beside its course, to the right positive. `left_m`: to its end, null where it has none. `leg`: of
+    a path, counted from 0.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    id: str
+    task: Task
+    remaining_s: float
+    leg: int
+    cross_m: float | None
+    left_m: float | None
+
+
+class TasksView(BaseModel):
+    """The queue of one vehicle, current task first. `origin` null: the vehicle has not told it yet.
+
+    `flown_by`: how its tasks are flown; null: not at all, or its type is not known.
+    """
+
+    model_config = ConfigDict(frozen=True)
+
+    report: TaskReport
+    origin: OriginView | None
+    when_empty: WhenEmpty
+    flown_by: FlownBy | None = None
+    capacity: int
+    tasks: list[QueuedTaskView]
 
 
 class PositionView(BaseModel):

@@ -10,11 +10,10 @@ import sys
 from collections.abc import Coroutine, Sequence
 from typing import TextIO
 
-from app.simulator.control_server import ControlServer
-from app.simulator.fault_control import FaultControl
+from app.simulator.fault_control import ControlServer, FaultControl
 from app.simulator.fleet import Fleet
 from app.simulator.options import MAX_LIVE_SPEED, Options, parse
-from app.simulator.pace_watch import PaceWatch
+from app.simulator.pace import PaceWatch
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

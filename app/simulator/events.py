@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import struct
 
+from app.simulator.channel import Radio
 from app.simulator.clock import VehicleClock
 from app.simulator.dialect import mavlink
-from app.simulator.radio import Radio
 
 ARGUMENT_BYTES = 40
 AUTOPILOT = 1

@@ -2,18 +2,95 @@
 
 from __future__ import annotations
 
+import asyncio
+import json
+import math
 from collections.abc import Awaitable, Callable
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from app.simulator.lasting_faults import lasting_faults
+from app.simulator.channel import Sender
+from app.simulator.dialect import Message, mavlink
+from app.simulator.geo import LocalFrame
 from app.simulator.options import MAX_LIVE_SPEED, MAX_SPEED
-from app.simulator.second_ground import DEEDS, SecondGround
 from app.simulator.vehicle import Vehicle
-from app.simulator.wire import MissionAck, Mode
+from app.simulator.wire import VEHICLE_COMPONENT, Cmd, MissionAck, MissionType, Mode
 
 if TYPE_CHECKING:
     from app.simulator.fleet import Fleet
+
+
+# A second ground station that meddles with one vehicle, over a link of its own.
+
+
+IDENTITY = (246, 191)
+DEEDS = ("upload", "clear", "open_transfer")
+
+
+class SecondGround:
+    """Answers the mission protocol for its own short mission."""
+
+    def __init__(self, system_id: int, frame: LocalFrame, receive: Callable[[Sender, Message], None]) -> None:
+        self.gcs_heard_s: float | None = None
+        self._system_id = system_id
+        self._frame = frame
+        self._receive = receive
+        self._answers = False
+
+    def meddle(self, deed: str) -> None:
+        """One of DEEDS: replace the mission, empty it, or begin an upload and fall silent."""
+        target = (self._system_id, VEHICLE_COMPONENT)
+        self._answers = deed == "upload"
+        if deed == "clear":
+            self._say(mavlink.MAVLink_mission_clear_all_message(*target, MissionType.MISSION))
+        else:
+            self._say(mavlink.MAVLink_mission_count_message(*target, 2, MissionType.MISSION, 0))
+
+    def send(self, message: Message, system_id: int, component_id: int) -> None:
+        """The vehicle speaks to this station; only requests for items are answered."""
+        mine = getattr(message, "target_system", None) == IDENTITY[0]
+        if self._answers and mine and message.get_type() in ("MISSION_REQUEST_INT", "MISSION_REQUEST"):
+            self._say(self._item(message.seq))
+
+    def _item(self, seq: int) -> Message:
+        latitude, longitude = self._frame.to_global(20.0 * seq, -20.0)
+        command = Cmd.NAV_TAKEOFF if seq == 0 else Cmd.NAV_WAYPOINT
+        return mavlink.MAVLink_mission_item_int_message(
+            self._system_id, VEHICLE_COMPONENT, seq, 6, command, int(seq == 0), 1,
+            0.0, 0.0, 0.0, math.nan, round(latitude * 1e7), round(longitude * 1e7), 25.0, MissionType.MISSION,
+        )  # fmt: skip
+
+    def _say(self, message: Message) -> None:
+        packed = message.pack(mavlink.MAVLink(None, srcSystem=IDENTITY[0], srcComponent=IDENTITY[1]))
+        self._receive(self, mavlink.MAVLink(None).decode(bytearray(packed)))
+
+
+# Which faults of a vehicle are set now: those that last, by the names of the control socket.
+
+
+def lasting_faults(vehicle: Vehicle, *, has_duplicate: bool) -> dict[str, Any]:
+    """Name and value of each that differs from a healthy vehicle. Not what happens once (reboot, mode)."""
+    faults, link = vehicle.faults, vehicle.faults.link
+    values: dict[str, Any] = {
+        "loss": link.loss,
+        "duplicate": link.duplicate,
+        "reorder": link.reorder,
+        "delay_s": link.delay_s,
+        "jitter_s": link.jitter_s,
+        "link_cut": link.link_cut,
+        "refuse_upload": faults.refuse_upload,
+        "lost_ack": faults.lost_acks,
+        "stuck_gripper": faults.stuck_gripper,
+        "no_gripper": faults.no_gripper,
+        "slow_gripper": faults.slow_gripper_s,
+        "stuck_winch": vehicle.winch is not None and vehicle.winch.stuck,
+        "gps_loss": faults.gps_lost,
+        "range_loss": faults.range_lost,
+        "wind": [faults.wind_north_m_s, faults.wind_east_m_s],
+        "duplicate_sysid": has_duplicate,
+    }
+    return {name: value for name, value in values.items() if value not in (False, 0, [0.0, 0.0])}
+
 
 Answer = dict[str, Any]
 Setter = Callable[[Vehicle, Any], Awaitable[None] | None]
@@ -224,3 +301,59 @@ def _second_gcs(vehicle: Vehicle, value: object) -> None:
     if not isinstance(value, str) or value not in DEEDS:
         raise RefusedError(f"unknown deed {value!r}; known: {', '.join(DEEDS)}")
     SecondGround(vehicle.system_id, vehicle.spec.frame, vehicle.receive).meddle(value)
+
+
+# The control socket: TCP on loopback, one JSON object a line in, one a line out.
+
+
+LOOPBACK = "127.0.0.1"
+MAX_LINE_BYTES = 65536
+
+
+class ControlServer:
+    """Serves any number of clients, one request of each at a time."""
+
+    def __init__(self, control: FaultControl) -> None:
+        self._control = control
+        self._server: asyncio.Server | None = None
+        self._clients: set[asyncio.StreamWriter] = set()
+
+    async def open(self, port: int) -> int:
+        """Listen; returns the port (useful with port 0). Raises OSError when it is taken."""
+        self._server = await asyncio.start_server(self._serve, LOOPBACK, port, limit=MAX_LINE_BYTES)
+        return int(self._server.sockets[0].getsockname()[1])
+
+    async def close(self) -> None:
+        """Stop listening and drop the clients."""
+        if self._server is not None:
+            self._server.close()
+        for writer in self._clients:
+            writer.close()
+
+    async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        self._clients.add(writer)
+        try:
+            while line := await _read_line(reader):
+                answer = await self._answer(line)
+                writer.write(json.dumps(answer).encode() + b"\n")
+                await writer.drain()
+        except (ConnectionError, asyncio.CancelledError):
+            pass  # the client left, or we do
+        finally:
+            self._clients.discard(writer)
+            writer.close()
+
+    async def _answer(self, line: bytes) -> Answer:
+        try:
+            request = json.loads(line)
+        except (ValueError, RecursionError):
+            return {"ok": False, "error": "not a JSON object"}
+        return await self._control.handle(request)
+
+
+async def _read_line(reader: asyncio.StreamReader) -> bytes:
+    """The next line; empty at the end, or when a line is too long to be a request."""
+    try:
+        return await reader.readline()
+    except ValueError:
+        return b""

@@ -8,19 +8,58 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from typing import Final
 
 from app.simulator.airframe import AIRFRAMES
-from app.simulator.channel import Channel
-from app.simulator.faulty_way import Later
+from app.simulator.channel import Channel, Later
+from app.simulator.clock import VehicleClock
 from app.simulator.firmware import PROFILES
 from app.simulator.geo import LocalFrame
-from app.simulator.options import Options, VehicleOptions
-from app.simulator.outputs import function_params
+from app.simulator.options import MAX_LIVE_SPEED, Options, VehicleOptions
 from app.simulator.pace import Pace
 from app.simulator.params import Params, Value
+from app.simulator.payload import function_params
 from app.simulator.vehicle import Vehicle, VehicleSpec
-from app.simulator.wall_times import WallTimes
 from app.simulator.wire import GRIPPER_FUNCTION
+
+# Parameters that are wall time in a simulation: the vehicle reads them in its own time, which runs faster.
+
+
+SCALED_BY_SPEED: Final = ("COM_DL_LOSS_T", "COM_OF_LOSS_T")
+"""PX4's SITL start-up multiplies these by the speed factor, so that they stay wall time."""
+START_TIME: Final = "COM_DISARM_PRFLT"
+"""PX4 does not: the time from arming to the take-off order. Above 4x it would be over before the order can come."""
+
+
+class WallTimes:
+    """Multiplies them by the clock's speed, now and at every change of it. One that a ground station has set counts
+    from then on.
+    """
+
+    def __init__(self, params: Params, clock: VehicleClock) -> None:
+        self._params = params
+        self._clock = clock
+        self._real = {name: float(params[name]) for name in (*SCALED_BY_SPEED, START_TIME)}
+        self._last = {name: params[name] for name in self._real}
+        self._factors = dict.fromkeys(self._real, 1.0)
+        self._scale()
+        clock.on_speed(lambda factor: self._scale())
+
+    def _scale(self) -> None:
+        for name in self._real:
+            if self._params[name] != self._last[name]:
+                self._real[name] = float(self._params[name]) / self._factors[name]
+            self._factors[name] = _factor(name, self._clock.speed)
+            self._params.set(name, self._real[name] * self._factors[name])
+            self._last[name] = self._params[name]
+
+
+def _factor(name: str, speed: float) -> float:
+    return max(1.0, speed / MAX_LIVE_SPEED) if name == START_TIME else speed
+
+
+# All vehicles of one process: their sockets, and the clock that drives them.
+
 
 LOOPBACK = "127.0.0.1"
 BATCH_S = 0.02

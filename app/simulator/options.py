@@ -10,7 +10,7 @@ from app.simulator.airframe import AIRFRAMES
 from app.simulator.external import OTHERS
 from app.simulator.firmware import PROFILES
 from app.simulator.params import Value
-from app.simulator.rates import RATES
+from app.simulator.streams import RATES
 
 DEFAULT_HOME = (47.397742, 8.545594, 488.0)
 MAX_SPEED = 50.0

@@ -5,10 +5,10 @@ from __future__ import annotations
 import struct
 from collections import deque
 
+from app.simulator.channel import Radio, Sender
 from app.simulator.clock import VehicleClock
 from app.simulator.dialect import Message, mavlink
 from app.simulator.params import MAV_PARAM_TYPE_UINT32, ParamError, Params
-from app.simulator.radio import Radio, Sender
 from app.simulator.wire import VEHICLE_COMPONENT
 
 LIST_PER_POLL = 10

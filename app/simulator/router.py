@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from app.simulator.channel import Radio, Sender
 from app.simulator.clock import VehicleClock
 from app.simulator.commands.link import CommandLink
 from app.simulator.dialect import Message, mavlink
-from app.simulator.link_loss import LinkLossFailsafe
+from app.simulator.failsafes import LinkLossFailsafe
 from app.simulator.mission.transfer import MissionTransfer
 from app.simulator.navigator.mission_mode import MissionMode
 from app.simulator.offboard.receiver import OffboardReceiver
 from app.simulator.param_link import ParamLink
-from app.simulator.radio import Radio, Sender
 from app.simulator.wire import VEHICLE_COMPONENT, Severity
 
 MAV_TYPE_GCS = 6

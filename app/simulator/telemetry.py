@@ -11,7 +11,7 @@ from app.simulator.dialect import Message, mavlink
 from app.simulator.faults import VehicleFaults
 from app.simulator.geo import LocalFrame
 from app.simulator.identity import Identity
-from app.simulator.outputs import Outputs
+from app.simulator.payload import Outputs
 from app.simulator.state import VehicleState
 from app.simulator.wire import Mode, SystemStatus
 

@@ -7,56 +7,44 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from app.simulator.airframe import Airframe
-from app.simulator.battery import Battery
+from app.simulator.channel import Radio, Sender
 from app.simulator.clock import VehicleClock
-from app.simulator.commander import Commander
+from app.simulator.commander import Commander, ModeChecks
 from app.simulator.commands.flight import FlightCommands
 from app.simulator.commands.internal import InternalCommands
-from app.simulator.commands.link import CommandLink, Request
-from app.simulator.commands.messages import MessageCommands
-from app.simulator.commands.payload import PayloadCommands
+from app.simulator.commands.link import CommandLink, MessageCommands, PayloadCommands, Request
 from app.simulator.dialect import Message
 from app.simulator.dynamics.factory import dynamics_for
+from app.simulator.dynamics.model import Motion
 from app.simulator.events import EventLog
 from app.simulator.external import OTHERS
-from app.simulator.external.component import Mount
+from app.simulator.external.component import Mount, PayloadPort
 from app.simulator.external.gripper import ExternalGripper
-from app.simulator.external.port import PayloadPort
 from app.simulator.external.winch import Winch
+from app.simulator.failsafes import Battery, LinkLossFailsafe, ModeWarning, PositionLossFailsafe
 from app.simulator.faults import VehicleFaults
 from app.simulator.firmware import FirmwareProfile
 from app.simulator.geo import LocalFrame
 from app.simulator.geofence_breach import GeofenceBreach
 from app.simulator.identity import Identity
-from app.simulator.land_detector.factory import land_detector_for
-from app.simulator.link_loss import LinkLossFailsafe
+from app.simulator.land_detector.detectors import land_detector_for
 from app.simulator.mission.reporter import MissionReporter
 from app.simulator.mission.store import MissionStore
 from app.simulator.mission.transfer import MissionTransfer
-from app.simulator.mode_checks import ModeChecks
-from app.simulator.mode_warning import ModeWarning
-from app.simulator.motion import Motion
-from app.simulator.navigator.context import NavContext
-from app.simulator.navigator.deployment import Deployment
-from app.simulator.navigator.hold_mode import HoldMode
+from app.simulator.navigator.context import Deployment, NavContext
 from app.simulator.navigator.mission_mode import MissionMode, MissionResult
+from app.simulator.navigator.modes import HoldMode, TakeoffMode
 from app.simulator.navigator.navigator import Navigator
 from app.simulator.navigator.orbit_mode import OrbitMode
-from app.simulator.navigator.takeoff_mode import TakeoffMode
 from app.simulator.offboard.failsafe import OffboardLossFailsafe
 from app.simulator.offboard.mode import OffboardMode
-from app.simulator.offboard.receiver import OffboardReceiver
-from app.simulator.offboard.stream import OffboardStream
-from app.simulator.outputs import Outputs
+from app.simulator.offboard.receiver import OffboardReceiver, OffboardStream
 from app.simulator.param_link import ParamLink
 from app.simulator.params import Params
-from app.simulator.payload import PayloadDeliverer
-from app.simulator.position_loss import PositionLossFailsafe
-from app.simulator.radio import Radio, Sender
-from app.simulator.rates import RATES
+from app.simulator.payload import Outputs, PayloadDeliverer
 from app.simulator.router import Router
 from app.simulator.state import Body, VehicleState
-from app.simulator.streams import Streams
+from app.simulator.streams import RATES, Streams
 from app.simulator.telemetry import Telemetry
 from app.simulator.wire import Cmd, Mode, Result, VtolState
 

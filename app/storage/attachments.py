@@ -14,11 +14,10 @@ from typing import Final
 
 import sqlalchemy as sa
 
-from app.domain.attachment import Attachment, is_sha256
 from app.domain.errors import AttachmentAlteredError, AttachmentsFullError, StorageError
 from app.domain.events import EventKind
-from app.storage.database import Database
-from app.storage.documents import from_json
+from app.domain.run.attachment import Attachment, is_sha256
+from app.storage.database import Database, from_json
 from app.storage.schema import EVENTS
 
 ATTACHMENTS_MAX_BYTES: Final = 10 * 1024**3

@@ -3,14 +3,164 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Coroutine, Sequence
+import fcntl
+import json
+import os
+import sqlite3
+from collections.abc import Awaitable, Callable, Coroutine, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final, TypeAlias, TypeVar
 
 import sqlalchemy as sa
+from pydantic import BaseModel, ValidationError
+from sqlalchemy.exc import DBAPIError
+from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 from sqlalchemy.ext.asyncio import AsyncConnection, AsyncEngine, create_async_engine
 
-from app.storage.errors import storage_errors
+from app.domain.errors import InvalidInputError, StorageError
+
+# What SQLite's error codes mean for the person who runs Waydrop.
+
+
+# primary result code (sqlite_errorname up to its second "_") -> what is wrong, how to mend it
+_MEANING: Final[dict[str, tuple[str, str]]] = {
+    "SQLITE_FULL": ("the disk is full", "free space on the volume that holds the journal; writing then goes on"),
+    "SQLITE_READONLY": (
+        "it is read-only",
+        "let the user that runs Waydrop write the file and its folder",
+    ),
+    "SQLITE_PERM": ("access is denied", "let the user that runs Waydrop write the file and its folder"),
+    "SQLITE_CANTOPEN": ("it cannot be opened", "see that its folder exists and may be written"),
+    "SQLITE_CORRUPT": ("the file is damaged", "stop Waydrop, keep the file for repair, and restore a backup"),
+    "SQLITE_NOTADB": ("the file is not a journal", "name another file, or move this one away"),
+    "SQLITE_IOERR": ("the disk failed to read or write", "see the system log for errors of the disk"),
+    "SQLITE_BUSY": ("another program has locked it", "close other programs that use the file, such as a sqlite3 shell"),
+    "SQLITE_CONSTRAINT": ("the data breaks a rule of the journal", "this is a defect of Waydrop: please report it"),
+}
+
+
+def storage_error(error: sqlite3.Error | BaseException | None, path: Path) -> StorageError:
+    """The StorageError for an error of SQLite; `extra["sqlite"]` is SQLite's name for it, such as SQLITE_FULL."""
+    name = str(getattr(error, "sqlite_errorname", "") or "SQLITE_ERROR")
+    meaning, hint = _MEANING.get("_".join(name.split("_")[:2]), ("the database refused", ""))
+    return StorageError(f"journal {path}: {meaning} ({error})", hint=hint, sqlite=name)
+
+
+@contextmanager
+def storage_errors(path: Path) -> Iterator[None]:
+    """Turn every error of the database into a StorageError that says what to do."""
+    try:
+        yield
+    except DBAPIError as error:
+        raise storage_error(error.orig, path) from error
+    except sqlite3.Error as error:
+        raise storage_error(error, path) from error
+    except PoolTimeoutError as error:
+        raise StorageError(f"journal {path}: no connection became free in time", sqlite="") from error
+
+
+def no_journal(path: Path) -> StorageError:
+    """Somebody looks for a journal where there is none."""
+    return StorageError(f"there is no journal at {path}", hint="name the folder that Waydrop uses: --data-dir")
+
+
+# The lock that keeps a second Waydrop away from a journal.
+
+
+class JournalInUseError(StorageError):
+    """Another process holds the journal's lock."""
+
+
+def lock_path(journal: Path) -> Path:
+    """The lock file of a journal; it stays on disk, only the lock on it comes and goes."""
+    return journal.with_name(journal.name + ".lock")
+
+
+@contextmanager
+def exclusive_lock(journal: Path) -> Iterator[None]:
+    """Hold the journal's lock, and its folder's existence, for the duration of the block.
+
+    The lock is flock(2): the kernel drops it when the holder dies, however it dies, so a lock is never stale. The
+    file is never deleted, for that would let two holders lock two files of the same name.
+
+    Raises:
+        JournalInUseError: another process (or this one, a second time) holds it.
+        StorageError: the file cannot be made.
+    """
+    path = lock_path(journal)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+    except OSError as error:
+        raise StorageError(
+            f"journal {journal}: its folder cannot be written ({error})",
+            hint="give the user that runs Waydrop the right to write there, or name another file",
+        ) from error
+    try:
+        _take(handle, journal)
+        yield
+    finally:
+        os.close(handle)  # drops the lock too
+
+
+def _take(handle: int, journal: Path) -> None:
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError as error:
+        holder = os.pread(handle, 32, 0).decode("ascii", "replace").strip()
+        raise JournalInUseError(
+            f"another Waydrop uses this journal: {journal}" + (f" (process {holder})" if holder else ""),
+            hint="stop it first, or give this one a journal of its own",
+            process=holder,
+        ) from error
+    os.ftruncate(handle, 0)
+    os.pwrite(handle, f"{os.getpid()}\n".encode("ascii"), 0)
+
+
+# JSON text in and out of columns.
+
+
+M = TypeVar("M", bound=BaseModel)
+
+_ENCODER = json.JSONEncoder(allow_nan=False, separators=(",", ":"), ensure_ascii=False)
+
+
+def to_json(what: str, value: Mapping[str, Any]) -> str:
+    """`value` as compact JSON.
+
+    Raises:
+        InvalidInputError: it holds something that JSON has not (NaN, infinity, an object); nothing is stored then.
+    """
+    try:
+        return _ENCODER.encode(value)
+    except (TypeError, ValueError) as error:
+        raise InvalidInputError(f"{what} cannot be stored: {error}") from error
+
+
+def from_json(model: type[M], what: str, text: str) -> M:
+    """The model stored as `text`. Raises StorageError if it does not fit the model any more."""
+    try:
+        return model.model_validate_json(text)
+    except ValidationError as error:
+        raise unreadable(what) from error
+
+
+def object_from_json(what: str, text: str) -> dict[str, Any]:
+    """The JSON object stored as `text`. Raises StorageError if it is none."""
+    try:
+        value = json.loads(text)
+    except json.JSONDecodeError as error:
+        raise unreadable(what) from error
+    if not isinstance(value, dict):
+        raise unreadable(what)
+    return value
+
+
+def unreadable(what: str) -> StorageError:
+    """The error for a row that is there but means nothing to this version."""
+    return StorageError(f"{what} cannot be read", hint="it was written by another version, or changed by hand")
+
 
 T = TypeVar("T")
 Work: TypeAlias = Callable[[AsyncConnection], Awaitable[T]]

@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
+import zlib
 from collections.abc import Sequence
 from typing import Any
 
 import sqlalchemy as sa
 from sqlalchemy.ext.asyncio import AsyncConnection
 
+from app.domain.errors import StorageError
 from app.domain.events import Event, NewEvent
-from app.domain.jobs.port import JobRecord
-from app.domain.journal_chain import JournalHead, event_hash
-from app.domain.ports import StoredPlan
-from app.domain.run import Run
-from app.storage.database import Database
-from app.storage.documents import to_json, unreadable
-from app.storage.jobs import upsert_jobs
-from app.storage.plans import plan_row
-from app.storage.runs import upsert_runs
-from app.storage.schema import BY_HAND, EVENTS, PLANS
+from app.domain.events.event import JournalHead, event_hash
+from app.domain.run.run import Run
+from app.domain.stores import MOST_BYTES, MOST_RUNS, JobRecord, StoredPlan
+from app.storage.database import Database, to_json, unreadable
+from app.storage.dispatch import plan_row, upsert_jobs, upsert_runs
+from app.storage.schema import BY_HAND, EVENTS, FLIGHT_INPUTS, PLANS
 
 _LAST_SEQ = sa.select(sa.func.coalesce(sa.func.max(EVENTS.c.seq), 0).label("last_seq"))
 _HEAD = sa.select(EVENTS.c.seq, EVENTS.c.hash).order_by(EVENTS.c.seq.desc()).limit(1)
@@ -118,3 +117,43 @@ def _row(event: NewEvent) -> dict[str, Any]:
         "run_id": event.run_id,
         "data": to_json(f"the data of {event.kind.value}", event.data.model_dump(mode="json")),
     }
+
+
+# The inputs of flights on SQLite; implements FlightLog. Parts are packed, and old runs make room for new ones.
+
+
+class SqliteFlightLog:
+    """FlightLog on one SQLite file."""
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+
+    async def append(self, run_id: str, text: str) -> None:
+        """See FlightLog."""
+        part = await asyncio.to_thread(zlib.compress, text.encode())
+
+        async def store(connection: AsyncConnection) -> None:
+            of_run = FLIGHT_INPUTS.c.run_id == run_id
+            size = sa.select(sa.func.coalesce(sa.func.sum(sa.func.length(FLIGHT_INPUTS.c.part)), 0)).where(of_run)
+            kept = (await connection.execute(size)).scalar_one()
+            if kept + len(part) > MOST_BYTES:
+                return
+            await connection.execute(FLIGHT_INPUTS.insert(), {"run_id": run_id, "part": part})
+            if kept == 0:
+                await connection.execute(FLIGHT_INPUTS.delete().where(FLIGHT_INPUTS.c.run_id.not_in(_newest())))
+
+        await self._database.write(store)
+
+    async def read(self, run_id: str) -> str:
+        """See FlightLog."""
+        of_run = sa.select(FLIGHT_INPUTS.c.part).where(FLIGHT_INPUTS.c.run_id == run_id)
+        rows = await self._database.read(of_run.order_by(FLIGHT_INPUTS.c.position))
+        try:
+            return "".join(zlib.decompress(row["part"]).decode() for row in rows)
+        except (zlib.error, ValueError) as error:
+            raise StorageError(f"the inputs of run {run_id} cannot be read: {error}") from error
+
+
+def _newest() -> sa.Select[tuple[str]]:
+    newest = sa.func.max(FLIGHT_INPUTS.c.position).desc()
+    return sa.select(FLIGHT_INPUTS.c.run_id).group_by(FLIGHT_INPUTS.c.run_id).order_by(newest).limit(MOST_RUNS)

@@ -14,7 +14,7 @@ from alembic.runtime.migration import MigrationContext
 from alembic.script import ScriptDirectory
 
 from app.domain.errors import StorageError
-from app.storage.errors import storage_errors
+from app.storage.database import storage_errors
 
 APPLICATION_ID: Final = 0x57617964
 """PRAGMA application_id of a journal: "Wayd". It tells our file from any other SQLite file."""

@@ -13,25 +13,24 @@ import sqlalchemy as sa
 from sqlalchemy.dialects.sqlite import insert
 from sqlalchemy.ext.asyncio import AsyncConnection
 
-from app.domain.attachment_port import AttachmentStore
-from app.domain.flight.log_port import FlightLog
-from app.domain.jobs.port import JobStore
-from app.domain.ports import AnswerStore, EventStore, PlanStore, RunStore, TokenStore
-from app.domain.webhooks.port import WebhookStore
-from app.storage.answers import SqliteAnswerStore
+from app.domain.stores import (
+    AnswerStore,
+    AttachmentStore,
+    EventStore,
+    FlightLog,
+    JobStore,
+    PlanStore,
+    RunStore,
+    TokenStore,
+)
+from app.domain.webhooks.webhook import WebhookStore
+from app.storage.access import SqliteAnswerStore, SqliteTokenStore, SqliteWebhookStore
 from app.storage.attachments import ATTACHMENTS_MAX_BYTES, DiskAttachmentStore, attachments_folder, remove_unfinished
-from app.storage.database import Database
-from app.storage.errors import no_journal
-from app.storage.events import SqliteEventStore
-from app.storage.flight_log import SqliteFlightLog
-from app.storage.jobs import SqliteJobStore
-from app.storage.lock import JournalInUseError, exclusive_lock
+from app.storage.database import Database, JournalInUseError, exclusive_lock, no_journal
+from app.storage.dispatch import SqliteJobStore, SqlitePlanStore, SqliteRunStore
+from app.storage.events import SqliteEventStore, SqliteFlightLog
 from app.storage.migrate import migrate, require_current
-from app.storage.plans import SqlitePlanStore
-from app.storage.runs import SqliteRunStore
 from app.storage.schema import GATEWAY
-from app.storage.tokens import SqliteTokenStore
-from app.storage.webhooks import SqliteWebhookStore
 
 
 @dataclass(frozen=True, slots=True)

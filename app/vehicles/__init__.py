@@ -1,7 +1,7 @@
 """The MAVLink side: vehicles on native mavsdk. The only importer of mavsdk."""
 
 from app.vehicles.link_source import MavsdkLinkSource
-from app.vehicles.native_cache import provide_cache_directory
+from app.vehicles.native import provide_cache_directory
 from app.vehicles.settings import LinkSettings
 from app.vehicles.simulator_control import SimulatorControlSocket
 

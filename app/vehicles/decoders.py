@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from app.domain.vehicle import Picture
+from app.domain.vehicle.state import Picture
 
 Fields = Mapping[str, Any]
 

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import asyncio
+import math
 import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from enum import Enum, auto
+from typing import Final
 
 from app.domain.autopilot.base import GripperChannel
-from app.domain.mav_type import vehicle_type
-from app.domain.ports import (
+from app.domain.reasons import ReasonCode, because
+from app.domain.vehicle.link import (
     DuplicateSystem,
     GripperOutput,
     IdentityKnown,
@@ -15,9 +21,9 @@ from app.domain.ports import (
     LinkLost,
     LinkRestored,
     Rebooted,
+    Unsubscribe,
 )
-from app.domain.reason import ReasonCode, because
-from app.domain.vehicle import MissionState
+from app.domain.vehicle.state import MissionState, vehicle_type
 from app.vehicles.decoders import (
     AutopilotVersion,
     BatteryStatus,
@@ -36,16 +42,199 @@ from app.vehicles.decoders import (
     SysStatus,
     SystemTime,
 )
-from app.vehicles.event_reasons import reason_of
-from app.vehicles.fact_stream import FactStream
-from app.vehicles.gripper_output import output_us
-from app.vehicles.identity import Identity
+from app.vehicles.facts import Identity
 from app.vehicles.inbox import Inbox
-from app.vehicles.item_visits import ItemVisits
 from app.vehicles.measurements import Measurements, mission_state
 from app.vehicles.settings import LinkSettings
-from app.vehicles.status_texts import StatusTexts
-from app.vehicles.timeline import Fix, Timeline, Verdict
+from app.vehicles.status_texts import StatusTexts, reason_of
+
+# The listeners of one link.
+
+
+class FactStream:
+    """Tells facts to all listeners in order. A quarantine is also told to each listener that comes later."""
+
+    def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
+        self._loop = loop
+        self._listeners: list[Callable[[LinkFact], None]] = []
+        self.duplicate: DuplicateSystem | None = None
+
+    def subscribe(self, listener: Callable[[LinkFact], None]) -> Unsubscribe:
+        """See VehicleLink.subscribe."""
+        self._listeners.append(listener)
+        if self.duplicate is not None:
+            self._loop.call_soon(self._tell_one, listener, self.duplicate)
+
+        def unsubscribe() -> None:
+            if listener in self._listeners:
+                self._listeners.remove(listener)
+
+        return unsubscribe
+
+    def tell(self, fact: LinkFact) -> None:
+        """Call all listeners now. A second quarantine is no news."""
+        if isinstance(fact, DuplicateSystem):
+            if self.duplicate is not None:
+                return
+            self.duplicate = fact
+        for listener in tuple(self._listeners):
+            listener(fact)
+
+    def close(self) -> None:
+        """Tell nothing more."""
+        self._listeners.clear()
+
+    def _tell_one(self, listener: Callable[[LinkFact], None], fact: LinkFact) -> None:
+        if listener in self._listeners:
+            listener(fact)
+
+
+# MISSION_ITEM_REACHED once per visit: PX4 repeats it about eleven times, a second apart, until another is reached.
+
+
+_SILENCE_S: Final = 3.0
+
+
+class _Visit(Enum):
+    TOLD = auto()
+    """Reached and told; repetitions follow."""
+    BACK = auto()
+    """Current again after it was left: a repetition and a new arrival look alike."""
+    LEFT_AGAIN = auto()
+    """Left for the second time: what is said now belongs to the second visit."""
+
+
+class ItemVisits:
+    """Decides which REACHED is news. In doubt it waits: it may say nothing, never the same arrival twice."""
+
+    def __init__(self) -> None:
+        self._seq: int | None = None
+        self._visit = _Visit.TOLD
+        self._current: int | None = None
+        self._last_s = 0.0
+
+    def reset(self) -> None:
+        """A new mission, a new start or a reboot: all is news again."""
+        self._seq = self._current = None
+
+    def now_current(self, seq: int) -> None:
+        """MISSION_CURRENT shows `seq`."""
+        if self._current == seq:
+            return
+        left, self._current = self._current, seq
+        if self._seq is None or left is None:
+            return
+        if seq == self._seq:
+            self._visit = _Visit.BACK
+        elif left == self._seq and self._visit is _Visit.BACK:
+            self._visit = _Visit.LEFT_AGAIN
+
+    def reached(self, seq: int, now_s: float) -> bool:
+        """Whether this REACHED is the first of its visit."""
+        quiet_s, self._last_s = now_s - self._last_s, now_s
+        news = seq != self._seq or self._visit is _Visit.LEFT_AGAIN
+        news = news or (self._visit is _Visit.BACK and quiet_s > _SILENCE_S)
+        if news:
+            self._seq, self._visit = seq, _Visit.TOLD
+        return news
+
+
+# The pulse of the gripper's output.
+
+
+def output_us(channel: GripperChannel | None, message: ServoOutputRaw) -> int | None:
+    """The gripper's output in this message; None if it is for other outputs or carries none."""
+    if channel is None or message.port != channel.port:
+        return None
+    return message.outputs_us[channel.output - 1] or None
+
+
+# A vehicle's clock and place, sample by sample: it restarted, or two vehicles speak under one system id.
+#
+# mavsdk does not show from which address a message came: two vehicles with one id look like one whose time since boot
+# and position jump to and fro.
+
+
+_REORDER_MS: Final = 1000
+"""Datagrams that overtake each other set the clock back by less."""
+_SILENT_S: Final = 1.0
+"""A vehicle that restarts is silent for longer (1.2 s of its own time); one that shares its id is not."""
+_GOES_ON: Final = 5
+"""So many samples behind, and none that goes on as before: the old clock has ended."""
+_CERTAIN_MS: Final = 10_000
+_FAR_M: Final = 50.0
+_WINDOW_S: Final = 5.0
+_JUMPS: Final = 4
+_METRES_PER_DEG: Final = 111_320.0
+
+
+class ClockVerdict(Enum):
+    """What a sample tells."""
+
+    REBOOTED = auto()
+    SUSPECT = auto()
+    """Ask for AUTOPILOT_VERSION: two vehicles answer with two uids."""
+    DUPLICATE = auto()
+
+
+@dataclass(frozen=True, slots=True)
+class Fix:
+    """Where and how fast, of one GLOBAL_POSITION_INT."""
+
+    latitude_deg: float
+    longitude_deg: float
+    velocity_north_m_s: float
+    velocity_east_m_s: float
+
+
+@dataclass(slots=True)
+class Timeline:
+    """Feed it each time_boot_ms, with the position where there is one."""
+
+    boot_ms: int | None = None
+    at_s: float = 0.0
+    fix: Fix | None = None
+    fix_boot_ms: int = 0
+    behind: int = 0
+    jumps_s: list[float] = field(default_factory=list)
+
+    def take(self, boot_ms: int, now_s: float, fix: Fix | None = None) -> ClockVerdict | None:
+        """The verdict on this sample; None if it goes on as before."""
+        verdict = self._clock(boot_ms, now_s)
+        if fix is not None and verdict is not ClockVerdict.REBOOTED:
+            verdict = self._place(boot_ms, now_s, fix) or verdict
+        if fix is not None:
+            self.fix, self.fix_boot_ms = fix, boot_ms
+        return verdict
+
+    def _clock(self, boot_ms: int, now_s: float) -> ClockVerdict | None:
+        back_ms = 0 if self.boot_ms is None else self.boot_ms - boot_ms
+        silent = now_s - self.at_s >= _SILENT_S
+        if back_ms <= (0 if silent else _REORDER_MS):
+            self.boot_ms, self.at_s, self.behind = boot_ms, now_s, 0
+            return None
+        self.behind += 1
+        if silent or self.behind >= _GOES_ON:
+            self.boot_ms, self.at_s, self.behind, self.fix = boot_ms, now_s, 0, None
+            self.jumps_s.clear()
+            return ClockVerdict.REBOOTED
+        return self._jumped(now_s, certain=back_ms > _CERTAIN_MS and self.behind == 1)
+
+    def _place(self, boot_ms: int, now_s: float, fix: Fix) -> ClockVerdict | None:
+        if self.fix is None:
+            return None
+        passed_s = max(0.0, (boot_ms - self.fix_boot_ms) / 1e3)
+        north = (fix.latitude_deg - self.fix.latitude_deg) * _METRES_PER_DEG
+        east = (fix.longitude_deg - self.fix.longitude_deg) * _METRES_PER_DEG * math.cos(math.radians(fix.latitude_deg))
+        speed = max(math.hypot(f.velocity_north_m_s, f.velocity_east_m_s) for f in (fix, self.fix))
+        far_m = _FAR_M + 2 * speed * passed_s
+        return self._jumped(now_s, certain=True) if math.hypot(north, east) > far_m else None
+
+    def _jumped(self, now_s: float, *, certain: bool) -> ClockVerdict:
+        self.jumps_s = [at_s for at_s in self.jumps_s if now_s - at_s < _WINDOW_S]
+        if certain:
+            self.jumps_s.append(now_s)
+        return ClockVerdict.DUPLICATE if len(self.jumps_s) >= _JUMPS else ClockVerdict.SUSPECT
 
 
 class LinkWatch:
@@ -125,15 +314,15 @@ class LinkWatch:
         fix = Fix(message.lat / 1e7, message.lon / 1e7, message.vx / 1e2, message.vy / 1e2)
         self._judge(self._timeline.take(message.time_boot_ms, received_s, fix), received_s)
 
-    def _judge(self, verdict: Verdict | None, now_s: float) -> None:
-        if verdict is Verdict.REBOOTED:
+    def _judge(self, verdict: ClockVerdict | None, now_s: float) -> None:
+        if verdict is ClockVerdict.REBOOTED:
             self._measurements.forget_after_reboot()
             self._identity.forget_after_reboot()
             self._visits.reset()
             self._facts.tell(Rebooted())
-        elif verdict is Verdict.SUSPECT:
+        elif verdict is ClockVerdict.SUSPECT:
             self._identity.ask_soon(now_s)
-        elif verdict is Verdict.DUPLICATE:
+        elif verdict is ClockVerdict.DUPLICATE:
             self._facts.tell(DuplicateSystem(because(ReasonCode.TWO_CLOCKS)))
 
     def _version(self, message: AutopilotVersion, received_s: float) -> None:

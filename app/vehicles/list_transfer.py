@@ -7,14 +7,12 @@ from collections.abc import Callable
 from typing import Final
 
 from app.domain.errors import LinkError, LinkTimeoutError, VehicleRefusedError
-from app.domain.mission import MissionType
+from app.domain.mission.mission import MissionType
 from app.vehicles.decoders import MissionAck
 from app.vehicles.encoders import MissionAckOut, MissionClearAll, Outgoing
-from app.vehicles.future_result import settle_from_thread
 from app.vehicles.inbox import Inbox
-from app.vehicles.mavsdk_system import OUR_SYSTEM_ID, NativeSystem
-from app.vehicles.mission_result import MissionResult, result_word
-from app.vehicles.mission_wire import WireItem
+from app.vehicles.mission_wire import MissionResult, WireItem, result_word
+from app.vehicles.native import OUR_SYSTEM_ID, NativeSystem, settle_from_thread
 from app.vehicles.settings import LinkSettings
 
 _PER_ITEM_S: Final = 0.5

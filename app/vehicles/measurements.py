@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from app.domain.ports import LinkFact, MissionCurrent, StateChanged
-from app.domain.vehicle import (
+from app.domain.vehicle.clock import VehicleClock
+from app.domain.vehicle.link import LinkFact, MissionCurrent, StateChanged
+from app.domain.vehicle.state import (
     AutopilotKind,
     FlightMode,
     GlobalPosition,
@@ -15,7 +16,6 @@ from app.domain.vehicle import (
     MissionState,
     VehicleState,
 )
-from app.domain.vehicle_clock import VehicleClock
 from app.vehicles.decoders import (
     BatteryStatus,
     CurrentMode,
@@ -28,7 +28,7 @@ from app.vehicles.decoders import (
     Report,
     SysStatus,
 )
-from app.vehicles.flown_by import flight_mode, flown_by
+from app.vehicles.modes import flight_mode, flown_by
 
 _FIX: Final = tuple(GnssFix)
 _LANDED: Final = tuple(LandedState)

@@ -11,16 +11,15 @@ import time
 from typing import Final
 
 from app.domain.errors import LinkTimeoutError, VehicleRefusedError
-from app.domain.mission import MissionType
-from app.domain.vehicle import MissionState
+from app.domain.mission.mission import MissionType
+from app.domain.vehicle.state import MissionState
 from app.vehicles.decoders import MissionCurrentReport
-from app.vehicles.event_reasons import Topic
 from app.vehicles.inbox import Inbox
 from app.vehicles.measurements import Measurements, mission_state
 from app.vehicles.mission_upload import MissionUploader, UploadRecord
 from app.vehicles.mission_wire import first_difference
 from app.vehicles.settings import LinkSettings
-from app.vehicles.status_texts import StatusTexts
+from app.vehicles.status_texts import StatusTexts, Topic
 
 _FLOWN_BEFORE: Final = frozenset({MissionState.ACTIVE, MissionState.PAUSED, MissionState.COMPLETE})
 

@@ -7,21 +7,234 @@ import time
 from collections.abc import AsyncGenerator, Callable, Sequence
 from contextlib import aclosing
 from dataclasses import dataclass
+from typing import Final
 
 from app.domain.errors import LinkError, UploadError
-from app.domain.mission import Mission, MissionItem, MissionType
-from app.domain.mission_port import UploadProgress
+from app.domain.mission.mission import Mission, MissionItem, MissionType
+from app.domain.vehicle.link import UploadProgress
+from app.vehicles.decoders import MissionAck, MissionCurrentReport, MissionRequest
 from app.vehicles.encoders import Outgoing
-from app.vehicles.event_reasons import Topic
 from app.vehicles.inbox import Inbox
 from app.vehicles.list_transfer import ListTransfer
-from app.vehicles.mavsdk_system import NativeSystem
-from app.vehicles.mission_result import PASSING, MissionResult, result_word
-from app.vehicles.mission_wire import from_wire, to_wire
+from app.vehicles.mission_wire import (
+    PASSING,
+    MissionResult,
+    WireItem,
+    first_difference,
+    from_wire,
+    mission_checksum,
+    result_word,
+    to_wire,
+)
+from app.vehicles.native import OUR_SYSTEM_ID, NativeSystem
 from app.vehicles.settings import LinkSettings
-from app.vehicles.status_texts import StatusTexts
-from app.vehicles.upload_attempt import UploadAttempt, UploadOutcome
-from app.vehicles.upload_check import UploadCheck, Verdict
+from app.vehicles.status_texts import StatusTexts, Topic
+
+# One upload of one list through mavsdk's mission_raw, watched on the wire.
+#
+# mavsdk says only that it failed; the vehicle's own MISSION_ACK and its last MISSION_REQUEST say why and at which
+# item.
+
+
+_ACK_BEHIND_S = 0.2
+"""mavsdk's result may reach the loop before the message it came from."""
+
+
+@dataclass(frozen=True, slots=True)
+class UploadOutcome:
+    """How an attempt ended. `result` is mavsdk's, or SILENT if we gave up; `ack` is the vehicle's MISSION_ACK."""
+
+    result: str
+    ack: MissionAck | None
+    requested_seq: int | None
+    ended_s: float
+
+
+class UploadAttempt:
+    """Use as `async with`: leaving it early cancels the transfer, on the vehicle too."""
+
+    def __init__(
+        self,
+        system: NativeSystem,
+        inbox: Inbox,
+        settings: LinkSettings,
+        mission_type: MissionType,
+        items: Sequence[WireItem],
+    ) -> None:
+        self._system = system
+        self._settings = settings
+        self._type = mission_type
+        self._items = items
+        self._loop = asyncio.get_running_loop()
+        self._moved = asyncio.Event()
+        self._result: str | None = None
+        self._ack: MissionAck | None = None
+        self._requested: int | None = None
+        self._ends = (inbox.on(MissionRequest, self._take_request), inbox.on(MissionAck, self._take_ack))
+
+    async def __aenter__(self) -> UploadAttempt:
+        self._system.upload(self._type, self._items, self._done_on_thread)
+        return self
+
+    async def __aexit__(self, *_exc: object) -> None:
+        try:
+            if self._result is None:
+                self._system.cancel_transfers()
+                await self._until_done(self._settings.close_timeout_s)
+        finally:
+            for end in self._ends:
+                end()
+
+    async def steps(self) -> AsyncGenerator[int, None]:
+        """The number of items sent, as it grows; ends with the transfer or after too long a silence."""
+        told_s = 0.0
+        while self._result is None:
+            self._moved.clear()
+            try:
+                async with asyncio.timeout(self._settings.transfer_silence_s):
+                    await self._moved.wait()
+            except TimeoutError:
+                self._result = "SILENT"
+                self._system.cancel_transfers()
+                return
+            now_s = time.monotonic()
+            if self._requested is not None and now_s - told_s >= self._settings.progress_period_s:
+                told_s = now_s
+                yield self._requested
+
+    async def outcome(self) -> UploadOutcome:
+        """How it ended; call it when the steps are over."""
+        ended_s = time.monotonic()
+        if self._ack is None and self._result not in {"TIMEOUT", "SILENT", "BUSY"}:
+            try:
+                async with asyncio.timeout(_ACK_BEHIND_S):
+                    while self._ack is None:
+                        self._moved.clear()
+                        await self._moved.wait()
+            except TimeoutError:
+                pass
+        return UploadOutcome(self._result or "SILENT", self._ack, self._requested, ended_s)
+
+    async def _until_done(self, timeout_s: float) -> None:
+        try:
+            async with asyncio.timeout(timeout_s):
+                while self._result is None:
+                    self._moved.clear()
+                    await self._moved.wait()
+        except TimeoutError:
+            self._result = "SILENT"
+
+    def _done_on_thread(self, result: str) -> None:
+        try:
+            self._loop.call_soon_threadsafe(self._done, result)
+        except RuntimeError:
+            return  # the loop has ended; nobody waits any more
+
+    def _done(self, result: str) -> None:
+        self._result = self._result or result
+        self._moved.set()
+
+    def _take_request(self, message: MissionRequest, _received_s: float) -> None:
+        if message.mission_type == self._type and message.target_system in {0, OUR_SYSTEM_ID}:
+            self._requested = message.seq
+            self._moved.set()
+
+    def _take_ack(self, message: MissionAck, _received_s: float) -> None:
+        if message.mission_type == self._type and message.target_system == OUR_SYSTEM_ID:
+            self._ack = message
+            self._moved.set()
+
+
+# Whether the vehicle holds what was sent: by the id it gives the list, else by reading it back.
+
+
+_REPORT_WITHIN_S: Final = 2.2
+"""MISSION_CURRENT comes every second; one may be lost."""
+_READ_BACK_ATTEMPTS: Final = 3
+UNREACHABLE: Final = "the link is lost: whether the vehicle holds the list is not known"
+
+
+@dataclass(frozen=True, slots=True)
+class UploadVerdict:
+    """`verified_by` is "mission_id" or "read_back"; None if the vehicle does not hold the list, `problem` says why."""
+
+    verified_by: str | None
+    mission_id: int | None
+    problem: str = ""
+
+
+class UploadCheck:
+    """Compares what was sent with what the vehicle says it holds."""
+
+    def __init__(self, inbox: Inbox, lists: ListTransfer, is_connected: Callable[[], bool]) -> None:
+        self._inbox = inbox
+        self._is_connected = is_connected
+        self._lists = lists
+
+    async def after_ack(self, mission_type: MissionType, items: Sequence[MissionItem], opaque_id: int) -> UploadVerdict:
+        """The vehicle accepted the upload and named it `opaque_id` (0: this firmware names none)."""
+        if opaque_id and opaque_id == mission_checksum(to_wire(items)):
+            return UploadVerdict("mission_id", opaque_id)
+        return await self._read_back(mission_type, items, opaque_id or None)
+
+    async def without_ack(self, mission_type: MissionType, items: Sequence[MissionItem]) -> UploadVerdict:
+        """The final ack did not come: lost on its way, or the transfer really broke off."""
+        if not self._is_connected():
+            return UploadVerdict(None, None, UNREACHABLE)
+        await self._lists.end_open_transfer(mission_type)
+        wanted = mission_checksum(to_wire(items))
+        if await self._reported(mission_type, wanted):
+            return UploadVerdict("mission_id", wanted)
+        return await self._read_back(mission_type, items, None)
+
+    async def _read_back(
+        self, mission_type: MissionType, items: Sequence[MissionItem], mission_id: int | None
+    ) -> UploadVerdict:
+        problem = ""
+        for _ in range(_READ_BACK_ATTEMPTS):
+            try:
+                held = from_wire(await self._lists.download(mission_type, expected_items=len(items)))
+            except LinkError as error:
+                problem = error.detail
+                if not self._is_connected():
+                    return UploadVerdict(None, None, UNREACHABLE)
+                await self._lists.end_open_transfer(mission_type)
+                continue
+            seq = first_difference(items, held)
+            if seq is None:
+                return UploadVerdict("read_back", mission_id)
+            return UploadVerdict(None, None, f"the vehicle holds {len(held)} of {len(items)} items, item {seq} differs")
+        return UploadVerdict(None, None, problem)
+
+    async def _reported(self, mission_type: MissionType, wanted: int) -> bool:
+        """Whether MISSION_CURRENT names this list soon. A firmware without ids (0) is not waited for."""
+        since_s, answer = time.monotonic(), asyncio.Event()
+        found = False
+
+        def look(message: MissionCurrentReport, received_s: float) -> None:
+            nonlocal found
+            named = _id_of(message, mission_type)
+            if received_s >= since_s and named in {wanted, 0}:
+                found = named == wanted
+                answer.set()
+
+        end = self._inbox.on(MissionCurrentReport, look)
+        try:
+            async with asyncio.timeout(_REPORT_WITHIN_S):
+                await answer.wait()
+        except TimeoutError:
+            return False
+        finally:
+            end()
+        return found
+
+
+def _id_of(message: MissionCurrentReport, mission_type: MissionType) -> int:
+    return {
+        MissionType.MISSION: message.mission_id,
+        MissionType.FENCE: message.fence_id,
+        MissionType.RALLY: message.rally_points_id,
+    }[mission_type]
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,7 +362,7 @@ class MissionUploader:
         attempt: int,
         *,
         since_s: float,
-    ) -> Verdict:
+    ) -> UploadVerdict:
         ack = outcome.ack
         if ack is not None and ack.type not in PASSING | {MissionResult.ACCEPTED}:
             await self._raise_refused(mission_type, items, outcome, attempt, since_s=since_s)
@@ -159,11 +372,11 @@ class MissionUploader:
             return await self._check.after_ack(mission_type, items, 0)
         if ack is None and outcome.result in {"TIMEOUT", "SILENT"}:
             verdict = await self._check.without_ack(mission_type, items)
-            return verdict if verdict.verified_by else Verdict(None, None, f"{outcome.result}; {verdict.problem}")
+            return verdict if verdict.verified_by else UploadVerdict(None, None, f"{outcome.result}; {verdict.problem}")
         self._system.cancel_transfers()
         await self._lists.end_open_transfer(mission_type)
         said = "" if ack is None else f", the vehicle said {result_word(ack.type)}"
-        return Verdict(None, None, f"{outcome.result}{said}")
+        return UploadVerdict(None, None, f"{outcome.result}{said}")
 
     async def _raise_refused(
         self,

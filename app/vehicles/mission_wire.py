@@ -2,12 +2,48 @@
 
 from __future__ import annotations
 
+import struct
+import zlib
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from enum import IntEnum
+from typing import Final, NamedTuple
 
 from app.domain.errors import LinkError
-from app.domain.mission import MavCmd, MavFrame, MissionItem, MissionType
+from app.domain.mission.mission import MavCmd, MavFrame, MissionItem, MissionType
+
+# MAV_MISSION_RESULT: what a MISSION_ACK says, and which refusals are worth another try.
+
+
+class MissionResult(IntEnum):
+    """MAV_MISSION_RESULT."""
+
+    ACCEPTED = 0
+    ERROR = 1
+    UNSUPPORTED_FRAME = 2
+    UNSUPPORTED = 3
+    NO_SPACE = 4
+    INVALID = 5
+    INVALID_PARAM1 = 6
+    INVALID_PARAM2 = 7
+    INVALID_PARAM3 = 8
+    INVALID_PARAM4 = 9
+    INVALID_PARAM5_X = 10
+    INVALID_PARAM6_Y = 11
+    INVALID_PARAM7 = 12
+    INVALID_SEQUENCE = 13
+    DENIED = 14
+    OPERATION_CANCELLED = 15
+
+
+PASSING: Final = frozenset({MissionResult.ERROR, MissionResult.INVALID_SEQUENCE, MissionResult.OPERATION_CANCELLED})
+"""PX4 says ERROR when another transfer is under way, or items came out of turn: it may pass. The others will not."""
+
+
+def result_word(number: int) -> str:
+    """The name in MAV_MISSION_RESULT."""
+    return MissionResult(number).name if number in MissionResult._value2member_map_ else f"MAV_MISSION_RESULT {number}"
+
 
 _RELATIVE = {MavFrame.GLOBAL_RELATIVE_ALT, MavFrame.GLOBAL_RELATIVE_ALT_INT}
 _GLOBAL = {MavFrame.GLOBAL, MavFrame.GLOBAL_INT}
@@ -102,3 +138,35 @@ def _plain(item: MissionItem) -> MissionItem:
     if item.frame in _GLOBAL:
         return replace(item, frame=MavFrame.GLOBAL_INT)
     return item
+
+
+# The id that PX4 gives a list of mission items: MISSION_ACK.opaque_id and MISSION_CURRENT.mission_id.
+#
+# PX4 (mavlink_mission.cpp, crc32_for_mission_item): a CRC-32 over each item as received, packed without gaps as
+# frame, command, autocontinue, param1..4, x, y, z. Equal to the ids of all uploads in recordings of PX4 v1.18 (main,
+# 2026-08). When the vehicle's id is the one computed here, it holds the list that was sent, without reading it back.
+
+
+_ITEM: Final = struct.Struct("<BHBffffiif")
+_ALL_ONES: Final = 0xFFFFFFFF
+
+
+def mission_checksum(items: Sequence[WireItem]) -> int:
+    """The id of these items, 0 for none. NaN counts as the quiet NaN that the wire carries."""
+    crc = 0
+    for item in items:
+        packed = _ITEM.pack(
+            item.frame,
+            item.command,
+            item.autocontinue,
+            item.param1,
+            item.param2,
+            item.param3,
+            item.param4,
+            item.x,
+            item.y,
+            item.z,
+        )
+        # PX4's crc32part has neither the initial nor the final inversion of zlib's
+        crc = zlib.crc32(packed, crc ^ _ALL_ONES) ^ _ALL_ONES
+    return crc

@@ -9,9 +9,8 @@ from typing import Any
 
 import pytest
 
-from tests.api.service import Service, run_service
-
-PLANS = Path(__file__).resolve().parents[2] / "plans"
+from tests.support.paths import PLANS
+from tests.support.service_in_process import Service, run_service
 
 
 @pytest.fixture

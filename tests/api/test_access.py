@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from app.api.routes import ROUTES
+from app.api.application import ROUTES
 from app.services.access import Role
-from tests.api.listener import listen
-from tests.api.service import SETTINGS, Service, run_service
-from tests.api.test_guard import path_of
-from tests.events import data_of
+from tests.support.events import data_of
+from tests.support.guarded import path_of
+from tests.support.listener import listen
+from tests.support.service_in_process import SETTINGS, Service, run_service
 
 BOOTSTRAP = "bootstrap-token-of-a-test"
 

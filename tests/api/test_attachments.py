@@ -8,36 +8,19 @@ from typing import Any
 
 import pytest
 
-from app.domain.attachment import MAX_PER_DROP
+from app.domain.run.attachment import MAX_PER_DROP
 from app.services.access import Role
 from app.storage import verify_journal
 from app.storage.attachments import attachments_folder, file_path
-from tests.api.service import Service, run_service
-from tests.api.test_runs import create
+from tests.support.service_in_process import Service, run_service
+from tests.support.uploads import JPEG, a_run, attach, path_of
 
 PNG = bytes.fromhex(
     "89504e470d0a1a0a0000000d4948445200000001000000010802000000907753de0000000c49444154"
     "08d763f8cfc000000301010018dd8db00000000049454e44ae426082"
 )
-JPEG = b"\xff\xd8\xff\xe0" + b"a photo" * 100
 PDF = b"%PDF-1.7 a receipt"
 TYPES = {"image/png": PNG, "image/jpeg": JPEG, "application/pdf": PDF}
-
-
-async def a_run(service: Service, plan: dict[str, Any]) -> str:
-    _, _, made = await service.call("POST", "/api/v1/plans", json=plan)
-    return str((await create(service, made["id"]))["id"])
-
-
-def path_of(run_id: str, item_id: str = "drop") -> str:
-    return f"/api/v1/runs/{run_id}/drops/{item_id}/attachments"
-
-
-async def attach(
-    service: Service, run_id: str, content: bytes, media: str, name: str = "door", **headers: str
-) -> tuple[int, Any, Any]:
-    path = f"{path_of(run_id)}?name={name}"
-    return await service.call("POST", path, data=content, headers={"Content-Type": media, **headers})
 
 
 @pytest.mark.parametrize("media", TYPES)

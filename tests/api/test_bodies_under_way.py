@@ -7,9 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from tests.api.raw_socket import status_of
-from tests.api.service import SETTINGS, Service, run_service
-from tests.api.test_attachments import JPEG, a_run, attach, path_of
+from tests.support.raw_socket import status_of
+from tests.support.service_in_process import SETTINGS, Service, run_service
+from tests.support.uploads import JPEG, a_run, attach, path_of
 
 LARGE = 512 * 1024
 Peer = tuple[asyncio.StreamReader, asyncio.StreamWriter]

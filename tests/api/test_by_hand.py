@@ -3,63 +3,21 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
-from dataclasses import dataclass
-from typing import Any
 
 import aiohttp
 import pytest
 
-from app.api.by_hand.frames import ByHandCloseCode
-from app.domain.setpoint.forms import VelocityNed
-from app.domain.vehicle import FlightMode
+from app.api.offboard.frames import ByHandCloseCode
+from app.domain.offboard.setpoints import VelocityNed
+from app.domain.vehicle.state import FlightMode
 from app.services.access import Role
-from tests.api.fake_links import FakeLink
-from tests.api.service import Service, until
-from tests.api.test_offboard import NORTH, PATH, link
-from tests.reasons import words
+from tests.support.fake_links import FakeLink
+from tests.support.offboard_api import NORTH, PATH, link
+from tests.support.offboard_socket import pilot
+from tests.support.reasons import words
+from tests.support.service_in_process import Service, until
 
 __all__ = ["link"]
-
-
-@dataclass
-class Pilot:
-    """One client of the socket."""
-
-    socket: aiohttp.ClientWebSocketResponse
-
-    async def say(self, kind: str, **fields: Any) -> dict[str, Any]:
-        """Send a frame with an id, and wait for the answer with that id."""
-        await self.socket.send_json({"type": kind, "id": 7, **fields})
-        return await self.answer()
-
-    async def answer(self) -> dict[str, Any]:
-        """The next frame that is told because it was asked for."""
-        while (frame := await self.frame())["type"] in ("state", "tasks"):
-            pass
-        return frame
-
-    async def frame(self) -> dict[str, Any]:
-        frame: dict[str, Any] = await self.socket.receive_json(timeout=10)
-        return frame
-
-    async def state(self, state: str) -> dict[str, Any]:
-        """The next state frame that says this."""
-        while (frame := await self.frame())["type"] != "state" or frame["offboard"]["state"] != state:
-            pass
-        return dict(frame["offboard"])
-
-    async def close_code(self) -> int | None:
-        while not (await self.socket.receive(timeout=10)).type.name.startswith("CLOS"):
-            pass
-        return self.socket.close_code
-
-
-@asynccontextmanager
-async def pilot(service: Service, path: str = PATH, **options: Any) -> AsyncIterator[Pilot]:
-    async with service.http.ws_connect(service.url + path, **options) as socket:
-        yield Pilot(socket)
 
 
 async def test_a_flight_by_hand_over_one_socket(service: Service, link: FakeLink) -> None:

@@ -4,34 +4,16 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager, suppress
-from urllib.parse import urlsplit
+from contextlib import suppress
 
-from aiohttp import web
+from app.api.server import ConnectionLimits
+from tests.support.connections import LIMITS, served
+from tests.support.raw_socket import exchange, status_of
 
-from app.api.connections import ConnectionLimits
-from app.api.server import serving
-from tests.api.raw_socket import exchange, status_of
-
-LIMITS = ConnectionLimits(most=12, most_per_address=8, head_s=20.0)
 WHOLE = b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n"
 KEPT = b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
 HALF = b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nX-Slow: "
 Peer = tuple[asyncio.StreamReader, asyncio.StreamWriter]
-
-
-@asynccontextmanager
-async def served(limits: ConnectionLimits) -> AsyncIterator[int]:
-    """A service that says yes; its port."""
-
-    async def yes(_: web.Request) -> web.Response:
-        return web.Response(text="yes")
-
-    app = web.Application()
-    app.router.add_get("/", yes)
-    async with serving(app, "127.0.0.1", 0, limits) as url:
-        yield urlsplit(url).port or 0
 
 
 async def begun(port: int, sent: bytes, *, source: str = "127.0.0.1") -> Peer:

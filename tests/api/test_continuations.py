@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from app.domain.errors import LinkTimeoutError
-from app.domain.run import RunState
-from app.domain.vehicle import FlightMode, LandedState
+from app.domain.run.run import RunState
+from app.domain.vehicle.state import FlightMode, LandedState
 from app.services.access import Role
-from tests.api.service import Service
-from tests.api.test_run_changes import flying
-from tests.api.test_runs import create, reaches
+from tests.support.run_changes import flying
+from tests.support.runs_api import create, reaches
+from tests.support.service_in_process import Service
 
 
 async def ended(service: Service, plan: dict[str, Any]) -> dict[str, Any]:

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from app.services.access import Role
-from tests.api.service import Service
+from tests.support.paths import DATA
+from tests.support.service_in_process import Service
 
-FILES = Path(__file__).resolve().parents[1] / "data" / "interchange"
+FILES = DATA / "interchange"
 PLAN_FILE = (FILES / "multicopter-delivery.plan").read_bytes()
 WAYPOINTS = (FILES / "mission-planner.waypoints").read_bytes()
 JSON = {"Content-Type": "application/json"}

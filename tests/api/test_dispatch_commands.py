@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import csv
 import io
 import json
@@ -11,15 +10,14 @@ from typing import Any
 
 import pytest
 from structlog.testing import capture_logs
-from typer.testing import CliRunner, Result
 
-from app.cli import run_list
-from app.cli.main import app
-from tests.api.deliveries import TOLD, a_plan, deliver
-from tests.api.service import Service
-from tests.api.test_run_list import a_run, fill
-from tests.reasons import some
-from tests.webhook_receiver import Receiver
+from app.cli import runs
+from tests.support.deliveries import TOLD, a_plan, deliver
+from tests.support.dispatch_commands import waydrop
+from tests.support.listed_runs import a_run, fill
+from tests.support.reasons import some
+from tests.support.service_in_process import Service
+from tests.support.webhook_receiver import Receiver
 
 
 @pytest.fixture(autouse=True)
@@ -27,12 +25,6 @@ def _quiet_service() -> Iterator[None]:
     """The service's log would go where the command writes: here they are one process."""
     with capture_logs():
         yield
-
-
-async def waydrop(service: Service, *arguments: str) -> Result:
-    """Run a command beside the service."""
-    environment = {"WAYDROP_SERVER": service.url, "COLUMNS": "250", "NO_COLOR": "1"}
-    return await asyncio.to_thread(CliRunner().invoke, app, list(arguments), env=environment)
 
 
 async def test_runs_are_listed_by_the_filters_of_the_service(service: Service, plan: dict[str, Any]) -> None:
@@ -49,10 +41,10 @@ async def test_runs_are_listed_by_the_filters_of_the_service(service: Service, p
 async def test_a_long_list_is_fetched_page_by_page_and_csv_has_one_heading(
     service: Service, plan: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(run_list, "PAGE", 3)
+    monkeypatch.setattr(runs, "PAGE", 3)
     plan_id = await a_plan(service, plan)
-    runs = [a_run(number, plan_id, reason=some('two\r\nlines, "quoted"')) for number in range(8)]
-    await service.storage.events.append([], runs)
+    listed = [a_run(number, plan_id, reason=some('two\r\nlines, "quoted"')) for number in range(8)]
+    await service.storage.events.append([], listed)
     expected = [f"run-{number}" for number in range(7, 0, -1)]
     table = await waydrop(service, "runs", "list", "--csv", "--limit", "7")
     rows = list(csv.DictReader(io.StringIO(table.stdout_bytes.decode(), newline="")))

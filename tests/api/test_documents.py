@@ -9,13 +9,13 @@ import pytest
 from jsonschema import Draft202012Validator  # type: ignore[import-untyped]
 from openapi_spec_validator import OpenAPIV31SpecValidator
 
-from app.api.by_hand.frames import ByHandCloseCode
-from app.api.problem_codes import PROBLEMS
-from app.api.routes import ROUTES
+from app.api.application import ROUTES
+from app.api.offboard.frames import ByHandCloseCode
+from app.api.problems import PROBLEMS
 from app.api.stream.frames import CloseCode
-from app.api.target_reports.frames import ReportsCloseCode
-from tests.api.conftest import PLANS
-from tests.api.service import Service
+from app.api.target_reports import ReportsCloseCode
+from tests.support.paths import PLANS
+from tests.support.service_in_process import Service
 
 EXAMPLE_PLANS = sorted(PLANS.glob("*.json"))
 

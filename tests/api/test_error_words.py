@@ -12,13 +12,13 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from pydantic import BaseModel, ValidationError
 
-from app.api.by_hand.frames import ClientDocument
-from app.api.routes import ROUTES
-from app.api.socket_answers import unreadable
-from app.api.target_reports.frames import ReportFrame
-from app.domain.finding import Finding
+from app.api.application import ROUTES
+from app.api.offboard.frames import ClientDocument
+from app.api.target_reports import ReportFrame
+from app.api.websockets import unreadable
 from app.domain.validation import document_of, findings_of
-from tests.api.service import Service
+from app.domain.validation.finding import Finding
+from tests.support.service_in_process import Service
 
 BODIES = sorted(
     {route.body.model for route in ROUTES} | {ClientDocument, ReportFrame}, key=lambda model: model.__name__

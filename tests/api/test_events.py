@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from app.domain.events.vehicle import VehicleStatusText
-from tests.api.service import Service
+from tests.support.service_in_process import Service
 
 
 async def test_events_come_in_pages_each_once(service: Service) -> None:

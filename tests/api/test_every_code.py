@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from app.api.problem_codes import PROBLEMS
-from app.api.routes import ROUTES
+from app.api.application import ROUTES
+from app.api.problems import PROBLEMS
 
 HERE = Path(__file__).parent
 FROM_SERVICES = {

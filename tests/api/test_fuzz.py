@@ -11,9 +11,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tests.api.conftest import PLANS
-from tests.api.raw_socket import exchange, status_of
-from tests.api.service import Service
+from tests.support.paths import PLANS
+from tests.support.raw_socket import exchange, status_of
+from tests.support.service_in_process import Service
 
 JSON = {"Content-Type": "application/json"}
 HEADERS = [

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,10 +9,11 @@ from typing import Any
 import aiohttp
 import pytest
 
-from app.api.routes import ROUTES
-from app.api.routing import PROBED, AnyRoute
+from app.api.application import ROUTES
+from app.api.routing import PROBED
 from app.services.access import Role
-from tests.api.service import SETTINGS, Service, run_service
+from tests.support.guarded import path_of
+from tests.support.service_in_process import SETTINGS, Service, run_service
 
 STATE_CHANGING = [route for route in ROUTES if route.method != "GET"]
 FOREIGN_PAGES = [
@@ -24,11 +24,6 @@ FOREIGN_PAGES = [
     {"Sec-Fetch-Site": "cross-site"},
     {"Sec-Fetch-Site": "same-site"},
 ]
-
-
-def path_of(route: AnyRoute) -> str:
-    """The route's path with ids that exist or not: the guard comes before."""
-    return re.sub(r"\{\w+\}", "r", route.path.replace("{vehicle_id}", "v1"))
 
 
 @pytest.mark.parametrize("headers", FOREIGN_PAGES, ids=lambda headers: " ".join(headers.values()))

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from app.api import ApiServices
-from tests.api.service import Service, run_service
+from tests.support.service_in_process import Service, run_service
 
 
 async def test_a_healthy_service_is_alive_and_ready(service: Service) -> None:

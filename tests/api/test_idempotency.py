@@ -10,7 +10,7 @@ import pytest
 
 from app.services.access import Role
 from tests.api.broken_parts import without_answers
-from tests.api.service import Service, run_service
+from tests.support.service_in_process import Service, run_service
 
 KEY = {"Idempotency-Key": "0b8f6c1e-order-2041"}
 

@@ -10,10 +10,10 @@ import pytest
 from structlog.testing import capture_logs
 from typer.testing import Result
 
-from app.cli.exit_status import ServerRefusedError
-from tests.api.job_plans import ROUTE, until_job
-from tests.api.service import Service
-from tests.api.test_dispatch_commands import waydrop
+from app.cli.terminal import ServerRefusedError
+from tests.support.dispatch_commands import waydrop
+from tests.support.job_plans import ROUTE, until_job
+from tests.support.service_in_process import Service
 
 
 @pytest.fixture(autouse=True)

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import pytest
 
-from tests.api.job_plans import job_of, queue, until_job
-from tests.api.service import Service
-from tests.api.test_jobs import stop
+from tests.support.job_plans import job_of, queue, until_job
+from tests.support.jobs_api import stop
+from tests.support.paths import PLANS
+from tests.support.service_in_process import Service
 
 
 async def test_a_job_that_no_vehicle_can_ever_fly_says_so_at_once_and_waits_all_the_same(service: Service) -> None:
-    wing = json.loads((Path(__file__).parents[2] / "plans" / "fixed-wing-pass.json").read_text())
+    wing = json.loads((PLANS / "fixed-wing-pass.json").read_text())
     status, _, job = await service.call("POST", "/api/v1/jobs", json={"plan": wing})
     assert (status, job["state"]) == (202, "queued")
     assert "no vehicle can fly it as it is" in job["warning"]

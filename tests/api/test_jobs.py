@@ -6,19 +6,15 @@ import asyncio
 from pathlib import Path
 from typing import Any
 
-from app.domain.vehicle import LandedState
+from app.domain.vehicle.state import LandedState
 from app.services.access import Role
 from app.services.jobs import JobSettings
-from tests.api.job_plans import ROUTE, codes, fly_home, job_of, queue, start, until_job
-from tests.api.service import Service, run_service
-from tests.reasons import words
+from tests.support.job_plans import ROUTE, codes, fly_home, job_of, queue, start, until_job
+from tests.support.jobs_api import stop
+from tests.support.reasons import words
+from tests.support.service_in_process import Service, run_service
 
 KEY = {"Idempotency-Key": "order-2041"}
-
-
-async def stop(service: Service, vehicle: str = "v1") -> None:
-    """Let a vehicle's queue stand, so that jobs wait."""
-    assert (await service.call("POST", f"/api/v1/job-queues/{vehicle}/stop"))[0] == 200
 
 
 async def resume(service: Service, vehicle: str = "v1") -> dict[str, Any]:

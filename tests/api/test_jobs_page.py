@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
-from app.domain.jobs.candidate import VehicleRefusal
-from app.domain.jobs.choice import NEAR_M
-from app.domain.jobs.job import JobState
+from app.domain.jobs.assignment import NEAR_M
+from app.domain.jobs.job import JobState, VehicleRefusal
 from app.domain.jobs.queue import MAX_WAITING
 from app.domain.rules.vehicle import MAX_HOME_OFFSET_M
-from app.services.jobs.orders import LEAST_BATTERY_PERCENT, JobOrder
+from app.services.jobs.views import LEAST_BATTERY_PERCENT, JobOrder
+from tests.support.paths import ROOT
 
-PAGE = (Path(__file__).parents[2] / "docs" / "jobs.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "jobs.md").read_text(encoding="utf-8")
 
 
 def rows(pattern: str) -> list[str]:

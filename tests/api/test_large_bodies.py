@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from app.api.bodies import SMALL_BYTES
-from tests.api.service import Service
+from tests.support.service_in_process import Service
 
 MANY_FIELDS = {f"k{number}": 0 for number in range(20_000)}
 

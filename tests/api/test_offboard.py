@@ -7,25 +7,15 @@ from typing import Any
 
 import pytest
 
-from app.domain.setpoint.message import LocalTarget
-from app.domain.vehicle import FirmwareVersion, FlightMode, LandedState, VehicleType
+from app.domain.offboard.messages import LocalTarget
+from app.domain.vehicle.state import FirmwareVersion, FlightMode, VehicleType
 from app.services.access import Role
-from tests.api.fake_links import HOME, FakeLink
-from tests.api.listener import listen
-from tests.api.service import Service, until
+from tests.support.fake_links import FakeLink
+from tests.support.listener import listen
+from tests.support.offboard_api import NORTH, PATH, link
+from tests.support.service_in_process import Service, until
 
-PATH = "/api/v1/vehicles/v1/offboard"
-NORTH = {"type": "velocity_ned", "north_m_s": 2.0, "east_m_s": 0.0}
-
-
-@pytest.fixture
-def link(service: Service) -> FakeLink:
-    """The first vehicle, in the air."""
-    link = service.links[0]
-    link.change(
-        armed=True, landed=LandedState.IN_AIR, absolute_altitude_m=HOME.altitude_m + 20.0, relative_altitude_m=20.0
-    )
-    return link
+__all__ = ["link"]
 
 
 async def take(service: Service, **more: Any) -> dict[str, str]:

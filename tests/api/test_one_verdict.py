@@ -13,10 +13,10 @@ from structlog.testing import capture_logs
 from typer.testing import Result
 
 from app.domain.errors import WaydropError
-from app.domain.vehicle import VehicleFacts
-from tests.api.service import Service, run_service
-from tests.api.test_dispatch_commands import waydrop
-from tests.unit.domain.rules.near_the_limits import PLANS, VEHICLES, NearTheLimits
+from app.domain.vehicle.state import VehicleProfile
+from tests.support.dispatch_commands import waydrop
+from tests.support.near_the_limits import PLANS, VEHICLES, NearTheLimits
+from tests.support.service_in_process import Service, run_service
 
 PAIRS = [(near, vehicle) for near in PLANS for vehicle in near.vehicles]
 
@@ -94,7 +94,7 @@ async def _run(service: Service, near: NearTheLimits) -> tuple[int, Any]:
     return await _post(service, "/runs", plan=stored[2]["id"], vehicle="v1")
 
 
-def _become(service: Service, facts: VehicleFacts) -> None:
+def _become(service: Service, facts: VehicleProfile) -> None:
     (link,) = service.links
     link.facts = facts
     link.identity = replace(link.identity, vehicle_type=facts.vehicle_type, firmware=facts.firmware)

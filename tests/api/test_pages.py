@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from yarl import URL
 
-from tests.api.service import SETTINGS, Service, run_service
+from tests.support.service_in_process import SETTINGS, Service, run_service
 
 
 @pytest.fixture

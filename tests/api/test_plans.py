@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from tests.api.service import Service
+from tests.support.service_in_process import Service
 
 
 async def test_a_plan_is_stored_and_found_at_its_location(service: Service, plan: dict[str, Any]) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from app.services.access import Role
-from tests.api.service import Service
+from tests.support.service_in_process import Service
 
 PRINCIPAL = "/api/v1/principal"
 

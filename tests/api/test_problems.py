@@ -10,13 +10,12 @@ from typing import Any
 
 import pytest
 
-from app.api.problem_codes import PROBLEMS
-from app.api.problems import ApiError, kind_of, problem_response
-from app.api.routes import ROUTES
+from app.api.application import ROUTES
+from app.api.problems import PROBLEMS, ApiError, kind_of, problem_response
 from app.domain import errors
 from tests.api.broken_parts import with_defect, without_journal
-from tests.api.service import SETTINGS, Service, run_service
-from tests.api.test_guard import path_of
+from tests.support.guarded import path_of
+from tests.support.service_in_process import SETTINGS, Service, run_service
 
 
 def all_errors(base: type[errors.WaydropError] = errors.WaydropError) -> list[type[errors.WaydropError]]:

@@ -9,13 +9,13 @@ from xml.etree import ElementTree
 
 import pytest
 
-from app.api import proofs as endpoints
+from app.api import delivery_reports as endpoints
 from app.domain.events.run import RunCommand
 from app.domain.events.service import SimulatorFault
-from app.domain.proof import Story
-from app.services import proofs as service_proofs
-from tests.api.service import Service
-from tests.api.test_runs import create, reaches
+from app.domain.run.delivery_report import Story
+from app.services import delivery_reports as service_proofs
+from tests.support.runs_api import create, reaches
+from tests.support.service_in_process import Service
 
 HOSTILE = '<script>alert(1)</script> & "quotes" \'n <b>tags'
 

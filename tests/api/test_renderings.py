@@ -9,13 +9,13 @@ from typing import Any
 
 import pytest
 
-from app.api import renderings
-from app.api.renderings import Renderings
+from app.api import conversions
+from app.api.conversions import Renderings
 from app.domain.plan import Plan
-from app.domain.ports import StoredPlan
-from app.domain.vehicle import VehicleType
-from app.interchange.target import Exported, TargetFormat, export_plan
-from tests.api.service import Service
+from app.domain.stores import StoredPlan
+from app.domain.vehicle.state import VehicleType
+from app.interchange.formats import Exported, TargetFormat, export_plan
+from tests.support.service_in_process import Service
 
 
 class Writer:
@@ -42,7 +42,7 @@ class Writer:
 @pytest.fixture
 def writer(monkeypatch: pytest.MonkeyPatch) -> Writer:
     counted = Writer()
-    monkeypatch.setattr(renderings, "export_plan", counted)
+    monkeypatch.setattr(conversions, "export_plan", counted)
     return counted
 
 

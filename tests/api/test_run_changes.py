@@ -8,27 +8,13 @@ from typing import Any
 
 import pytest
 
-from app.domain.vehicle import FlightMode, LandedState
 from app.services.access import Role
-from tests.api.service import LOOK_AGAIN_S, Service, until
-from tests.api.test_consents import asked
-from tests.api.test_runs import create, reaches
+from tests.support.asking_drop import asked
+from tests.support.run_changes import flying
+from tests.support.runs_api import reaches
+from tests.support.service_in_process import Service, until
 
 STOP = {"id": "extra", "type": "waypoint", "latitude_deg": 47.3985, "longitude_deg": 8.5472, "relative_altitude_m": 20}
-
-
-async def flying(service: Service, plan: dict[str, Any], item_id: str = "corner") -> dict[str, Any]:
-    """A run on its way to an item."""
-    _, _, made = await service.call("POST", "/api/v1/plans", json=plan)
-    run = await create(service, made["id"], start=True)
-    await reaches(service, run["id"], "flying")
-    seq = {"corner": 1, "clinic": 2}[item_id]
-    service.links[0].change(mission_seq=seq, landed=LandedState.IN_AIR, mode=FlightMode.MISSION)
-    async with asyncio.timeout(10):
-        while run["item_id"] != item_id:
-            await asyncio.sleep(LOOK_AGAIN_S)
-            _, _, run = await service.call("GET", f"/api/v1/runs/{run['id']}")
-    return run
 
 
 async def plan_ids(service: Service) -> list[str]:

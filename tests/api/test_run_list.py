@@ -8,36 +8,13 @@ from typing import Any
 
 import pytest
 
-from app.api.answers import preferred
+from app.api.bodies import preferred
 from app.api.routing import JSON
-from app.api.run_list import CSV, runs_csv
-from app.domain.drop import Certainty, DropOutcome, DropRecord
-from app.domain.run import Run, RunState
-from tests.api.deliveries import a_plan
-from tests.api.service import Service
-from tests.reasons import some
-
-STATES = (RunState.COMPLETED, RunState.FLYING, RunState.FAILED, RunState.AT_DROP, RunState.COMPLETED)
-
-
-def a_run(number: int, plan_id: str = "p", **changes: Any) -> Run:
-    """Run number N of vehicle v1 or v2, made at 1000 + N s."""
-    return Run(
-        id=f"run-{number}",
-        plan_id=plan_id,
-        plan_hash="ab",
-        vehicle_id=f"v{number % 2 + 1}",
-        state=STATES[number % len(STATES)],
-        created_at=1000.0 + number,
-        updated_at=1.0,
-    ).model_copy(update=changes)
-
-
-async def fill(service: Service, plan: dict[str, Any], count: int = 5) -> list[str]:
-    """Runs of two plans, and the plans' ids."""
-    plans = [await a_plan(service, plan), await a_plan(service, {**plan, "name": "another"})]
-    await service.storage.events.append([], [a_run(number, plans[number % 2]) for number in range(count)])
-    return plans
+from app.api.runs import CSV, runs_csv
+from app.domain.drop.record import Certainty, DropOutcome, DropRecord
+from tests.support.listed_runs import a_run, fill
+from tests.support.reasons import some
+from tests.support.service_in_process import Service
 
 
 async def listed(service: Service, query: str) -> list[str]:

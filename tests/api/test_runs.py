@@ -2,41 +2,14 @@
 
 from __future__ import annotations
 
-import asyncio
 from typing import Any
 
-import pytest
+from app.domain.vehicle.state import FlightMode, LandedState
+from tests.support.reasons import words
+from tests.support.runs_api import create, plan_id, reaches
+from tests.support.service_in_process import Service
 
-from app.domain.vehicle import FlightMode, LandedState
-from tests.api.service import LOOK_AGAIN_S, Service
-from tests.reasons import words
-
-
-@pytest.fixture
-async def plan_id(service: Service, plan: dict[str, Any]) -> str:
-    """A stored plan."""
-    _, _, made = await service.call("POST", "/api/v1/plans", json=plan)
-    return str(made["id"])
-
-
-async def create(service: Service, plan_id: str, vehicle: str = "v1", **more: Any) -> dict[str, Any]:
-    """A run."""
-    status, headers, run = await service.call(
-        "POST", "/api/v1/runs", json={"plan": plan_id, "vehicle": vehicle, **more}
-    )
-    assert status == 202
-    assert headers["Location"] == f"/api/v1/runs/{run['id']}"
-    return dict(run)
-
-
-async def reaches(service: Service, run_id: str, *states: str) -> dict[str, Any]:
-    """Wait for one of these states."""
-    async with asyncio.timeout(10):
-        while True:
-            _, _, run = await service.call("GET", f"/api/v1/runs/{run_id}")
-            if run["state"] in states:
-                return dict(run)
-            await asyncio.sleep(LOOK_AGAIN_S)
+__all__ = ["plan_id"]
 
 
 async def test_a_run_without_start_waits_uploaded_and_then_flies_when_told(service: Service, plan_id: str) -> None:

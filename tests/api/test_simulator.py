@@ -10,15 +10,15 @@ from typing import Any
 import pytest
 
 from app.api import ApiServices
-from app.domain.vehicle import LandedState
+from app.domain.vehicle.state import LandedState
 from app.services.access import Role
 from app.services.simulation import Simulation
 from app.vehicles.simulator_control import SimulatorControlSocket
 from tests.api.broken_parts import without_journal
-from tests.api.scripted_simulator import ScriptedSimulator
-from tests.api.service import Service, run_service
-from tests.api.test_runs import create, reaches
-from tests.events import data_of
+from tests.support.events import data_of
+from tests.support.runs_api import create, reaches
+from tests.support.scripted_simulator import ScriptedSimulator
+from tests.support.service_in_process import Service, run_service
 
 VIEW = "/api/v1/simulator"
 FAULTS = "/api/v1/simulator/faults"

@@ -9,20 +9,14 @@ from contextlib import AsyncExitStack
 from dataclasses import replace
 from pathlib import Path
 
-from tests.api.listener import Listener, listen, record
-from tests.api.raw_socket import DeafClient, close_frame
-from tests.api.service import LOOK_AGAIN_S, SETTINGS, Service, run_service
+from tests.support.listener import Listener, listen, record
+from tests.support.raw_socket import DeafClient, close_frame
+from tests.support.service_in_process import LOOK_AGAIN_S, SETTINGS, Service, run_service
+from tests.support.slow_clients import closed
 
 SMALL = replace(SETTINGS, socket_queue=64, socket_buffer_bytes=64 * 1024, close_grace_s=0.3)
 OTHERS = 20
 EVENTS = 100
-
-
-async def closed(service: Service, code: int) -> int:
-    """How many sockets the service has closed with a code."""
-    _, _, text = await service.call("GET", "/metrics")
-    found = [line for line in text.splitlines() if line.startswith(f'waydrop_websocket_closed_total{{code="{code}"}}')]
-    return int(float(found[0].split()[-1])) if found else 0
 
 
 async def delays(service: Service, clients: list[Listener]) -> list[float]:

@@ -12,7 +12,7 @@ from app.domain.errors import StorageError
 from app.domain.events import Event
 from app.services.access import Role
 from tests.api.broken_parts import without_tokens
-from tests.api.service import Service, run_service
+from tests.support.service_in_process import Service, run_service
 
 STREAM = "/api/v1/stream"
 OFFBOARD = "/api/v1/vehicles/v1/offboard"

@@ -13,10 +13,11 @@ import pytest
 
 from app.api import ApiServices
 from app.services.access import Access
-from tests.api.listener import listen, record
-from tests.api.raw_socket import DeafClient, close_frame
-from tests.api.service import SETTINGS, Service, run_service
-from tests.api.test_slow_clients import closed
+from tests.support.listener import listen, record
+from tests.support.raw_socket import DeafClient, close_frame
+from tests.support.service_in_process import SETTINGS, Service, run_service
+from tests.support.slow_clients import closed
+from tests.support.socket_limits import HANDSHAKE, sockets_open
 
 
 async def test_more_sockets_than_allowed_are_refused_and_room_is_given_back(tmp_path: Path) -> None:
@@ -34,14 +35,6 @@ async def test_more_sockets_than_allowed_are_refused_and_room_is_given_back(tmp_
                 except aiohttp.WSServerHandshakeError:
                     await asyncio.sleep(0.01)
         assert (await clients[-1].frame("hello"))["type"] == "hello"
-
-
-HANDSHAKE = {
-    "Connection": "Upgrade",
-    "Upgrade": "websocket",
-    "Sec-WebSocket-Version": "13",
-    "Sec-WebSocket-Key": "MDEyMzQ1Njc4OWFiY2RlZg==",
-}
 
 
 async def test_a_plain_get_of_the_stream_is_told_to_upgrade(service: Service) -> None:
@@ -139,13 +132,6 @@ async def test_a_socket_that_is_being_opened_as_the_service_stops_is_ended_with_
             # A stop ends the sockets there are at once, then gives handlers under way 10 s: this one goes on in those.
             asyncio.get_running_loop().call_later(0.5, slow[0].gate.set)
         assert close_frame(1001) in await deaf.read_to_the_end()
-
-
-async def sockets_open(service: Service, count: int) -> None:
-    """Wait until the service has taken so many sockets."""
-    async with asyncio.timeout(10):
-        while f"waydrop_websocket_clients {count}.0" not in (await service.call("GET", "/metrics"))[2]:
-            await asyncio.sleep(0.01)
 
 
 async def _to_the_end(socket: aiohttp.ClientWebSocketResponse) -> int | None:

@@ -7,9 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from app.services.access import Role
-from tests.api.raw_socket import DeafClient
-from tests.api.service import SETTINGS, run_service
-from tests.api.test_socket_limits import HANDSHAKE
+from tests.support.raw_socket import DeafClient
+from tests.support.service_in_process import SETTINGS, run_service
+from tests.support.socket_limits import HANDSHAKE
 
 STREAM = "/api/v1/stream"
 FEW = replace(SETTINGS, max_sockets=4, max_sockets_per_token=2, max_refused_sockets=3, close_grace_s=20.0)

@@ -5,16 +5,16 @@ from __future__ import annotations
 import importlib
 import json
 from collections import Counter
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from app.domain.plan import Plan
-from tests.api.service import Service
-from tests.api.test_runs import create, reaches
+from tests.support.paths import PLANS
+from tests.support.runs_api import create, reaches
+from tests.support.service_in_process import Service
 
-WITH_ALTERNATE = Path(__file__).parents[2] / "plans" / "multicopter-alternate.json"
+WITH_ALTERNATE = PLANS / "multicopter-alternate.json"
 
 
 @pytest.fixture

@@ -9,10 +9,10 @@ from typing import Any
 import aiohttp
 import pytest
 
-from app.api.stream import broadcast
+from app.api.stream import session
 from app.api.stream.frames import CLOSE_REASONS, CloseCode
-from tests.api.listener import listen, record
-from tests.api.service import Service, run_service
+from tests.support.listener import listen, record
+from tests.support.service_in_process import Service, run_service
 
 
 async def test_hello_and_snapshot_come_first_then_what_happens(service: Service) -> None:
@@ -95,7 +95,7 @@ async def test_without_after_nothing_old_comes(service: Service) -> None:
 async def test_a_broadcast_that_falls_behind_reads_on_from_the_disk(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(broadcast, "SUBSCRIPTION_CAPACITY", 1)
+    monkeypatch.setattr(session, "SUBSCRIPTION_CAPACITY", 1)
     async with run_service(tmp_path) as service, listen(service) as client:
         await client.frame("snapshot")
         await asyncio.gather(*(record(service, 50) for _ in range(10)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 
 from app.services.access import Role
-from tests.api.service import Service
+from tests.support.service_in_process import Service
 
 
 async def test_all_targets_are_listed_with_their_age_and_none_is_no_error(service: Service) -> None:

@@ -14,13 +14,13 @@ import pytest
 from aiohttp import WSMsgType
 from jsonschema import Draft202012Validator  # type: ignore[import-untyped]
 
-from app.api.target_reports.frames import ReportsCloseCode
+from app.api.target_reports import ReportsCloseCode
 from app.services.access import Role
-from tests.api.raw_socket import DeafClient
-from tests.api.service import SETTINGS, Service, run_service
-from tests.api.test_slow_clients import closed
-from tests.api.test_socket_limits import HANDSHAKE, sockets_open
-from tests.api.test_targets import StillClock, clock, report, say, service
+from tests.support.raw_socket import DeafClient
+from tests.support.service_in_process import SETTINGS, Service, run_service
+from tests.support.slow_clients import closed
+from tests.support.socket_limits import HANDSHAKE, sockets_open
+from tests.support.targets_api import StillClock, clock, report, say, service
 
 __all__ = ["clock", "service"]
 

@@ -8,22 +8,20 @@ import pytest
 
 from app.domain.errors import LinkTimeoutError
 from app.domain.geo import distance_m
-from app.domain.moving_target.aim import SETTLE_S
 from app.domain.plan import Plan
-from app.domain.vehicle import FlightMode
-from app.domain.vehicle_clock import VehicleClock
+from app.domain.targets.intercept import SETTLE_S
+from app.domain.vehicle.clock import VehicleClock
+from app.domain.vehicle.state import FlightMode
 from app.services.access import Role
 from app.services.plans import NewPlan
 from app.services.target_following import TargetFollower
-from tests.api.fake_links import HOME
-from tests.api.service import Service
-from tests.api.test_consents import until_run
-from tests.api.test_run_changes import flying
+from tests.support.asking_drop import until_run
+from tests.support.fake_links import HOME
+from tests.support.run_changes import flying
+from tests.support.service_in_process import Service
+from tests.support.targets_api import CLINIC, EAST_DEG_M, StillClock, clock, report, say, service
 
-NOW_S = 1_790_000_000.0
-CLINIC = (47.398641, 8.546656)
-EAST_DEG_M = 1 / 75_268
-"""A metre to the east there."""
+__all__ = ["clock", "service"]
 
 
 @pytest.fixture
@@ -33,43 +31,10 @@ def plan(plan: dict[str, Any]) -> dict[str, Any]:
     return plan
 
 
-class StillClock:
-    """Time stands still until a test moves it: no report grows old while a busy machine takes its time."""
-
-    passed_s = 0.0
-
-    def now(self) -> float:
-        return NOW_S + self.passed_s
-
-    def monotonic(self) -> float:
-        return 1000.0 + self.passed_s
-
-
-@pytest.fixture
-def clock() -> StillClock:
-    return StillClock()
-
-
-@pytest.fixture
-def service(service: Service, clock: StillClock) -> Service:
-    service.services.targets._clock = clock
-    return service
-
-
 @pytest.fixture
 def follower(service: Service, clock: StillClock) -> TargetFollower:
     parts = service.services
     return TargetFollower(parts.runs, parts.plans, parts.fleet, parts.targets, parts.journal, clock)
-
-
-def report(east_m: float = 0.0, *, age_s: float = 0.0, **more: float) -> dict[str, float]:
-    place = {"latitude_deg": CLINIC[0], "longitude_deg": CLINIC[1] + east_m * EAST_DEG_M}
-    return {**place, "north_m_s": 0.0, "east_m_s": 0.0, "time": NOW_S - age_s, **more}
-
-
-async def say(service: Service, body: dict[str, float], **options: Any) -> tuple[int, Any]:
-    status, _, answer = await service.call("POST", "/api/v1/targets/ship-1", json=body, **options)
-    return status, answer
 
 
 async def told(service: Service, run: dict[str, Any], kind: str) -> list[dict[str, Any]]:

@@ -6,11 +6,11 @@ from typing import Any
 
 import pytest
 
-from app.domain.vehicle import FlightMode, LandedState
+from app.domain.vehicle.state import FlightMode, LandedState
 from app.services.access import Role
-from tests.api.fake_links import FakeLink
-from tests.api.service import Service, until
-from tests.api.test_by_hand import pilot
+from tests.support.fake_links import FakeLink
+from tests.support.offboard_socket import pilot
+from tests.support.service_in_process import Service, until
 
 PATH = "/api/v1/vehicles/v1/tasks"
 OFFBOARD = "/api/v1/vehicles/v1/offboard"

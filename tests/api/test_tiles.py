@@ -13,10 +13,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.api.pmtiles import Pmtiles, tile_id
+from app.api.tiles import Pmtiles, tile_id
 from app.config import Settings
 from app.domain.errors import InvalidInputError
-from tests.api.service import SETTINGS, run_service
+from tests.support.service_in_process import SETTINGS, run_service
 
 PNG = b"\x89PNG\r\n\x1a\n"
 

@@ -7,8 +7,8 @@ import logging
 
 import pytest
 
-from tests.api.raw_socket import exchange, status_of
-from tests.api.test_connections import LIMITS, served
+from tests.support.connections import LIMITS, served
+from tests.support.raw_socket import exchange, status_of
 
 SECRET = b"wd_a-secret-that-nobody-may-read"
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from app.domain.errors import LinkError, LinkTimeoutError, VehicleRefusedError, WaydropError
-from app.domain.ports import DuplicateSystem
-from app.domain.reason import ReasonCode, because
-from app.domain.vehicle import FlightMode
-from tests.api.service import Service, until
+from app.domain.reasons import ReasonCode, because
+from app.domain.vehicle.link import DuplicateSystem
+from app.domain.vehicle.state import FlightMode
+from tests.support.service_in_process import Service, until
 
 
 async def test_all_vehicles_and_each_one_are_shown(service: Service) -> None:

@@ -11,13 +11,13 @@ import pytest
 
 from app.domain.events import EventKind
 from app.domain.events.vehicle import VehicleStatusText
-from app.domain.webhooks.backoff import Backoff
+from app.domain.webhooks.webhook import Backoff
 from app.services.webhooks import WebhookSettings
-from tests.api.deliveries import TOLD, a_plan, deliver, hook
-from tests.api.service import Service, run_service
-from tests.events import data_of
-from tests.reasons import words
-from tests.webhook_receiver import Receiver
+from tests.support.deliveries import TOLD, a_plan, deliver, hook
+from tests.support.events import data_of
+from tests.support.reasons import words
+from tests.support.service_in_process import Service, run_service
+from tests.support.webhook_receiver import Receiver
 
 
 @pytest.fixture

@@ -10,13 +10,13 @@ from typing import Any
 import pytest
 
 from app.domain.events import EventKind
-from app.domain.webhooks.hook import MAX_HOOKS
+from app.domain.webhooks.webhook import MAX_HOOKS
 from app.services.access import Role
-from tests.api.deliveries import TOLD, a_plan, deliver, hook
-from tests.api.service import Service, run_service
-from tests.events import data_of
-from tests.reasons import words
-from tests.webhook_receiver import Receiver
+from tests.support.deliveries import TOLD, a_plan, deliver, hook
+from tests.support.events import data_of
+from tests.support.reasons import words
+from tests.support.service_in_process import Service, run_service
+from tests.support.webhook_receiver import Receiver
 
 PATH = "/api/v1/webhooks"
 

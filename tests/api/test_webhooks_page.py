@@ -7,18 +7,17 @@ import os
 import re
 import sys
 from asyncio.subprocess import PIPE
-from pathlib import Path
 from typing import Any
 
-from app.domain.webhooks.backoff import Backoff
-from app.domain.webhooks.hook import MAX_HOOKS
 from app.domain.webhooks.lifecycle import DeliveryEvent
+from app.domain.webhooks.webhook import MAX_HOOKS, Backoff
 from app.webhooks.http_sender import TOTAL_S
-from tests.api.deliveries import TOLD, a_plan, deliver
-from tests.api.service import Service
-from tests.service import free_tcp_port
+from tests.support.deliveries import TOLD, a_plan, deliver
+from tests.support.paths import ROOT
+from tests.support.service_in_process import Service
+from tests.support.service_process import free_tcp_port
 
-PAGE = (Path(__file__).parents[2] / "docs" / "webhooks.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "webhooks.md").read_text(encoding="utf-8")
 
 
 async def test_the_receiver_of_the_page_takes_what_is_signed_and_nothing_else(

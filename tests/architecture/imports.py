@@ -123,13 +123,13 @@ def servers_outside_api(sources: Iterable[Source]) -> list[str]:
 def words_inside(sources: Iterable[Source]) -> list[str]:
     """Reasons turned into sentences anywhere but where people read them: inside, their codes are compared."""
     edges = {"api", "cli"}
-    told_in_errors = {"app.domain.reason", "app.domain.consent", "app.services.offboard.control"}
+    told_in_errors = {"app.domain.reasons", "app.domain.drop.consent", "app.services.offboard.control"}
     return [
         f"{source.at(node)}: in_words is for what people read; compare the code"
         for source in sources
         if source.layer not in edges and source.module not in told_in_errors
         for node in source.nodes
-        if isinstance(node, ast.ImportFrom) and node.module == "app.domain.reason"
+        if isinstance(node, ast.ImportFrom) and node.module == "app.domain.reasons"
         if any(name.name == "in_words" for name in node.names)
     ]
 

@@ -12,7 +12,7 @@ PAGE_FILES = ("web/.npmrc", "web/package-lock.json")
 LOCK_FILES = ("requirements.txt", "requirements-build.txt", "requirements-dev.txt")
 
 APP = python_sources("app")
-ALL = python_sources("app", "tests", "bench", "scripts")
+ALL = python_sources("app", "tests", "bench", "scripts", "tools")
 
 
 def held(violations: list[str]) -> None:

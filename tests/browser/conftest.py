@@ -11,9 +11,9 @@ import pytest
 import pytest_asyncio
 from playwright.async_api import Browser, async_playwright, expect
 
-from tests.browser.dashboard import Dashboard
-from tests.service import ServiceProcess
-from tests.simulated import SimulatedFleet
+from tests.support.dashboard import Dashboard
+from tests.support.service_process import ServiceProcess
+from tests.support.simulated import SimulatedFleet
 
 CHROMIUM = Path(os.environ.get("WAYDROP_CHROMIUM", "/usr/bin/chromium"))
 

@@ -15,8 +15,9 @@ from pathlib import Path
 from playwright.async_api import Browser, async_playwright, expect
 
 from tests.browser.conftest import CHROMIUM, FLEET, GAP_S, SPEED, chromium_args, simulated_service
-from tests.browser.dashboard import CLINIC_RUN, FLIGHT_MS, ROOT, Dashboard, Scheme
-from tests.simulated import SimulatedFleet
+from tests.support.dashboard import CLINIC_RUN, FLIGHT_MS, Dashboard, Scheme
+from tests.support.paths import ROOT
+from tests.support.simulated import SimulatedFleet
 
 SCHEMES: tuple[Scheme, ...] = ("dark", "light")
 SIZES = {"wide": (1440, 900), "middle": (900, 700), "narrow": (360, 800), "wall": (3840, 2160)}

@@ -10,14 +10,14 @@ import pytest
 import pytest_asyncio
 from playwright.async_api import Browser, expect
 
-from tests.browser.accessibility import AXE
-from tests.browser.cockpit import PRESS_MS, SMALL, Cockpit
 from tests.browser.conftest import GAP_S, SPEED, simulated_service
-from tests.browser.dashboard import HOLD_MS, Dashboard
-from tests.browser.task_queue import CIRCLE, PATH, TaskBoard
-from tests.e2e.by_hand import paused_in_the_air, truth
-from tests.service import Dispatcher, ServiceProcess, until
-from tests.simulated import SimulatedFleet
+from tests.support.accessibility import AXE
+from tests.support.dashboard import HOLD_MS, Dashboard
+from tests.support.offboard_client import paused_in_the_air, truth
+from tests.support.offboard_panel import PRESS_MS, SMALL, Cockpit
+from tests.support.service_process import Dispatcher, ServiceProcess, until
+from tests.support.simulated import SimulatedFleet
+from tests.support.task_queue_panel import CIRCLE, PATH, TaskBoard
 
 RETURN = "COM_OBL_RC_ACT=3"
 """The vehicle's own answer to a lost stream is another mode than the Hold that Waydrop commands."""

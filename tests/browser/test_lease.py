@@ -8,10 +8,10 @@ import re
 from playwright.async_api import Browser, expect
 from playwright.async_api import TimeoutError as PageTimeout
 
-from tests.browser.accessibility import TELEPHONE, violations
-from tests.browser.cockpit import ATTEMPTS, PRESS_MS, SMALL, Cockpit
-from tests.browser.dashboard import HOLD_MS, Dashboard
-from tests.service import ServiceProcess
+from tests.support.accessibility import TELEPHONE, violations
+from tests.support.dashboard import HOLD_MS, Dashboard
+from tests.support.offboard_panel import ATTEMPTS, PRESS_MS, SMALL, Cockpit
+from tests.support.service_process import ServiceProcess
 
 
 async def test_the_lease_is_one_pages_and_tells_before_an_entry_why_there_can_be_none(

@@ -14,9 +14,9 @@ from playwright.async_api import expect
 from typer.testing import CliRunner
 
 from app.cli.main import app
-from tests.browser.dashboard import Dashboard
-from tests.unit.domain.plan_pieces import Json, plan_json, waypoint
-from tests.unit.domain.rules.near_the_limits import PLANS, NearTheLimits
+from tests.support.dashboard import Dashboard
+from tests.support.near_the_limits import PLANS, NearTheLimits
+from tests.support.plan_pieces import Json, plan_json, waypoint
 
 NAMES = ("takeoff to 3 m", "takeoff to 0 m", "no home, two kinds of altitude", "13 m/s", "a drop within 30 m")
 """A page costs seconds; tests/api/test_one_verdict.py asks the rest, and vehicles that these are not."""

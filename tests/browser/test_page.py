@@ -8,11 +8,12 @@ from pathlib import Path
 import pytest
 from playwright.async_api import Browser, Route, ViewportSize, expect
 
-from tests.browser.accessibility import DESK, TELEPHONE, violations
-from tests.browser.dashboard import CLINIC_RUN, ROOT, Dashboard
-from tests.browser.picture import colours
-from tests.service import ServiceProcess, until
-from tests.simulated import free_udp_ports
+from tests.support.accessibility import DESK, TELEPHONE, violations
+from tests.support.dashboard import CLINIC_RUN, Dashboard
+from tests.support.paths import ROOT
+from tests.support.picture import colours
+from tests.support.service_process import ServiceProcess, until
+from tests.support.simulated import free_udp_ports
 
 
 async def test_the_fleet_appears_with_types_modes_battery_and_link(idle_page: Dashboard) -> None:

@@ -7,8 +7,9 @@ from pathlib import Path
 
 from playwright.async_api import expect
 
-from tests.browser.dashboard import CLINIC_RUN, ROOT, Dashboard
-from tests.browser.editor import Editor
+from tests.support.dashboard import CLINIC_RUN, Dashboard
+from tests.support.editor import Editor
+from tests.support.paths import ROOT
 
 INTERCHANGE = ROOT / "tests" / "data" / "interchange"
 

@@ -9,8 +9,8 @@ from playwright.async_api import Browser, Locator, Route, expect
 from app.api.principal import PrincipalView
 from app.services.access import Role
 from tests.browser.conftest import simulated_service
-from tests.browser.dashboard import Dashboard
-from tests.simulated import SimulatedFleet
+from tests.support.dashboard import Dashboard
+from tests.support.simulated import SimulatedFleet
 
 LINK_MS = 30_000
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gzip
 from typing import Final
 
-from tests.browser.dashboard import ROOT
+from tests.support.paths import ROOT
 
 DIST: Final = ROOT / "web" / "dist"
 LIMIT_BYTES: Final = 1_000_000

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import pytest
 
 from app.domain.plan import Plan, parse_plan
 from bench.predicted_flight import predicted_and_flown
-from tests.unit.domain.plan_pieces import RETURN, at, land, multicopter, plan, takeoff, waypoint
-
-PLANS = Path(__file__).parents[2] / "plans"
+from tests.support.paths import PLANS
+from tests.support.plan_pieces import RETURN, at, land, multicopter, plan, takeoff, waypoint
 
 
 @pytest.mark.parametrize(

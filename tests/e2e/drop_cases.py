@@ -7,9 +7,9 @@ from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from tests.service import Dispatcher
-from tests.simulated import SimulatedFleet
-from tests.unit.domain.plan_pieces import RETURN, at, gripper, plan_json, takeoff, waypoint
+from tests.support.plan_pieces import RETURN, at, gripper, plan_json, takeoff, waypoint
+from tests.support.service_process import Dispatcher
+from tests.support.simulated import SimulatedFleet
 
 SPEED = 4.0
 FLIGHT_S = 120.0

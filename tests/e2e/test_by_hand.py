@@ -11,20 +11,13 @@ from typing import Any
 
 import aiohttp
 
-from tests.e2e.by_hand import Pilot, paused_in_the_air, pilot, truth
-from tests.service import Dispatcher, ServiceProcess, until
-from tests.simulated import SimulatedFleet
+from tests.support.offboard_client import Pilot, paused_in_the_air, pilot, truth
+from tests.support.offboard_flights import GAP_S, in_mode
+from tests.support.service_process import Dispatcher, ServiceProcess, until
+from tests.support.simulated import SimulatedFleet
 
 RETURN = "COM_OBL_RC_ACT=3"
 """The vehicle's own answer to a lost stream is another mode than the Hold that Waydrop commands."""
-
-GAP_S = 2.5
-"""More than the default: on a busy machine a healthy process may stand still for longer than that."""
-
-
-async def in_mode(fleet: SimulatedFleet, mode: str, promise: str) -> dict[str, Any]:
-    found: dict[str, Any] = await until(lambda: truth(fleet), lambda v: v["mode"] == mode, promise, 30)
-    return found
 
 
 def is_north_of(now: dict[str, Any], before: dict[str, Any]) -> bool:

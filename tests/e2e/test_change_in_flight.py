@@ -11,10 +11,11 @@ import aiohttp
 
 from app.domain.geo import distance_m
 from app.storage.verify import verify_journal
-from tests.service import Dispatcher, ServiceProcess
-from tests.simulated import SimulatedFleet
+from tests.support.paths import PLANS
+from tests.support.service_process import Dispatcher, ServiceProcess
+from tests.support.simulated import SimulatedFleet
 
-PLAN: dict[str, Any] = json.loads((Path(__file__).parents[2] / "plans" / "clinic-run.json").read_text())
+PLAN: dict[str, Any] = json.loads((PLANS / "clinic-run.json").read_text())
 MOVED = {"latitude_deg": 47.398691, "longitude_deg": 8.546756}
 STOP = {"id": "look", "type": "waypoint", "latitude_deg": 47.3985, "longitude_deg": 8.5472, "relative_altitude_m": 20}
 WITHIN_S = 90.0

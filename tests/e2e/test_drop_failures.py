@@ -9,8 +9,8 @@ import aiohttp
 
 from app.storage import verify_journal
 from tests.e2e.drop_cases import ALTERNATE, CASES, SPEED, Branch, Case
-from tests.service import Dispatcher, ServiceProcess
-from tests.simulated import SimulatedFleet
+from tests.support.service_process import Dispatcher, ServiceProcess
+from tests.support.simulated import SimulatedFleet
 
 PARAMS = "COM_LOW_BAT_ACT=3,RTL_RETURN_ALT=12.0"
 """A low battery sends it home, and each goes home no higher than it flies: the way back is no part of the promise."""

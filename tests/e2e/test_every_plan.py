@@ -12,11 +12,12 @@ from typing import Any
 
 import aiohttp
 
-from tests.service import Dispatcher, ServiceProcess
-from tests.simulated import SimulatedFleet
-from tests.unit.interchange.files import document, meaning
+from tests.support.interchange_files import document, meaning
+from tests.support.paths import PLANS
+from tests.support.service_process import Dispatcher, ServiceProcess
+from tests.support.simulated import SimulatedFleet
 
-PLANS = sorted((Path(__file__).parents[2] / "plans").glob("*.json"))
+PLANS = sorted((PLANS).glob("*.json"))
 PLAN_FILE = "multicopter-delivery.plan"
 AIRFRAME = {"multicopter": "quad", "fixed_wing": "plane", "vtol": "vtol", "rover": "rover", "airship": "airship"}
 SUPERVISED_SPEED = 4.0

@@ -11,8 +11,9 @@ from typing import Any
 
 import aiohttp
 
-from tests.service import ROOT, Dispatcher, ServiceProcess
-from tests.simulated import SimulatedFleet
+from tests.support.paths import ROOT
+from tests.support.service_process import Dispatcher, ServiceProcess
+from tests.support.simulated import SimulatedFleet
 
 WAYDROP = Path(sys.executable).with_name("waydrop")
 PLAN = ROOT / "plans" / "clinic-run.json"

@@ -8,10 +8,10 @@ from typing import Any
 
 import aiohttp
 
-from tests.service import Dispatcher, ServiceProcess, until
-from tests.simulated import SimulatedFleet
+from tests.support.paths import PLANS
+from tests.support.service_process import Dispatcher, ServiceProcess, until
+from tests.support.simulated import SimulatedFleet
 
-PLANS = Path(__file__).parents[2] / "plans"
 EMBEDDED, SUPERVISED = (
     json.loads((PLANS / name).read_text()) for name in ("multicopter-embedded.json", "clinic-run.json")
 )

@@ -8,10 +8,11 @@ from typing import Any
 
 import aiohttp
 
-from tests.service import Dispatcher, ServiceProcess, until
-from tests.simulated import SimulatedFleet
+from tests.support.paths import PLANS
+from tests.support.service_process import Dispatcher, ServiceProcess, until
+from tests.support.simulated import SimulatedFleet
 
-PLAN = json.loads((Path(__file__).parents[2] / "plans" / "multicopter-embedded.json").read_text())
+PLAN = json.loads((PLANS / "multicopter-embedded.json").read_text())
 WITHIN_S = 120.0
 
 

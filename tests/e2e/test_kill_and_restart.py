@@ -10,12 +10,13 @@ from typing import Any
 import aiohttp
 
 from app.domain.flight.recording import from_text, replay
-from app.domain.run import Run
+from app.domain.run.run import Run
 from app.storage import open_flight_log, verify_journal
-from tests.service import Dispatcher, ServiceProcess
-from tests.simulated import SimulatedFleet
+from tests.support.paths import PLANS
+from tests.support.service_process import Dispatcher, ServiceProcess
+from tests.support.simulated import SimulatedFleet
 
-PLAN = json.loads((Path(__file__).parents[2] / "plans" / "clinic-run.json").read_text())
+PLAN = json.loads((PLANS / "clinic-run.json").read_text())
 for _item in PLAN["items"]:
     if _item["type"] == "gripper":
         _item["hold_s"] = 300.0  # on a busy machine a restart may take long; a release ends the hold at once

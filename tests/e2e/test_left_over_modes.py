@@ -10,11 +10,11 @@ from typing import Any
 import aiohttp
 import pytest
 
-from tests.e2e.by_hand import paused_in_the_air, pilot, truth
-from tests.service import Dispatcher, ServiceProcess, until
-from tests.simulated import SimulatedFleet
+from tests.support.offboard_client import paused_in_the_air, pilot, truth
+from tests.support.paths import PLANS
+from tests.support.service_process import Dispatcher, ServiceProcess, until
+from tests.support.simulated import SimulatedFleet
 
-PLANS = Path(__file__).parents[2] / "plans"
 TYPES = {
     "quad": "multicopter-embedded.json",
     "plane": "fixed-wing-pass.json",

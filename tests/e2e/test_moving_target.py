@@ -14,9 +14,9 @@ import aiohttp
 
 from app.domain.geo import distance_m
 from app.storage.verify import verify_journal
-from tests.service import Dispatcher, ServiceProcess, until
-from tests.simulated import SimulatedFleet
-from tests.unit.domain.plan_pieces import at, gripper, land, plan_json, square, takeoff, waypoint
+from tests.support.plan_pieces import at, gripper, land, plan_json, square, takeoff, waypoint
+from tests.support.service_process import Dispatcher, ServiceProcess, until
+from tests.support.simulated import SimulatedFleet
 
 WITHIN_S = 120.0
 REPORT_EVERY_S = 0.5

@@ -9,8 +9,9 @@ import aiohttp
 import pytest
 
 from app.domain.geo import distance_m
-from tests.service import ROOT, Dispatcher, ServiceProcess
-from tests.simulated import SimulatedFleet
+from tests.support.paths import ROOT
+from tests.support.service_process import Dispatcher, ServiceProcess
+from tests.support.simulated import SimulatedFleet
 
 
 @pytest.mark.parametrize("mode", ["supervised", "embedded"])

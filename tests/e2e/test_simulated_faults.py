@@ -7,8 +7,8 @@ from typing import Any
 
 import aiohttp
 
-from tests.service import Dispatcher, ServiceProcess, until
-from tests.simulated import SimulatedFleet
+from tests.support.service_process import Dispatcher, ServiceProcess, until
+from tests.support.simulated import SimulatedFleet
 
 LINK_S = 15.0
 """A link is lost after 3 s without HEARTBEAT."""

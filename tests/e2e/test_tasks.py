@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
 import math
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
 
 import aiohttp
 
-from tests.e2e.by_hand import paused_in_the_air, truth
-from tests.e2e.test_by_hand import GAP_S, in_mode
-from tests.reasons import words
-from tests.service import Dispatcher, ServiceProcess, until
-from tests.simulated import SimulatedFleet
+from tests.support.offboard_client import paused_in_the_air, truth
+from tests.support.offboard_flights import GAP_S, in_mode
+from tests.support.paths import PLANS
+from tests.support.reasons import words
+from tests.support.service_process import Dispatcher, ServiceProcess, until
+from tests.support.simulated import SimulatedFleet
+from tests.support.task_flights import OFFBOARD, TASKS, renewed
 
-TASKS = "/vehicles/v1/tasks"
-OFFBOARD = "/vehicles/v1/offboard"
-PLANS = Path(__file__).parents[2] / "plans"
 CORNERS = [{"east_m": 0.0, "north_m": 30.0}, {"east_m": 10.0, "north_m": 30.0}, {"east_m": 10.0, "north_m": 20.0}]
 QUEUE: list[dict[str, Any]] = [
     {"type": "goto", "point": {"east_m": 0.0, "north_m": 15.0}, "relative_altitude_m": 20.0, "gripper": "grab"},
@@ -28,24 +24,6 @@ QUEUE: list[dict[str, Any]] = [
     {"type": "segment", "start": {"east_m": 0.0, "north_m": 10.0}, "end": {"east_m": 0.0, "north_m": 30.0}},
     {"type": "path", "points": CORNERS},
 ]
-
-
-@asynccontextmanager
-async def renewed(dispatcher: Dispatcher) -> AsyncIterator[str]:
-    """A lease whose holder says every second that it is still there."""
-    lease: str = (await dispatcher.post(f"{OFFBOARD}/lease", expect=201))["lease"]
-
-    async def renew() -> None:
-        while True:
-            await dispatcher.post(f"{OFFBOARD}/lease/renew", {"lease": lease})
-            await asyncio.sleep(1.0)
-
-    task = asyncio.create_task(renew())
-    try:
-        yield lease
-    finally:
-        task.cancel()
-        await asyncio.gather(task, return_exceptions=True)
 
 
 async def test_a_queue_is_flown_and_control_goes_back_to_the_plan_and_a_client_that_goes_away_is_hold(

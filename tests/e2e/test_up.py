@@ -17,8 +17,9 @@ from urllib.request import urlopen
 import pytest
 
 from app.cli.simulator_process import SimulatorProcess
-from tests.service import ROOT, free_tcp_port
-from tests.simulated import free_udp_ports
+from tests.support.paths import ROOT
+from tests.support.service_process import free_tcp_port
+from tests.support.simulated import free_udp_ports
 
 WAYDROP = Path(sys.executable).with_name("waydrop")
 START_S = 45.0

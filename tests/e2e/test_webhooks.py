@@ -7,11 +7,11 @@ from pathlib import Path
 import aiohttp
 
 from app.storage import open_storage
-from tests.api.deliveries import TOLD, flown
-from tests.contract.storage.samples import plan
-from tests.service import Dispatcher, ServiceProcess
-from tests.simulated import free_udp_ports
-from tests.webhook_receiver import Receiver
+from tests.support.deliveries import TOLD, flown
+from tests.support.service_process import Dispatcher, ServiceProcess
+from tests.support.simulated import free_udp_ports
+from tests.support.stored_samples import plan
+from tests.support.webhook_receiver import Receiver
 
 RUNS = 5
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from app.config import SettingsError, default_data_dir, expand_connection, load_settings, require_access_control
+from tests.support.paths import ROOT
 
 
 @pytest.fixture(autouse=True)
@@ -100,7 +101,7 @@ def test_any_other_address_needs_a_token_and_says_how_to_get_one(host: str) -> N
 
 
 def test_a_checkout_keeps_its_data_in_var() -> None:
-    assert default_data_dir() == Path(__file__).resolve().parents[2] / "var"
+    assert default_data_dir() == ROOT / "var"
 
 
 def test_an_installed_waydrop_keeps_its_data_in_the_state_folder(

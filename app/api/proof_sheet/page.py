@@ -2,21 +2,62 @@
 
 from __future__ import annotations
 
+import base64
 import json
 from collections.abc import Iterable, Mapping
+from datetime import UTC, datetime
 from html import escape
 from pathlib import Path
 from typing import Any, Final
 
-from app.api.proof_sheet.attached import attached
 from app.api.proof_sheet.picture import close_up, overview
-from app.api.proof_sheet.words import shown_time, typed
-from app.domain.consent import ConsentRecord, ConsentState
-from app.domain.drop import Certainty, DropOutcome, DropRecord, OutputEvidence
+from app.domain.drop.consent import ConsentRecord, ConsentState
+from app.domain.drop.record import Certainty, DropOutcome, DropRecord, OutputEvidence
 from app.domain.events import EventKind
-from app.domain.moving_target.report import TargetEvidence
-from app.domain.proof import Entry, Proof
-from app.domain.reason import Reason, in_words
+from app.domain.reasons import Reason, in_words
+from app.domain.run.delivery_report import AttachmentProof, Entry, Proof
+from app.domain.targets.report import TargetEvidence
+
+# How texts and times stand on the sheet.
+
+
+def typed(text: str) -> str:
+    """Text that may come from outside: whichever way it turns the writing, what is around it stays as it is."""
+    return f"<bdi>{escape(text)}</bdi>"
+
+
+def shown_time(seconds: float | None, *, clock_only: bool = False) -> str | None:
+    if seconds is None:
+        return None
+    moment = datetime.fromtimestamp(seconds, UTC)
+    return moment.strftime("%H:%M:%S" if clock_only else "%Y-%m-%d %H:%M:%S UTC")
+
+
+# A drop's attachments on the sheet: small pictures are in it, of all others it has name and hash.
+
+
+def attached(attachments: Iterable[AttachmentProof], plan_item_id: str, pictures: Mapping[str, bytes]) -> str:
+    """The attachments of one drop; empty without any."""
+    shown = [_one(one, pictures.get(one.sha256)) for one in attachments if one.plan_item_id == plan_item_id]
+    return f"<h3>Attached</h3>{''.join(shown)}" if shown else ""
+
+
+def _one(attachment: AttachmentProof, picture: bytes | None) -> str:
+    size = f"{attachment.size_bytes / 1000:.1f} kB"
+    when = f"{shown_time(attachment.at)} by {typed(attachment.by)}"
+    warning = (
+        "" if attachment.is_as_attached else "<br><b>WARNING: the stored file is not the one that was attached</b>"
+    )
+    text = f"{typed(attachment.name)}, {typed(attachment.media_type)}, {size}, {when}"
+    text += f"<br><code>SHA-256 {typed(attachment.sha256)}</code>"
+    image = "" if picture is None else _image(attachment.media_type, picture)
+    return f'<figure class="attached">{image}<figcaption>{text}{warning}</figcaption></figure>'
+
+
+def _image(media_type: str, content: bytes) -> str:
+    """As data: a saved sheet needs nothing from elsewhere, and a picture cannot run anything."""
+    return f'<img alt="" src="data:{media_type};base64,{base64.b64encode(content).decode("ascii")}">'
+
 
 _POLICY_OF_A_COPY: Final = (
     "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from html import escape
 from typing import Any, Final
 
-from app.domain.drop import DropRecord
+from app.domain.drop.record import DropRecord
 from app.domain.geo import LocalProjection
 
 Point = tuple[float, float]

@@ -9,7 +9,7 @@ from typing import Final, Literal
 from pydantic import BaseModel
 
 from app.domain.events import Event
-from app.domain.run import Run
+from app.domain.run.run import Run
 from app.services.views import StateView, VehicleView
 
 _FINAL_TEXT: Final = 0x81

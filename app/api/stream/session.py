@@ -3,23 +3,193 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Sequence
+import sys
+from collections import deque
+from collections.abc import Mapping, Sequence
+from contextlib import aclosing
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final
 
+import structlog
 from aiohttp import WSMsgType, web
+from pydantic_core import to_json
 
+from app.api.observability import Metrics
 from app.api.settings import ApiSettings
-from app.api.stream.broadcast import Broadcast
-from app.api.stream.frames import CloseCode, HelloFrame, SnapshotFrame, event_frame, text_frame
-from app.api.stream.outbox import Outbox
-from app.api.write_room import wait_for_room
+from app.api.stream.frames import CLOSE_REASONS, CloseCode, HelloFrame, SnapshotFrame, event_frame, text_frame
+from app.api.websockets import CloseCodes, WebSocketHandshake, bound_kernel_buffer, require_handshake, wait_for_room
 from app.domain.errors import StorageError
-from app.domain.run import Run
+from app.domain.run.run import Run
+from app.services.access import Access, Role
 from app.services.clock import Clock
 from app.services.fleet import Fleet
-from app.services.journal import Journal
+from app.services.journal import Journal, SubscriptionClosedError, SubscriptionOverflowError, follow
 from app.services.runs import Runs
+from app.services.telemetry import TelemetryFeed
+
+# What waits for one socket: events in order within a bound, and the newest telemetry.
+
+
+@dataclass(frozen=True)
+class Tick:
+    """One look at the vehicles: each one's state as JSON. The frame is made once, for all sockets that take it."""
+
+    time: float
+    states: Mapping[str, bytes]
+
+    @cached_property
+    def frame(self) -> bytes:
+        """The telemetry frame."""
+        inner = b",".join(to_json(vehicle_id) + b":" + state for vehicle_id, state in self.states.items())
+        return text_frame(b'{"type":"telemetry","time":' + to_json(self.time) + b',"vehicles":{' + inner + b"}}")
+
+    def over(self, older: Tick) -> Tick:
+        """This tick, with what it does not have from an older one that was never sent."""
+        if older.states.keys() <= self.states.keys():
+            return self
+        return Tick(self.time, {**older.states, **self.states})
+
+
+class Outbox:
+    """Filled by the broadcast, emptied by the socket's writer. `ended` has the code once the socket must be closed."""
+
+    def __init__(self, capacity: int) -> None:
+        self._capacity = capacity
+        self._after = 0
+        self._events: deque[bytes] = deque()
+        self._tick: Tick | None = None
+        self._filled = asyncio.Event()
+        self.ended: asyncio.Future[CloseCode] = asyncio.get_running_loop().create_future()
+
+    def begin_after(self, seq: int) -> None:
+        """Events up to `seq` were sent already: leave them out."""
+        self._after = seq
+
+    def end(self, code: CloseCode) -> None:
+        """Close the socket with `code`; what still waits is dropped. The first call counts."""
+        if not self.ended.done():
+            self.ended.set_result(code)
+        self._events.clear()
+
+    def offer_event(self, seq: int, frame: bytes) -> None:
+        """Put an event in. One that does not fit ends the socket: none may be left out."""
+        if seq <= self._after or self.ended.done():
+            return
+        if len(self._events) >= self._capacity:
+            self.end(CloseCode.TOO_SLOW)
+            return
+        self._events.append(frame)
+        self._filled.set()
+
+    def offer_tick(self, tick: Tick) -> None:
+        """Put telemetry in, over what was not sent yet."""
+        self._tick = tick if self._tick is None else tick.over(self._tick)
+        self._filled.set()
+
+    async def take(self) -> list[bytes]:
+        """All frames that wait, events first. Waits for one."""
+        await self._filled.wait()
+        self._filled.clear()
+        frames = list(self._events)
+        self._events.clear()
+        if self._tick is not None:
+            frames.append(self._tick.frame)
+            self._tick = None
+        return frames
+
+
+# Gives every event and every telemetry tick to all sockets, serialised once.
+
+
+SUBSCRIPTION_CAPACITY: Final = 8192
+RETRY_S: Final = 1.0
+log = structlog.get_logger(__name__)
+
+
+class Broadcast:
+    """One reader of the journal and one of the telemetry for all sockets. It never waits for a socket.
+
+    `last_seq` is the newest event given out. A socket that has seen exactly so far joins with no await between.
+    """
+
+    def __init__(self, journal: Journal, telemetry: TelemetryFeed, clock: Clock, metrics: Metrics) -> None:
+        self._journal = journal
+        self._telemetry = telemetry
+        self._clock = clock
+        self._metrics = metrics
+        self._outboxes: set[Outbox] = set()
+        self._tasks: tuple[asyncio.Task[None], ...] = ()
+        self.last_seq = 0
+
+    def start(self) -> None:
+        """Begin after the journal's newest event."""
+        self.last_seq = self._journal.last_seq
+        self._tasks = (
+            asyncio.create_task(self._send_events(), name="event broadcast"),
+            asyncio.create_task(self._send_telemetry(), name="telemetry broadcast"),
+        )
+
+    async def close(self) -> None:
+        """Stop. Idempotent."""
+        for task in self._tasks:
+            task.cancel()
+        for result in await asyncio.gather(*self._tasks, return_exceptions=True):
+            if isinstance(result, Exception):
+                log.error("broadcast had failed", exc_info=result)
+        self._tasks = ()
+
+    def why_not_ready(self) -> str | None:
+        """For /readyz: None while both tasks run."""
+        dead = [task.get_name() for task in self._tasks if task.done()]
+        return f"stopped: {', '.join(dead)}" if dead or not self._tasks else None
+
+    def join(self, outbox: Outbox) -> None:
+        """Give `outbox` all that comes from now on."""
+        self._outboxes.add(outbox)
+
+    def leave(self, outbox: Outbox) -> None:
+        """End that. Idempotent."""
+        self._outboxes.discard(outbox)
+
+    async def _send_events(self) -> None:
+        while True:
+            try:
+                await self._follow()
+            except SubscriptionOverflowError:
+                log.warning("broadcast fell behind the journal; it reads on from the disk", after=self.last_seq)
+            except SubscriptionClosedError:
+                return
+            except StorageError as error:
+                log.error("broadcast cannot read the journal", error=error.detail)
+                await asyncio.sleep(RETRY_S)
+
+    async def _follow(self) -> None:
+        # events of one commit come here without a break, so that each socket's writer wakes once for all of them
+        async with aclosing(follow(self._journal, self.last_seq, capacity=SUBSCRIPTION_CAPACITY)) as events:
+            async for event in events:
+                frame = event_frame(event)
+                for outbox in self._outboxes:
+                    outbox.offer_event(event.seq, frame)
+                self.last_seq = event.seq
+                self._metrics.count_event(event.kind.value)
+
+    async def _send_telemetry(self) -> None:
+        subscription = self._telemetry.subscribe()
+        try:
+            while True:
+                states = await subscription.next()
+                if not self._outboxes:
+                    continue
+                tick = Tick(
+                    self._clock.now(),
+                    {vehicle_id: state.model_dump_json().encode() for vehicle_id, state in states.items()},
+                )
+                for outbox in self._outboxes:
+                    outbox.offer_tick(tick)
+        finally:
+            subscription.close()
+
 
 MAX_INCOMING_FRAMES: Final = 100
 """Frames that a client may send although nobody reads them; then it is closed."""
@@ -132,3 +302,59 @@ def _open_and_recent(open_runs: Sequence[Run], recent: Sequence[Run]) -> list[Ru
     """Each run once, newest first; of one that is in both, the open one is newer."""
     by_id = {run.id: run for run in (*recent, *open_runs)}
     return sorted(by_id.values(), key=lambda run: run.created_at, reverse=True)
+
+
+# The event stream's path: who may open one, and from where it is served.
+
+
+_CODES: Final = CloseCodes(
+    going_away=CloseCode.GOING_AWAY,
+    unauthorized=CloseCode.UNAUTHORIZED,
+    role=CloseCode.UNAUTHORIZED,  # never told: every token may watch
+    try_again=CloseCode.TRY_AGAIN,
+    defect=CloseCode.DEFECT,
+    reasons=CLOSE_REASONS,
+)
+
+
+class StreamEndpoint:
+    """GET /api/v1/stream. Errors that a browser must tell apart come as close codes, for it sees no HTTP status."""
+
+    def __init__(self, sources: Sources, access: Access, metrics: Metrics, settings: ApiSettings) -> None:
+        self._sources = sources
+        self._settings = settings
+        self._door = WebSocketHandshake("socket", _CODES, access, metrics, settings, max_sockets=settings.max_sockets)
+        self.close = self._door.close
+
+    async def stream(self, request: web.Request) -> web.StreamResponse:
+        """The handler."""
+        require_handshake(request, hint="open it as a websocket; GET /api/v1/events has the same events page by page")
+        return await self._door.open(
+            request,
+            lambda socket, _: self._serve(request, socket),
+            role=Role.VIEWER,
+            heartbeat_s=self._settings.heartbeat_s,
+            writer_limit=sys.maxsize,  # never wait inside aiohttp: see write_room
+        )
+
+    async def _serve(self, request: web.Request, socket: web.WebSocketResponse) -> CloseCode | None:
+        try:
+            after = _after(request)
+        except ValueError:
+            return CloseCode.BAD_AFTER
+        transport = request.transport
+        if transport is None:
+            return None
+        bound_kernel_buffer(transport, self._settings.socket_buffer_bytes)
+        session = Session(socket, transport, self._sources, self._settings)
+        return await self._door.attend(request, session.outbox, lambda: session.run(after))
+
+
+def _after(request: web.Request) -> int | None:
+    """The query's `after`. Raises ValueError unless it is a whole number of 0 or more, given once."""
+    given = request.query.getall("after", [])
+    if not given:
+        return None
+    if len(given) > 1 or not given[0].isascii() or not given[0].isdigit() or len(given[0]) > 16:
+        raise ValueError("after")
+    return int(given[0])

@@ -10,7 +10,7 @@ from typing import Final
 
 from app.domain.autopilot.base import Autopilot, Behaviour, Quantity, Return
 from app.domain.autopilot.px4 import PX4
-from app.domain.vehicle import AutopilotKind, FirmwareVersion, VehicleFacts, VehicleType
+from app.domain.vehicle.state import AutopilotKind, FirmwareVersion, VehicleProfile, VehicleType
 
 __all__ = [
     "Autopilot",
@@ -40,16 +40,16 @@ def autopilot(kind: AutopilotKind = AutopilotKind.PX4) -> Autopilot:
     return _AUTOPILOTS[kind]
 
 
-def behaviour(facts: VehicleFacts) -> Behaviour:
+def behaviour(facts: VehicleProfile) -> Behaviour:
     """What this vehicle does."""
     return autopilot(facts.autopilot).behaviour(facts)
 
 
 def behaviour_of(vehicle_type: VehicleType, firmware: FirmwareVersion | None) -> Behaviour:
     """What is known of a vehicle by its type and firmware alone."""
-    return behaviour(VehicleFacts(vehicle_type, firmware))
+    return behaviour(VehicleProfile(vehicle_type, firmware))
 
 
-def quantity(facts: VehicleFacts, which: Quantity) -> float:
+def quantity(facts: VehicleProfile, which: Quantity) -> float:
     """What this vehicle is set to."""
     return behaviour(facts).quantity(which)

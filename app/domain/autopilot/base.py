@@ -11,10 +11,8 @@ from dataclasses import dataclass
 from enum import StrEnum, auto
 from typing import Literal, NamedTuple, Protocol
 
-from app.domain.carried import Carried
-from app.domain.setpoint.audit import AuditEntry
-from app.domain.setpoint.capability import Cell, FirmwareProfile, FlightKind
-from app.domain.vehicle import FirmwareVersion, FlightMode, VehicleFacts, VehicleType
+from app.domain.offboard.capability import AuditEntry, Cell, FirmwareProfile, FlightKind
+from app.domain.vehicle.state import FirmwareVersion, FlightMode, FlightRegime, VehicleProfile, VehicleType
 
 
 class Quantity(StrEnum):
@@ -154,7 +152,7 @@ class TooOld:
 
 
 @dataclass(frozen=True, slots=True)
-class GripperOutput:
+class GripperAssignment:
     """Whether an output moves the gripper; None: not known, for the `silent` settings did not answer.
 
     One of the outputs' settings, called like `settings`, has to be `function`.
@@ -176,13 +174,15 @@ class Behaviour(Protocol):
     def quantity(self, which: Quantity) -> float:
         """0 if this vehicle type has no such thing."""
 
-    def usable(self) -> VehicleFacts:
+    def usable(self) -> VehicleProfile:
         """The same vehicle within bounds that can be predicted with: it may be set to what none can fly."""
 
     def switch_distance_m(self, ground_speed_m_s: float) -> float:
         """Fixed wing: how far before a waypoint the next one counts, and this one as reached."""
 
-    def reach_m(self, carried: Carried, ground_speed_m_s: float, acceptance_radius_m: float | None = None) -> float:
+    def reach_m(
+        self, carried: FlightRegime, ground_speed_m_s: float, acceptance_radius_m: float | None = None
+    ) -> float:
         """Distance before the point at which an item counts as reached; an item's own radius where that counts."""
 
     def name_of(self, which: Quantity) -> str:
@@ -217,7 +217,7 @@ class Behaviour(Protocol):
         """By which the vehicle has no gripper; None: it has one."""
 
     @property
-    def gripper_output(self) -> GripperOutput:
+    def gripper_output(self) -> GripperAssignment:
         """What moves the gripper."""
 
     @property
@@ -283,7 +283,7 @@ class Autopilot:
     name: str
     mav_autopilot: int
     """MAV_AUTOPILOT of its HEARTBEAT."""
-    behaviour: Callable[[VehicleFacts], Behaviour]
+    behaviour: Callable[[VehicleProfile], Behaviour]
     """Of one vehicle."""
     defaults: Mapping[VehicleType, Mapping[str, float | int]]
     """What a vehicle that nobody set is set to: all parameters that plans are checked against."""

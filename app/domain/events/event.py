@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from typing import Annotated, Any, Final, Literal, Union, get_args
 
 from pydantic import (
@@ -18,7 +20,6 @@ from pydantic import (
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
-from app.domain.events.dispatch import JobChanged, JobQueueChanged, PlanCreated
 from app.domain.events.kinds import EventKind
 from app.domain.events.run import (
     DropConsentAsked,
@@ -39,7 +40,16 @@ from app.domain.events.run import (
     RunTargetNotFollowed,
     RunUploadProgress,
 )
-from app.domain.events.service import ServiceStarted, ServiceStopped, SimulatorFault, SimulatorSpeedSet, WebhookChanged
+from app.domain.events.service import (
+    JobChanged,
+    JobQueueChanged,
+    PlanCreated,
+    ServiceStarted,
+    ServiceStopped,
+    SimulatorFault,
+    SimulatorSpeedSet,
+    WebhookChanged,
+)
 from app.domain.events.vehicle import (
     OffboardChanged,
     OffboardLease,
@@ -193,3 +203,43 @@ def _form(kind: EventKind, payload: type[AnyPayload]) -> type[BaseModel]:
 
 _UNION: Any = Union[tuple(_form(kind, payload) for kind, payload in PAYLOADS.items())]  # noqa: UP007
 _FORMS: Final[TypeAdapter[Any]] = TypeAdapter(Annotated[_UNION, Field(discriminator="kind")])
+
+
+# The journal's hash chain: each event's hash covers the event and the hash before it.
+#
+# Whoever keeps one event's hash (a client's copy, a proof of delivery) can show later that nothing up to that event
+# was altered, left out or put in between: `waydrop verify-journal --anchor SEQ:HASH`.
+
+
+GENESIS: Final = "0" * 64
+"""What stands before the first event."""
+
+
+class JournalHead(BaseModel):
+    """An event's place in the chain. `hash` is hexadecimal SHA-256; seq 0 with GENESIS is an empty journal."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    seq: int = 0
+    hash: str = GENESIS
+
+
+def event_hash(
+    previous: str,
+    *,
+    gateway: str,
+    seq: int,
+    kind: str,
+    version: int,
+    time: float,
+    vehicle_id: str | None,
+    run_id: str | None,
+    data: str,
+) -> str:
+    """SHA-256 of a compact JSON array: [previous, gateway, seq, kind, version, time, vehicle_id, run_id, data].
+
+    `data` is the JSON text as it is stored, a string in the array: no two readers need agree on how to write JSON.
+    """
+    fields = [previous, gateway, seq, kind, version, time, vehicle_id, run_id, data]
+    text = json.dumps(fields, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()

@@ -7,19 +7,18 @@ from typing import ClassVar, Literal
 
 from pydantic import BaseModel, ConfigDict
 
-from app.domain.attachment import Attachment
-from app.domain.commands import CommandAck
-from app.domain.consent import ConsentChecks, ConsentRecord, ConsentState
-from app.domain.drop import DropRecord
-from app.domain.events.kinds import EventKind
-from app.domain.events.payload import Payload, WholePayload
-from app.domain.finding import Finding
-from app.domain.moving_target.report import TargetEvidence
+from app.domain.airspace.rally import RallyDestination
+from app.domain.drop.consent import ConsentChecks, ConsentRecord, ConsentState
+from app.domain.drop.record import DropRecord
+from app.domain.events.kinds import EventKind, Payload, WholePayload
 from app.domain.prediction.timeline import Timeline
-from app.domain.rally import RallyDestination
-from app.domain.reason import Reason
-from app.domain.run import PlanChange, Run
-from app.domain.vehicle import FlightMode
+from app.domain.reasons import Reason
+from app.domain.run.attachment import Attachment
+from app.domain.run.run import PlanChange, Run
+from app.domain.targets.report import TargetEvidence
+from app.domain.validation.finding import Finding
+from app.domain.vehicle.commands import CommandAck
+from app.domain.vehicle.state import FlightMode
 
 
 class RunCreated(WholePayload[Run]):

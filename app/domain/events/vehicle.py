@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from app.domain.events.kinds import EventKind
-from app.domain.events.payload import Payload
+from app.domain.events.kinds import EventKind, Payload
 from app.domain.offboard.state import LeaseChange, OffboardState
-from app.domain.reason import Reason
-from app.domain.tasks.forms import InsertMode, Task
-from app.domain.vehicle import FlightMode, LandedState, VehicleType
+from app.domain.offboard.tasks.forms import InsertMode, Task
+from app.domain.reasons import Reason
+from app.domain.vehicle.state import FlightMode, LandedState, VehicleType
 
 
 class VehicleSeen(Payload):

@@ -7,16 +7,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final
 
-from app.domain.drop import DropPhase, DropRecord
-from app.domain.embedded_drop import EmbeddedDrop, EmbeddedSight
-from app.domain.flight.look import Look, finished, where, with_output
-from app.domain.flight.orders import FailureOrder, Order, failure_order
-from app.domain.gripper_turns import GripperTurns
-from app.domain.mission import CompiledDrop, MavCmd
-from app.domain.progress import Progress
-from app.domain.reason import Reason, ReasonCode, because
-from app.domain.supervised import Finish
-from app.domain.vehicle import VehicleState
+from app.domain.drop.embedded import EmbeddedDrop, EmbeddedSight
+from app.domain.drop.record import DropPhase, DropRecord
+from app.domain.drop.supervised_inputs import Finish
+from app.domain.flight.look import FailureOrder, Order, VehicleSnapshot, failure_order, finished, where, with_output
+from app.domain.flight.progress import GripperTurns, MissionProgress
+from app.domain.mission.mission import CompiledDrop, MavCmd
+from app.domain.reasons import Reason, ReasonCode, because
+from app.domain.vehicle.state import VehicleState
 
 SURELY_SEEN_S: Final = 1.2
 """An item shows as passed this much late, in vehicle time: MISSION_CURRENT comes at 1 Hz."""
@@ -57,7 +55,7 @@ class EmbeddedRelease:
         """See Release."""
         return self.drop.passed_at_s is not None and not self.is_over
 
-    def look(self, seen: Look, progress: Progress) -> tuple[EmbeddedRelease, tuple[Order, ...]]:
+    def look(self, seen: VehicleSnapshot, progress: MissionProgress) -> tuple[EmbeddedRelease, tuple[Order, ...]]:
         """See Release."""
         if self.is_over:
             return self, ()
@@ -95,7 +93,7 @@ class EmbeddedRelease:
             self, drop=drop, record=with_output(finished(self.record, drop.finish), self.compiled, self.state)
         )
 
-    def _placed(self, seen: Look) -> EmbeddedRelease:
+    def _placed(self, seen: VehicleSnapshot) -> EmbeddedRelease:
         """At the first sign of the release, where the vehicle is; nothing if that sign may be old by now."""
         age_s = seen.state.position_age_s
         pause_s = 0.0 if self.looked_at_s is None else seen.now_s - self.looked_at_s
@@ -109,7 +107,7 @@ class EmbeddedRelease:
         place = where(seen, self.compiled) if seen.now_s - since_s >= surely_s else {}
         return replace(after, place=place, record=after.record.model_copy(update=place))
 
-    def _finished(self, seen: Look, finish: Finish, *, has_gripper: bool) -> EmbeddedRelease:
+    def _finished(self, seen: VehicleSnapshot, finish: Finish, *, has_gripper: bool) -> EmbeddedRelease:
         output_us, age_s = seen.state.gripper_output_us, seen.state.gripper_output_age_s
         changes = (
             {"output_us": output_us, "output_at": seen.time_s - age_s} if has_gripper and age_s is not None else {}

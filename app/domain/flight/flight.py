@@ -2,27 +2,130 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
-from app.domain.complete_sign import CompleteSign
-from app.domain.drop import DropPhase, DropRecord
+from app.domain.drop.record import DropPhase, DropRecord
 from app.domain.events import AnyPayload
-from app.domain.events.run import RunChanged, RunDrop, RunItem, consent_told
-from app.domain.flight.hands import HandsSign
-from app.domain.flight.inputs import FlightEffect, Record, Sight
-from app.domain.flight.item_clock import ItemClock
-from app.domain.flight.leg import Leg, Release
-from app.domain.flight.look import Look
-from app.domain.flight.orders import Order
-from app.domain.flight.pending_change import SETTLED_S, PendingChange
+from app.domain.events.run import RunChanged, RunDrop, RunItem, RunItemEnded, consent_told
+from app.domain.flight.inputs import SETTLED_S, FlightEffect, PendingChange, Record, Sight
+from app.domain.flight.leg import MissionSegment, Release
+from app.domain.flight.look import Order, VehicleSnapshot
 from app.domain.flight.phase import is_of_hands
-from app.domain.mode_sign import ModeSign
-from app.domain.progress import Progress
-from app.domain.reason import Reason
-from app.domain.run import Asked, Run, RunState
-from app.domain.vehicle import VehicleState
-from app.domain.vehicle_clock import UNHEARD, VehicleClock
+from app.domain.flight.progress import EndedItem, ItemTimes, MissionCompleteDetector, MissionProgress
+from app.domain.mission.mission import Mission
+from app.domain.reasons import Reason
+from app.domain.run.run import Asked, Run, RunState
+from app.domain.vehicle.clock import UNHEARD, VehicleClock
+from app.domain.vehicle.modes import ModeTracker
+from app.domain.vehicle.state import FlightMode, LandedState, VehicleState
+
+# Whether a run is paused because its vehicle was flown by hand, and not because somebody asked for the pause.
+
+
+@dataclass(frozen=True, slots=True)
+class OffboardTracker:
+    """The way into offboard control asks for a pause; who leaves it to Hold asks again, and the dead-man does not.
+
+    `had_it`: the vehicle was flown by hand since anything was asked for. `mode` is that of the last look.
+    """
+
+    had_it: bool = False
+    mode: FlightMode | None = None
+
+    def asked(self) -> OffboardTracker:
+        """A user asks for something now: what comes of it is as asked, also before the vehicle has obeyed."""
+        return OffboardTracker(False, self.mode)
+
+    def seen(self, mode: FlightMode | None) -> OffboardTracker:
+        """After a look at a connected vehicle."""
+        had_it = self.had_it
+        if mode is FlightMode.OFFBOARD and self.mode is not FlightMode.OFFBOARD:
+            had_it = True
+        elif mode not in (FlightMode.OFFBOARD, FlightMode.HOLD, None):
+            had_it = False
+        return OffboardTracker(had_it, mode)
+
+
+# Notes when each item of a flight began and ended, on the vehicle's clock, as events of the run.
+
+
+LONGEST_BLINK_S: Final = 2.0
+"""Of ours: what ended while nothing was heard for longer has no time."""
+
+
+@dataclass(frozen=True, slots=True)
+class ItemClock:
+    """Told of each look at the vehicle. `heard_s` is our time of the last one, `now_s` the vehicle's."""
+
+    plan_item_of: Mapping[int, str]
+    times: ItemTimes
+    is_running: bool = False
+    heard_s: float | None = None
+    now_s: float | None = None
+
+    @classmethod
+    def of(cls, mission: Mission) -> ItemClock:
+        """Before the flight."""
+        return cls(mission.plan_item_of, ItemTimes.of(mission))
+
+    def taken_up(self, flown: Sequence[str]) -> ItemClock:
+        """Somebody else saw the first items, and nobody the beginning of the present one."""
+        return replace(self, times=self.times.taken_up(len(flown)), is_running=True)
+
+    def flown_on(self, mission: Mission) -> ItemClock:
+        """The plan was changed in flight: its first item begins now, also if the vehicle was on its way to it."""
+        return replace(self, plan_item_of=mission.plan_item_of, times=self.times.flown_on(mission, self.now_s))
+
+    def look(
+        self,
+        seen: VehicleSnapshot,
+        progress: MissionProgress,
+        releases: Iterable[Release],
+        *,
+        was_airborne: bool,
+        is_paused: bool,
+    ) -> tuple[ItemClock, tuple[RunItemEnded, ...]]:
+        """After each look at a vehicle that is heard. `is_paused`: as it was at the look before, and still is."""
+        now_s, times = _vehicle_s(seen), self.times
+        if self.now_s is not None and now_s is not None and is_paused:
+            times = times.paused(now_s - self.now_s)
+        gap = self.heard_s is not None and seen.now_s - self.heard_s > LONGEST_BLINK_S
+        if not self.is_running:
+            times = times.started(now_s)
+        landed = was_airborne and _has_landed(seen.state)
+        times, ended = times.seen(progress, now_s, landed=landed, gap=gap)
+        for release in releases:
+            anchor_id = self.plan_item_of.get(release.compiled.hold_seqs[-1])
+            if _was_ordered_now(release, progress) and anchor_id not in (None, release.compiled.plan_item_id):
+                times, more = times.releases(str(anchor_id), now_s)
+                ended += more
+        after = replace(self, times=times, is_running=True, heard_s=seen.now_s, now_s=now_s)
+        return after, tuple([_told(item) for item in ended])
+
+
+def _told(item: EndedItem) -> RunItemEnded:
+    return RunItemEnded(item_id=item.item_id, began_s=item.began_s, ended_s=item.ended_s, paused_s=item.paused_s)
+
+
+def _was_ordered_now(release: Release, progress: MissionProgress) -> bool:
+    """The vehicle waits at this drop, and its release was ordered, or an operator is asked for it."""
+    waits = progress.current in release.compiled.hold_seqs
+    return release.compiled.supervised and waits and release.record.phase in (DropPhase.ASKING, DropPhase.RELEASING)
+
+
+def _has_landed(state: VehicleState) -> bool:
+    return state.landed is LandedState.ON_GROUND or state.armed is False
+
+
+def _vehicle_s(seen: VehicleSnapshot) -> float | None:
+    """The vehicle's clock now: the newest position's, and what has passed since."""
+    state = seen.state
+    if state.boot_time_s is None or state.position_age_s is None:
+        return None
+    return state.boot_time_s + state.position_age_s * seen.clock_rate
+
 
 LOST_AFTER_S: Final = 900.0
 DEFAULT_MAX_OFFSET_M: Final = 3.0
@@ -41,15 +144,15 @@ class Flight:
     """
 
     run: Run
-    leg: Leg
-    progress: Progress
+    leg: MissionSegment
+    progress: MissionProgress
     items: ItemClock
     connected_at_s: float
     lost_after_s: float = LOST_AFTER_S
     default_max_offset_m: float = DEFAULT_MAX_OFFSET_M
-    hands: HandsSign = field(default_factory=HandsSign)
-    complete: CompleteSign = field(default_factory=CompleteSign)
-    mode: ModeSign = field(default_factory=ModeSign)
+    hands: OffboardTracker = field(default_factory=OffboardTracker)
+    complete: MissionCompleteDetector = field(default_factory=MissionCompleteDetector)
+    mode: ModeTracker = field(default_factory=ModeTracker)
     rate: VehicleClock = UNHEARD
     command: Asked | None = None
     obeyed: Asked | None = None
@@ -68,17 +171,19 @@ class Flight:
     effects: tuple[FlightEffect, ...] = ()
 
     @classmethod
-    def of(cls, run: Run, leg: Leg, now_s: float, lost_after_s: float, default_max_offset_m: float) -> Flight:
+    def of(
+        cls, run: Run, leg: MissionSegment, now_s: float, lost_after_s: float, default_max_offset_m: float
+    ) -> Flight:
         """Before the first look, at our monotonic time. The reason of a run that is taken up tells of hands."""
         return cls(
             run,
             leg,
-            Progress.of(leg.mission),
+            MissionProgress.of(leg.mission),
             ItemClock.of(leg.mission),
             now_s,
             lost_after_s,
             default_max_offset_m,
-            HandsSign(is_of_hands(run.reason)),
+            OffboardTracker(is_of_hands(run.reason)),
         )
 
     @property
@@ -98,9 +203,9 @@ class Flight:
         """Whether MISSION_CURRENT was heard since the link came back, if it was lost."""
         return self.connected_since_s is not None and now_s - self.connected_since_s > SETTLED_S
 
-    def look(self, sight: Sight) -> Look:
+    def look(self, sight: Sight) -> VehicleSnapshot:
         """A sight with what the flight knows of the vehicle's clock, and of what is asked."""
-        return Look(
+        return VehicleSnapshot(
             sight.state,
             sight.now_s,
             sight.time_s,
@@ -159,14 +264,14 @@ class Flight:
             return flight
         return flight.advanced(sight, flight.progress.also_flown(record.plan_item_id, through_seq=max(hold_seqs)))
 
-    def advanced(self, sight: Sight, progress: Progress) -> Flight:
+    def advanced(self, sight: Sight, progress: MissionProgress) -> Flight:
         """With the progress; what was passed is of the run."""
         flight = replace(self, progress=progress)
         if progress.flown == self.progress.flown and progress.passed_to == self.progress.passed_to:
             return flight
         return flight.changed(sight, flown_item_ids=progress.flown, reached_seq=max(progress.passed_to, 0))
 
-    def flying_to(self, sight: Sight, progress: Progress) -> Flight:
+    def flying_to(self, sight: Sight, progress: MissionProgress) -> Flight:
         """The same, when another item may be current."""
         flight = self.advanced(sight, progress)
         if progress.current == self.progress.current:

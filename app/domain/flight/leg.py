@@ -6,15 +6,15 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from app.domain.consent import ConsentRecord
-from app.domain.drop import DropOutcome, DropPhase, DropRecord
+from app.domain.drop.consent import ConsentRecord
+from app.domain.drop.record import DropOutcome, DropPhase, DropRecord
 from app.domain.flight.embedded_release import EmbeddedRelease
+from app.domain.flight.progress import GripperTurns
 from app.domain.flight.supervised_release import SupervisedRelease
-from app.domain.gripper_turns import GripperTurns
 from app.domain.items import Drop
-from app.domain.mission import CompiledDrop, Mission
+from app.domain.mission.mission import CompiledDrop, Mission
 from app.domain.plan import Plan
-from app.domain.run import IN_FLIGHT, PlanChange, Run, RunState
+from app.domain.run.run import IN_FLIGHT, PlanChange, Run, RunState
 
 _NOT_STARTED = frozenset({RunState.CREATED, RunState.UPLOADING, RunState.UPLOADED})
 _NEVER_AGAIN = frozenset({DropOutcome.RELEASED, DropOutcome.UNKNOWN})
@@ -30,7 +30,7 @@ passed, and what came of it is not known yet. `look` gives the drop after a look
 
 
 @dataclass(frozen=True, slots=True)
-class Leg:
+class MissionSegment:
     """One mission of a flight. `plan` is the whole plan; `mission` may be only the rest of it.
 
     `alternates` are the drops at other places, by the drop that must fail before; among the `releases` are those that
@@ -46,7 +46,7 @@ class Leg:
         """One of the drops that are flown; None if there is none."""
         return next((one for one in self.releases if one.record.plan_item_id == plan_item_id), None)
 
-    def having(self, release: Release) -> Leg:
+    def having(self, release: Release) -> MissionSegment:
         """The leg with one drop as it is now."""
         drop_id = release.record.plan_item_id
         return replace(
@@ -63,14 +63,14 @@ class Leg:
         """The feeds of the moving targets of its drops."""
         return tuple(release.feed for release in self.supervised if release.feed is not None)
 
-    def diverted(self, plan_item_id: str) -> Leg:
+    def diverted(self, plan_item_id: str) -> MissionSegment:
         """The leg whose vehicle goes to this drop's alternate."""
         return replace(self, releases=(*self.releases, self.alternates[plan_item_id]))
 
 
 def leg_of(
     run: Run, plan: Plan, mission: Mission, default_max_offset_m: float, *, changed_at: float | None = None
-) -> Leg:
+) -> MissionSegment:
     """The leg for a run that has a record of each of the mission's drops.
 
     `changed_at`: when the plan was changed in flight; no hold of this mission can have begun before.
@@ -104,7 +104,7 @@ def leg_of(
         made.append(supervised(drop if begun is None else _without_alternate(drop), record))
         if drop.alternate is not None and begun is not None:
             made.append(supervised(drop.alternate, begun))
-    return Leg(plan, mission, tuple(made), alternates)
+    return MissionSegment(plan, mission, tuple(made), alternates)
 
 
 def _without_alternate(drop: CompiledDrop) -> CompiledDrop:

@@ -5,20 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from app.domain.drop import DropOutcome, DropPhase, DropRecord, OutputEvidence
+from app.domain.drop.record import DropOutcome, DropPhase, DropRecord, OutputEvidence
+from app.domain.drop.supervised_inputs import GRIPPER_CLOSED_US, GRIPPER_OPEN_US, Finish
 from app.domain.geo import distance_m
-from app.domain.mission import CompiledDrop, MavCmd
-from app.domain.moving_target.report import TargetFix
-from app.domain.run import Asked
-from app.domain.supervised import Finish
-from app.domain.supervised.terms import GRIPPER_CLOSED_US, GRIPPER_OPEN_US
-from app.domain.vehicle import FlightMode, VehicleState
+from app.domain.mission.mission import CompiledDrop, MavCmd
+from app.domain.run.run import Asked
+from app.domain.targets.report import TargetFix
+from app.domain.vehicle.state import FlightMode, VehicleState
 
 _ASKED = {Asked.PAUSE: FlightMode.HOLD, Asked.RETURN: FlightMode.RETURN, Asked.LAND: FlightMode.LAND}
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class VehicleSnapshot:
     """One look at the vehicle: the state, our two clocks, and how fast the vehicle's own clock runs.
 
     `clock_rate` is 1 until it is measured, about a second after the first position. `asked`: see FlightView.
@@ -60,13 +59,13 @@ _MEASURED = (
 )
 
 
-def where(seen: Look, compiled: CompiledDrop) -> dict[str, object]:
+def where(seen: VehicleSnapshot, compiled: CompiledDrop) -> dict[str, object]:
     """Where the vehicle is at this look and how well that is known, for the evidence."""
     measured: dict[str, object] = {name: getattr(seen.state, name) for name in _MEASURED}
     return {**measured, "offset_m": offset_m(seen.state, compiled)}
 
 
-def commanded(record: DropRecord, attempt: int, seen: Look, compiled: CompiledDrop) -> DropRecord:
+def commanded(record: DropRecord, attempt: int, seen: VehicleSnapshot, compiled: CompiledDrop) -> DropRecord:
     """The record with a release about to be sent."""
     changes: dict[str, object] = {"attempts": attempt, "commanded_at": seen.time_s, **where(seen, compiled)}
     return record.model_copy(update=changes)
@@ -105,3 +104,53 @@ def finished(record: DropRecord, finish: Finish) -> DropRecord:
             "reason": finish.reason,
         }
     )
+
+
+# What the drops of a flight order to be sent. A drop is named by the leg it belongs to and its plan item.
+
+
+@dataclass(frozen=True, slots=True)
+class ReleaseOrder:
+    """Send a release of this drop now, as attempt number `attempt`."""
+
+    plan_item_id: str
+    attempt: int
+
+
+@dataclass(frozen=True, slots=True)
+class ResumeOrder:
+    """Move the mission on to `seq` now, if it still waits at one of `waiting_at`."""
+
+    seq: int
+    waiting_at: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class DivertOrder:
+    """The vehicle waits at this drop with its parcel: send it to the drop's alternate, at `seq`."""
+
+    plan_item_id: str
+    seq: int
+
+
+@dataclass(frozen=True, slots=True)
+class FailureOrder:
+    """A drop did not end released: do now what the plan says of that ("return" or "hold")."""
+
+    action: str
+    plan_item_id: str
+
+
+Order = ReleaseOrder | ResumeOrder | DivertOrder | FailureOrder
+
+
+def failure_order(record: DropRecord, on_failure: str, state: VehicleState) -> FailureOrder | None:
+    """What the plan says of a drop that has just ended otherwise than released; None if the mission simply goes on.
+
+    Nothing is ordered to a vehicle that somebody else has taken out of Mission mode, or that cannot be heard.
+    """
+    failed = record.phase is DropPhase.DONE and record.outcome is not DropOutcome.RELEASED
+    commandable = state.connected and state.mode is FlightMode.MISSION
+    if not failed or not commandable or on_failure == "continue":
+        return None
+    return FailureOrder(on_failure, record.plan_item_id)

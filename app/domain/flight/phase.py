@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from app.domain.reason import Reason, ReasonCode, because
-from app.domain.run import Asked, RunState
-from app.domain.vehicle import FlightMode, LandedState, VehicleState, VehicleType
+from app.domain.reasons import Reason, ReasonCode, because
+from app.domain.run.run import Asked, RunState
+from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, VehicleType
 
 STOPPED_M_S = 0.3
 _OF_HANDS: Final = frozenset({ReasonCode.BY_HAND, ReasonCode.AFTER_HANDS, ReasonCode.AFTER_HANDS_FAILSAFE})

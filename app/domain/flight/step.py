@@ -8,7 +8,6 @@ from dataclasses import replace
 from operator import itemgetter
 from typing import Any, Final
 
-from app.domain.complete_sign import CompleteSign
 from app.domain.events.run import RunItem, RunMissionChanged
 from app.domain.flight.flight import Flight
 from app.domain.flight.inputs import (
@@ -27,6 +26,7 @@ from app.domain.flight.inputs import (
     Looked,
     MovingOn,
     NotDone,
+    PendingChange,
     ReleaseAnswered,
     ReleaseNotSent,
     ReleaseUnanswered,
@@ -36,14 +36,13 @@ from app.domain.flight.inputs import (
 )
 from app.domain.flight.leg import changed_to, leg_of
 from app.domain.flight.look import offset_m
-from app.domain.flight.pending_change import PendingChange
 from app.domain.flight.phase import FlightView, how_it_ended, is_airborne, phase_of, why_open
+from app.domain.flight.progress import MissionCompleteDetector, MissionProgress
 from app.domain.flight.supervised_release import Heard, SupervisedRelease
-from app.domain.ports import ClockRateTold, ItemReached, MissionCurrent, Rebooted
-from app.domain.progress import Progress
-from app.domain.reason import Reason, ReasonCode, because
-from app.domain.run import NEXT, Asked, RunState
-from app.domain.vehicle import FlightMode, LandedState, VehicleState
+from app.domain.reasons import Reason, ReasonCode, because
+from app.domain.run.run import NEXT, Asked, RunState
+from app.domain.vehicle.link import ClockRateTold, ItemReached, MissionCurrent, Rebooted
+from app.domain.vehicle.state import FlightMode, LandedState, VehicleState
 
 UNFINISHED_DROPS_S: Final = 5.0
 """After a landing: how long a release that is still in flight may take to be answered."""
@@ -272,14 +271,14 @@ def _take_change(flight: Flight, change: PendingChange, sight: Sight) -> Flight:
     flight = flight.changed(sight, **changed_to(flight.run, change.change, change.mission))
     at_s = change.change.at
     leg = leg_of(flight.run, change.plan, change.mission, flight.default_max_offset_m, changed_at=at_s)
-    progress = replace(Progress.of(change.mission), flown=flight.progress.flown, passed_to=skip_to - 1)
+    progress = replace(MissionProgress.of(change.mission), flown=flight.progress.flown, passed_to=skip_to - 1)
     return replace(
         flight,
         leg=leg,
         progress=progress,
         skip_to=skip_to,
         items=flight.items.flown_on(change.mission),
-        complete=CompleteSign(),
+        complete=MissionCompleteDetector(),
         mission_done=False,
         change=None,
     )

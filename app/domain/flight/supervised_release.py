@@ -4,21 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from typing import Final
 
-from app.domain.commands import CommandAck
-from app.domain.consent import Answer, ConsentState
-from app.domain.drop import DropPhase, DropRecord
-from app.domain.flight.consent_evidence import LEFT_HOLD, RESTARTED, answered, asked, closed, withdrawn
-from app.domain.flight.look import Look, commanded, finished, offset_m, with_output
-from app.domain.flight.orders import DivertOrder, Order, ReleaseOrder, ResumeOrder, failure_order
-from app.domain.mission import CompiledDrop, MavCmd
-from app.domain.plan import Target
-from app.domain.progress import Progress
-from app.domain.reason import Reason
-from app.domain.supervised import (
+from app.domain.drop.consent import Answer, ConsentChecks, ConsentRecord, ConsentState
+from app.domain.drop.record import DropPhase, DropRecord
+from app.domain.drop.supervised import step
+from app.domain.drop.supervised_inputs import (
+    GRIPPER_OPEN_US,
     ConsentGiven,
+    ConsentUnanswered,
     Divert,
-    DropMachine,
+    DropEffect,
+    DropInput,
     DropTerms,
     Finish,
     Observation,
@@ -28,13 +25,70 @@ from app.domain.supervised import (
     Resume,
     RunEnding,
     SendRelease,
-    Silence,
     TargetSight,
-    step,
 )
-from app.domain.supervised.inputs import DropEffect, DropInput
-from app.domain.supervised.terms import GRIPPER_OPEN_US
-from app.domain.vehicle import VehicleState
+from app.domain.drop.supervised_state import ConsentGate, DropMachine
+from app.domain.flight.look import (
+    DivertOrder,
+    Order,
+    ReleaseOrder,
+    ResumeOrder,
+    VehicleSnapshot,
+    commanded,
+    failure_order,
+    finished,
+    offset_m,
+    with_output,
+)
+from app.domain.flight.progress import MissionProgress
+from app.domain.mission.mission import CompiledDrop, MavCmd
+from app.domain.plan import Target
+from app.domain.reasons import Reason, ReasonCode, because
+from app.domain.vehicle.commands import CommandAck
+from app.domain.vehicle.state import VehicleState
+
+# What the drop's machine knows of an operator's consent, written into the drop's record.
+
+
+_MEASURED: Final = (
+    *("ground_speed_m_s", "relative_altitude_m", "landed", "position_age_s"),
+    *("battery_percent", "gnss_satellites"),
+)
+LEFT_HOLD: Final = because(ReasonCode.CONSENT_LEFT_HOLD)
+RESTARTED: Final = because(ReasonCode.CONSENT_RESTARTED)
+
+
+def asked(gate: ConsentGate, seen: VehicleSnapshot, compiled: CompiledDrop, hold_left_s: float) -> ConsentRecord:
+    """The record of a new question, with what is measured as it is asked."""
+    measured = {name: getattr(seen.state, name) for name in _MEASURED}
+    return ConsentRecord(
+        state=ConsentState.ASKED,
+        question=gate.question,
+        asked_at=seen.time_s,
+        deadline_at=seen.time_s + gate.deadline_s - seen.now_s,
+        checked=ConsentChecks(offset_m=offset_m(seen.state, compiled), hold_left_s=hold_left_s, **measured),
+    )
+
+
+def closed(record: ConsentRecord, state: ConsentState | None, reason: Reason) -> ConsentRecord:
+    """The record of a question to which nobody answers any more."""
+    if state is ConsentState.TIMED_OUT and record.state is ConsentState.ASKED:
+        return record.model_copy(update={"state": state})
+    return withdrawn(record, reason) if state is ConsentState.WITHDRAWN else record
+
+
+def answered(record: ConsentRecord, answer: Answer, by: str, seen: VehicleSnapshot) -> ConsentRecord:
+    """The record with the answer that counts."""
+    told = {"state": answer.state, "answered_at": seen.time_s, "answered_by": by, "comment": answer.comment}
+    return record.model_copy(update=told)
+
+
+def withdrawn(record: ConsentRecord, reason: Reason) -> ConsentRecord:
+    """The record of a question, or of a grant that was not made use of, that does not matter any more."""
+    if record.state not in (ConsentState.ASKED, ConsentState.GRANTED):
+        return record
+    return record.model_copy(update={"state": ConsentState.WITHDRAWN, "reason": reason})
+
 
 Heard = tuple["SupervisedRelease", tuple[Order, ...]]
 """The drop after it, and what must be sent."""
@@ -106,7 +160,7 @@ class SupervisedRelease:
         """See Release."""
         return self.machine.attempts > 0 and not self.is_over
 
-    def look(self, seen: Look, progress: Progress) -> Heard:
+    def look(self, seen: VehicleSnapshot, progress: MissionProgress) -> Heard:
         """See Release."""
         drop = self
         if self.waited_at_s is not None:
@@ -120,7 +174,7 @@ class SupervisedRelease:
             )
         return drop._hear(drop.observe(seen), seen)
 
-    def observe(self, seen: Look) -> Observation:
+    def observe(self, seen: VehicleSnapshot) -> Observation:
         """What the machine is told of a look."""
         state, has_gripper = seen.state, self.compiled.command is MavCmd.DO_GRIPPER
         return Observation(
@@ -141,7 +195,7 @@ class SupervisedRelease:
             target=self._sight(seen),
         )
 
-    def acked(self, attempt: int, ack: CommandAck, seen: Look) -> Heard:
+    def acked(self, attempt: int, ack: CommandAck, seen: VehicleSnapshot) -> Heard:
         """A COMMAND_ACK of one release."""
         drop = self
         if ack.is_final:
@@ -149,21 +203,21 @@ class SupervisedRelease:
             drop = self._recorded(changes)
         return drop._hear(ReleaseAck(seen.now_s, attempt, ack), seen)
 
-    def timed_out(self, attempt: int, seen: Look) -> Heard:
+    def timed_out(self, attempt: int, seen: VehicleSnapshot) -> Heard:
         """No final ack came."""
         return self._hear(ReleaseTimedOut(seen.now_s, attempt), seen)
 
-    def withheld(self, attempt: int, seen: Look) -> Heard:
+    def withheld(self, attempt: int, seen: VehicleSnapshot) -> Heard:
         """The release was not sent after all."""
         none_was_sent = self.machine.withheld + 1 == self.machine.attempts
         drop = self._recorded({"attempts": 0, "commanded_at": None}) if none_was_sent else self
         return drop._hear(ReleaseWithheld(seen.now_s, attempt), seen)
 
-    def silent(self, seen: Look) -> SupervisedRelease:
+    def silent(self, seen: VehicleSnapshot) -> SupervisedRelease:
         """The vehicle is not heard: a question does not wait for it."""
-        return self._hear(Silence(seen.now_s), seen)[0]
+        return self._hear(ConsentUnanswered(seen.now_s), seen)[0]
 
-    def answered(self, answer: Answer, by: str, seen: Look) -> SupervisedRelease | None:
+    def answered(self, answer: Answer, by: str, seen: VehicleSnapshot) -> SupervisedRelease | None:
         """The drop with an operator's answer, None if it came too late. What follows is sent at the next look."""
         if self.record.consent is None:
             return None
@@ -184,7 +238,7 @@ class SupervisedRelease:
             drop = drop._recorded({"consent": withdrawn(drop.record.consent, reason)})
         return drop
 
-    def _sight(self, seen: Look) -> TargetSight | None:
+    def _sight(self, seen: VehicleSnapshot) -> TargetSight | None:
         fix = None if self.feed is None else seen.targets.get(self.feed)
         if fix is None:
             return None
@@ -196,7 +250,7 @@ class SupervisedRelease:
     def _recorded(self, changes: dict[str, object]) -> SupervisedRelease:
         return replace(self, record=self.record.model_copy(update=changes))
 
-    def _hear(self, heard: DropInput, seen: Look) -> Heard:
+    def _hear(self, heard: DropInput, seen: VehicleSnapshot) -> Heard:
         if self.machine.is_over:
             return self, ()
         machine, effects = step(self.machine, heard)
@@ -213,7 +267,7 @@ class SupervisedRelease:
         drop = drop._with_consent(seen)
         return drop, drop._orders(effects, seen)
 
-    def _orders(self, effects: tuple[DropEffect, ...], seen: Look) -> tuple[Order, ...]:
+    def _orders(self, effects: tuple[DropEffect, ...], seen: VehicleSnapshot) -> tuple[Order, ...]:
         if diverted := next((effect for effect in effects if isinstance(effect, Divert)), None):
             # what the plan says of a failure is for the alternate then
             return (DivertOrder(self.record.plan_item_id, diverted.seq),)
@@ -222,14 +276,14 @@ class SupervisedRelease:
         sends = [ReleaseOrder(self.record.plan_item_id, e.attempt) for e in effects if isinstance(e, SendRelease)]
         return (*sends, *(ResumeOrder(e.seq, self.compiled.hold_seqs) for e in effects if isinstance(e, Resume)))
 
-    def _with_target(self, seen: Look, effects: tuple[DropEffect, ...]) -> SupervisedRelease:
+    def _with_target(self, seen: VehicleSnapshot, effects: tuple[DropEffect, ...]) -> SupervisedRelease:
         """Where the target was when a release was sent, or when the drop ended without one."""
         fix = None if self.feed is None else seen.targets.get(self.feed)
         if fix is None or not any(isinstance(effect, SendRelease | Finish) for effect in effects):
             return self
         return self._recorded({"target": fix.evidence(seen.state.latitude_deg, seen.state.longitude_deg)})
 
-    def _with_output(self, seen: Look) -> SupervisedRelease:
+    def _with_output(self, seen: VehicleSnapshot) -> SupervisedRelease:
         """The gripper's output after a release was commanded, with the time at which it was received.
 
         Until it is at release: that it is 900 again after the landing is no evidence of anything.
@@ -243,7 +297,7 @@ class SupervisedRelease:
             return self
         return self._recorded({"output_us": output, "output_at": seen.time_s - age_s})
 
-    def _with_consent(self, seen: Look) -> SupervisedRelease:
+    def _with_consent(self, seen: VehicleSnapshot) -> SupervisedRelease:
         """Asked, timed out, withdrawn; a grant that a release was sent with stays, whatever happens after it."""
         consent, gate = self.record.consent, self.machine.consent
         if consent is None:

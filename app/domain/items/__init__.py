@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import Final, get_args
 
-from app.domain.items.base import Item
+from app.domain.items.base import Forms, Item
 from app.domain.items.change_speed import ChangeSpeed
 from app.domain.items.delay import Delay
 from app.domain.items.drop import Drop
-from app.domain.items.form import Forms
 from app.domain.items.gripper import Gripper
 from app.domain.items.jump import Jump
 from app.domain.items.land import Land

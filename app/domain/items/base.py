@@ -6,19 +6,116 @@ An item answers with what most items do unless it says otherwise, so that a new 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import ClassVar, Literal, Protocol, TypeVar
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, Final, Literal, Protocol, TypeVar
 
-from app.domain.carried import Carried
-from app.domain.geo import Place
-from app.domain.items.alternate import Alternate
-from app.domain.items.draft import Draft
+from app.domain.geo import LatLon
+from app.domain.items.drop_places import Alternate, Target
 from app.domain.items.fields import Altitude, ItemId, PlanModel, Point, Position
-from app.domain.items.form import Forms
 from app.domain.items.landing_pattern import Approach
-from app.domain.items.target import Target
-from app.domain.mission import MavCmd
-from app.domain.vehicle import GlobalPosition, VehicleFacts, VehicleType
+from app.domain.mission.mission import NAN, MavCmd, MavFrame
+from app.domain.vehicle.state import FlightRegime, GlobalPosition, VehicleProfile, VehicleType
+
+# A mission item before it has a number.
+
+
+@dataclass(frozen=True, slots=True)
+class Draft:
+    """One MISSION_ITEM_INT without seq. `jump_to` is the id of a jump's target; it becomes param1."""
+
+    command: MavCmd
+    frame: MavFrame
+    params: tuple[float, float, float, float]
+    x: int = 0
+    y: int = 0
+    z: float = 0.0
+    jump_to: str | None = None
+
+
+def command_draft(command: MavCmd, *params: float, jump_to: str | None = None) -> Draft:
+    """An item without a position. Frame MISSION: PX4 refuses DO_ commands in a global frame. What is not given is NaN,
+
+    because 0 can mean something (0 in DO_GRIPPER is RELEASE) and PX4 keeps these parameters as they are.
+    """
+    first, second, third, fourth = (*params, NAN, NAN, NAN, NAN)[:4]
+    return Draft(command, MavFrame.MISSION, (first, second, third, fourth), jump_to=jump_to)
+
+
+def position_draft(
+    command: MavCmd, altitude: Altitude, place: LatLon, params: tuple[float, float, float, float]
+) -> Draft:
+    """An item with a position. The _INT frames, because those are what PX4 reads back for integer items.
+
+    A parameter that the command does not use is 0 here: PX4 does not keep it and reads back 0.
+    """
+    absolute = altitude.absolute_altitude_m
+    return Draft(
+        command,
+        MavFrame.GLOBAL_RELATIVE_ALT_INT if absolute is None else MavFrame.GLOBAL_INT,
+        params,
+        x=degrees_e7(place.latitude_deg),
+        y=degrees_e7(place.longitude_deg),
+        z=altitude.relative_altitude_m or 0.0 if absolute is None else absolute,
+    )
+
+
+def degrees_e7(degrees: float) -> int:
+    """The integer of the wire: 1e7 to a degree."""
+    return round(degrees * 1e7)
+
+
+def or_nan(value: float | None) -> float:
+    """NaN is "not given"."""
+    return NAN if value is None else value
+
+
+# How a MAV_CMD is a plan item: which parameter is which field. Read both ways: in and out.
+
+
+@dataclass(frozen=True, slots=True)
+class Param:
+    """A parameter that is a field. `words` are the values of an enum; `zero_is_none`: 0 means "not given" as null does.
+
+    `whole`: the field is an integer.
+    """
+
+    number: int
+    words: Mapping[float, str] | None = None
+    zero_is_none: bool = False
+    whole: bool = False
+
+    def written(self, value: Any) -> float | None:
+        """The parameter for a field's value."""
+        if value is None:
+            return 0.0 if self.zero_is_none else None
+        if self.words is not None:
+            return next(number for number, word in self.words.items() if word == value)
+        return float(value)
+
+
+@dataclass(frozen=True, slots=True)
+class CommandForm:
+    """A command. `positioned`: param5 to param7 are a place. `fixed` are fields that the command itself says.
+
+    `neutral` are values of other parameters that mean nothing, besides 0 and null; the first is what is written.
+    """
+
+    type: str
+    params: Mapping[str, Param]
+    positioned: bool = False
+    fixed: Mapping[str, Any] = field(default_factory=dict)
+    neutral: Mapping[int, tuple[float, ...]] = field(default_factory=dict)
+
+    def used(self) -> frozenset[int]:
+        """The numbers of the parameters that are fields."""
+        place = {5, 6, 7} if self.positioned else set()
+        return frozenset({param.number for param in self.params.values()} | place)
+
+
+Forms = Mapping[int, CommandForm]
+"""By MAV_CMD."""
+YAW: Final = Param(4)
+
 
 T_co = TypeVar("T_co", covariant=True)
 T = TypeVar("T")
@@ -59,10 +156,10 @@ class Way(Protocol[T_co]):
 class Site:
     """Where an item begins and ends, and the vehicle that it is compiled for."""
 
-    start: Place
-    end: Place
+    start: LatLon
+    end: LatLon
     home: GlobalPosition
-    facts: VehicleFacts
+    facts: VehicleProfile
 
     @property
     def vehicle_type(self) -> VehicleType:
@@ -114,11 +211,11 @@ class Item(PlanModel):
         """That place, where the plan says it: a takeoff may leave it open."""
         return None
 
-    def end_of(self, home: GlobalPosition, here: Place) -> Place:
+    def end_of(self, home: GlobalPosition, here: LatLon) -> LatLon:
         """Where it ends if it begins `here`."""
         return here
 
-    def carried_after(self, vehicle_type: VehicleType, before: Carried) -> Carried:
+    def carried_after(self, vehicle_type: VehicleType, before: FlightRegime) -> FlightRegime:
         """What carries the vehicle at its end."""
         return before
 

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar, Final, Literal
 
-from app.domain.items.base import Item, Site
-from app.domain.items.draft import Draft, command_draft
+from app.domain.items.base import CommandForm, Draft, Forms, Item, Param, Site, command_draft
 from app.domain.items.fields import SpeedMS
-from app.domain.items.form import CommandForm, Forms, Param
-from app.domain.mission import MavCmd
-from app.domain.vehicle import VehicleType
+from app.domain.mission.mission import MavCmd
+from app.domain.vehicle.state import VehicleType
 
 _AIRSPEED, _GROUND_SPEED = 0.0, 1.0
 _SPEED_TYPES: Final = {_AIRSPEED: "airspeed", _GROUND_SPEED: "groundspeed"}

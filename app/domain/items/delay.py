@@ -7,10 +7,8 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from app.domain.items.base import Item, Site, T, Way
-from app.domain.items.draft import Draft, command_draft
-from app.domain.items.form import CommandForm, Forms, Param
-from app.domain.mission import MavCmd
+from app.domain.items.base import CommandForm, Draft, Forms, Item, Param, Site, T, Way, command_draft
+from app.domain.mission.mission import MavCmd
 
 
 def delay_draft(duration_s: float) -> Draft:

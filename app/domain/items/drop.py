@@ -7,9 +7,8 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from app.domain.items.alternate import DEFAULT_DROP_HOLD_S, Consent, ConsentTimeoutS, HoldS
-from app.domain.items.base import Item, T, Way
-from app.domain.items.draft import Draft
+from app.domain.items.base import Draft, Item, T, Way
+from app.domain.items.drop_places import DEFAULT_DROP_HOLD_S, Consent, ConsentTimeoutS, HoldS
 from app.domain.items.fields import RadiusM
 
 

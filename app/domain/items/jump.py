@@ -7,10 +7,8 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from app.domain.items.base import Item, Site
-from app.domain.items.draft import Draft, command_draft
-from app.domain.items.form import CommandForm, Forms, Param
-from app.domain.mission import NAN, MavCmd
+from app.domain.items.base import CommandForm, Draft, Forms, Item, Param, Site, command_draft
+from app.domain.mission.mission import NAN, MavCmd
 
 
 class Jump(Item):

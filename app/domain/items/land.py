@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar, Literal
 
-from app.domain.carried import Carried
-from app.domain.items.base import Site, T, Way
-from app.domain.items.draft import Draft, command_draft, or_nan, position_draft
+from app.domain.items.base import YAW, CommandForm, Draft, Forms, Site, T, Way, command_draft, or_nan, position_draft
 from app.domain.items.fields import Altitude
-from app.domain.items.form import YAW, CommandForm, Forms
 from app.domain.items.landing_pattern import Approach, landing_pattern
 from app.domain.items.waypoint import Stop
-from app.domain.mission import MavCmd
-from app.domain.vehicle import VehicleType
+from app.domain.mission.mission import MavCmd
+from app.domain.vehicle.state import FlightRegime, VehicleType
 
 _TANGENT_EXIT = 1.0
 
@@ -36,8 +33,8 @@ class Land(Stop):
     type: Literal["land"]
     approach: Approach | None = None
 
-    def carried_after(self, vehicle_type: VehicleType, before: Carried) -> Carried:
-        return before if before is Carried.WHEELS else Carried.GROUND
+    def carried_after(self, vehicle_type: VehicleType, before: FlightRegime) -> FlightRegime:
+        return before if before is FlightRegime.WHEELS else FlightRegime.GROUND
 
     def command(self, vehicle_type: VehicleType) -> MavCmd:
         return MavCmd.NAV_VTOL_LAND if vehicle_type is VehicleType.VTOL else MavCmd.NAV_LAND

@@ -12,9 +12,9 @@ from typing import Annotated
 from pydantic import Field
 
 from app.domain.autopilot import Quantity, quantity
-from app.domain.geo import Place, bearing_deg, destination_deg, distance_m
+from app.domain.geo import LatLon, bearing_deg, destination_deg, distance_m
 from app.domain.items.fields import Position, relative_altitude_m
-from app.domain.vehicle import GlobalPosition, VehicleFacts
+from app.domain.vehicle.state import GlobalPosition, VehicleProfile
 
 DEFAULT_APPROACH_HEIGHT_M = 20.0
 DEFAULT_APPROACH_RADIUS_M = 60.0
@@ -32,9 +32,9 @@ class Approach(Position):
 class LandingPattern:
     """The circle (centre and signed radius) and the straight glide from its tangent to the touchdown."""
 
-    circle: Place
+    circle: LatLon
     radius_m: float
-    touchdown: Place
+    touchdown: LatLon
     glide_m: float
 
     @property
@@ -49,12 +49,12 @@ class LandingPattern:
 
 
 def landing_pattern(
-    item: Position, approach: Approach | None, start: Place, home: GlobalPosition, facts: VehicleFacts
+    item: Position, approach: Approach | None, start: LatLon, home: GlobalPosition, facts: VehicleProfile
 ) -> LandingPattern:
     """The pattern of a land item: its own approach, or one in line with the item before it."""
-    touchdown = Place(item.latitude_deg, item.longitude_deg, relative_altitude_m(item, home))
+    touchdown = LatLon(item.latitude_deg, item.longitude_deg, relative_altitude_m(item, home))
     if approach is not None:
-        circle = Place(approach.latitude_deg, approach.longitude_deg, relative_altitude_m(approach, home))
+        circle = LatLon(approach.latitude_deg, approach.longitude_deg, relative_altitude_m(approach, home))
         radius_m = approach.radius_m or DEFAULT_APPROACH_RADIUS_M
     else:
         circle, radius_m = _default_circle(touchdown, start, facts), DEFAULT_APPROACH_RADIUS_M
@@ -62,11 +62,11 @@ def landing_pattern(
     return LandingPattern(circle, radius_m, touchdown, math.sqrt(max(0.0, away_m**2 - radius_m**2)))
 
 
-def _default_circle(touchdown: Place, start: Place, facts: VehicleFacts) -> Place:
+def _default_circle(touchdown: LatLon, start: LatLon, facts: VehicleProfile) -> LatLon:
     """On the line from the touchdown towards where the vehicle comes from (north if it comes from above)."""
     angle = math.radians(max(1.0, quantity(facts, Quantity.GLIDE_DEG) * SLOPE_SHARE))
     away_m = math.hypot(DEFAULT_APPROACH_HEIGHT_M / math.tan(angle), DEFAULT_APPROACH_RADIUS_M)
     touch = (touchdown.latitude_deg, touchdown.longitude_deg)
     towards = bearing_deg(*touch, start.latitude_deg, start.longitude_deg)
     centre = destination_deg(*touch, towards, away_m)
-    return Place(*centre, touchdown.relative_altitude_m + DEFAULT_APPROACH_HEIGHT_M)
+    return LatLon(*centre, touchdown.relative_altitude_m + DEFAULT_APPROACH_HEIGHT_M)

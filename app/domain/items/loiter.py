@@ -9,13 +9,11 @@ from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from app.domain.errors import PlanRejectedError
-from app.domain.items.base import Site, T, Way
-from app.domain.items.draft import Draft, or_nan, position_draft
+from app.domain.items.base import YAW, CommandForm, Draft, Forms, Param, Site, T, Way, or_nan, position_draft
 from app.domain.items.fields import Seconds, SignedRadiusM
-from app.domain.items.form import YAW, CommandForm, Forms, Param
 from app.domain.items.waypoint import AirStop
-from app.domain.mission import MavCmd
-from app.domain.vehicle import VehicleType
+from app.domain.mission.mission import MavCmd
+from app.domain.vehicle.state import VehicleType
 
 _COMMANDS: Final[Mapping[str, MavCmd]] = {
     "time": MavCmd.NAV_LOITER_TIME,

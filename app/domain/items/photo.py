@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from app.domain.items.base import Item, Site
-from app.domain.items.draft import Draft, command_draft
-from app.domain.items.form import CommandForm, Forms
-from app.domain.mission import MavCmd
+from app.domain.items.base import CommandForm, Draft, Forms, Item, Site, command_draft
+from app.domain.mission.mission import MavCmd
 
 
 class Photo(Item):

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from app.domain.carried import Carried
-from app.domain.geo import Place
-from app.domain.items.base import Item, Site, T, Way
-from app.domain.items.draft import Draft, command_draft
-from app.domain.items.form import CommandForm, Forms
-from app.domain.mission import MavCmd
-from app.domain.vehicle import GlobalPosition, VehicleType
+from app.domain.geo import LatLon
+from app.domain.items.base import CommandForm, Draft, Forms, Item, Site, T, Way, command_draft
+from app.domain.mission.mission import MavCmd
+from app.domain.vehicle.state import FlightRegime, GlobalPosition, VehicleType
 
 
 class ReturnToLaunch(Item):
@@ -25,11 +22,11 @@ class ReturnToLaunch(Item):
 
     type: Literal["return_to_launch"]
 
-    def end_of(self, home: GlobalPosition, here: Place) -> Place:
-        return Place(home.latitude_deg, home.longitude_deg, 0.0)
+    def end_of(self, home: GlobalPosition, here: LatLon) -> LatLon:
+        return LatLon(home.latitude_deg, home.longitude_deg, 0.0)
 
-    def carried_after(self, vehicle_type: VehicleType, before: Carried) -> Carried:
-        return before if before is Carried.WHEELS else Carried.GROUND
+    def carried_after(self, vehicle_type: VehicleType, before: FlightRegime) -> FlightRegime:
+        return before if before is FlightRegime.WHEELS else FlightRegime.GROUND
 
     def drafts(self, site: Site) -> tuple[Draft, ...]:
         return (command_draft(MavCmd.NAV_RETURN_TO_LAUNCH),)

@@ -8,14 +8,11 @@ from typing import Annotated, ClassVar, Final, Literal, Self
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from app.domain.carried import IN_AIR, Carried
-from app.domain.geo import Place
-from app.domain.items.base import Item, Site, T, Way
-from app.domain.items.draft import Draft, or_nan, position_draft
+from app.domain.geo import LatLon
+from app.domain.items.base import YAW, CommandForm, Draft, Forms, Item, Param, Site, T, Way, or_nan, position_draft
 from app.domain.items.fields import Altitude, LatitudeDeg, LongitudeDeg, Point, YawDeg, relative_altitude_m
-from app.domain.items.form import YAW, CommandForm, Forms, Param
-from app.domain.mission import MavCmd
-from app.domain.vehicle import GlobalPosition, VehicleType
+from app.domain.mission.mission import MavCmd
+from app.domain.vehicle.state import IN_AIR, FlightRegime, GlobalPosition, VehicleType
 
 WING_PITCH_DEG: Final = 15.0
 """Of a fixed wing's climb-out, if the plan does not say."""
@@ -56,14 +53,14 @@ class Takeoff(Item, Altitude):
             return None
         return Point(latitude_deg=self.latitude_deg, longitude_deg=self.longitude_deg)
 
-    def end_of(self, home: GlobalPosition, here: Place) -> Place:
+    def end_of(self, home: GlobalPosition, here: LatLon) -> LatLon:
         latitude_deg = home.latitude_deg if self.latitude_deg is None else self.latitude_deg
         longitude_deg = home.longitude_deg if self.longitude_deg is None else self.longitude_deg
-        return Place(latitude_deg, longitude_deg, relative_altitude_m(self, home))
+        return LatLon(latitude_deg, longitude_deg, relative_altitude_m(self, home))
 
-    def carried_after(self, vehicle_type: VehicleType, before: Carried) -> Carried:
+    def carried_after(self, vehicle_type: VehicleType, before: FlightRegime) -> FlightRegime:
         # NAV_VTOL_TAKEOFF ends with a transition of its own.
-        return Carried.FIXED_WING if vehicle_type is VehicleType.VTOL else IN_AIR[vehicle_type]
+        return FlightRegime.FIXED_WING if vehicle_type is VehicleType.VTOL else IN_AIR[vehicle_type]
 
     def drafts(self, site: Site) -> tuple[Draft, ...]:
         climb = 0.0 if site.vehicle_type is VehicleType.VTOL else self.climb_pitch_deg(site.vehicle_type)

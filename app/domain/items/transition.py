@@ -5,12 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar, Literal
 
-from app.domain.carried import Carried
-from app.domain.items.base import Item, Site, T, Way
-from app.domain.items.draft import Draft, command_draft
-from app.domain.items.form import CommandForm, Forms, Param
-from app.domain.mission import MavCmd
-from app.domain.vehicle import VehicleType
+from app.domain.items.base import CommandForm, Draft, Forms, Item, Param, Site, T, Way, command_draft
+from app.domain.mission.mission import MavCmd
+from app.domain.vehicle.state import FlightRegime, VehicleType
 
 _STATE = {"multicopter": 3.0, "fixed_wing": 4.0}
 """MAV_VTOL_STATE."""
@@ -30,10 +27,10 @@ class Transition(Item):
     type: Literal["transition"]
     to: Literal["fixed_wing", "multicopter"]
 
-    def carried_after(self, vehicle_type: VehicleType, before: Carried) -> Carried:
-        if vehicle_type is not VehicleType.VTOL or before is Carried.GROUND:
+    def carried_after(self, vehicle_type: VehicleType, before: FlightRegime) -> FlightRegime:
+        if vehicle_type is not VehicleType.VTOL or before is FlightRegime.GROUND:
             return before
-        return Carried.FIXED_WING if self.to == "fixed_wing" else Carried.ROTARY_WING
+        return FlightRegime.FIXED_WING if self.to == "fixed_wing" else FlightRegime.ROTARY_WING
 
     def drafts(self, site: Site) -> tuple[Draft, ...]:
         return (command_draft(MavCmd.DO_VTOL_TRANSITION, _STATE[self.to], 0.0),)

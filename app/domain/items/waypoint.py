@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from app.domain.carried import IN_AIR, Carried
-from app.domain.geo import Place
-from app.domain.items.base import Item, Site, T, Way
+from app.domain.geo import LatLon
+from app.domain.items.base import YAW, CommandForm, Draft, Forms, Item, Param, Site, T, Way, or_nan, position_draft
 from app.domain.items.change_speed import speed_drafts
-from app.domain.items.draft import Draft, or_nan, position_draft
 from app.domain.items.fields import Altitude, Point, Position, RadiusM, Seconds, SpeedMS, YawDeg, relative_altitude_m
-from app.domain.items.form import YAW, CommandForm, Forms, Param
-from app.domain.mission import MavCmd
-from app.domain.vehicle import GlobalPosition, VehicleType
+from app.domain.mission.mission import MavCmd
+from app.domain.vehicle.state import IN_AIR, FlightRegime, GlobalPosition, VehicleType
 
 
 class Stop(Item, Position):
@@ -29,12 +26,12 @@ class Stop(Item, Position):
     def point(self) -> Point:
         return Point(latitude_deg=self.latitude_deg, longitude_deg=self.longitude_deg)
 
-    def end_of(self, home: GlobalPosition, here: Place) -> Place:
-        return Place(self.latitude_deg, self.longitude_deg, relative_altitude_m(self, home))
+    def end_of(self, home: GlobalPosition, here: LatLon) -> LatLon:
+        return LatLon(self.latitude_deg, self.longitude_deg, relative_altitude_m(self, home))
 
     def waypoint_draft(self, hold_s: float, acceptance_radius_m: float | None) -> Draft:
         """NAV_WAYPOINT here. Both hold and radius make a multicopter stop; either alone does not (flown)."""
-        here = Place(self.latitude_deg, self.longitude_deg, 0.0)
+        here = LatLon(self.latitude_deg, self.longitude_deg, 0.0)
         params = (hold_s, or_nan(acceptance_radius_m), 0.0, or_nan(self.yaw_deg))
         return position_draft(MavCmd.NAV_WAYPOINT, self, here, params)
 
@@ -44,8 +41,8 @@ class AirStop(Stop):
 
     flies: ClassVar[bool] = True
 
-    def carried_after(self, vehicle_type: VehicleType, before: Carried) -> Carried:
-        return IN_AIR[vehicle_type] if before is Carried.GROUND else before
+    def carried_after(self, vehicle_type: VehicleType, before: FlightRegime) -> FlightRegime:
+        return IN_AIR[vehicle_type] if before is FlightRegime.GROUND else before
 
 
 class Waypoint(AirStop):

@@ -8,10 +8,9 @@ from typing import Annotated, ClassVar, Final, Literal, Self
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from app.domain.items.draft import Draft, command_draft, or_nan
+from app.domain.items.base import CommandForm, Draft, Forms, Param, command_draft, or_nan
 from app.domain.items.drop import Drop
-from app.domain.items.form import CommandForm, Forms, Param
-from app.domain.mission import MavCmd
+from app.domain.mission.mission import MavCmd
 
 _ACTIONS: Final = (
     *("relax", "length", "rate", "lock", "deliver", "hold"),

@@ -7,11 +7,90 @@ from typing import Final, Literal
 
 from pydantic import BaseModel, ConfigDict
 
+from app.domain.drop.record import DropOutcome
 from app.domain.errors import JobWrongStateError
-from app.domain.jobs.candidate import Candidate
-from app.domain.prediction.wind import Wind
-from app.domain.reason import Reason
-from app.domain.vehicle import VehicleType
+from app.domain.prediction.motion import Wind
+from app.domain.reasons import Reason, ReasonCode, because
+from app.domain.run.run import NOT_STARTED, Run, RunState
+from app.domain.vehicle.state import VehicleType
+
+# A candidate: one vehicle that was looked at for a job, with every reason against it.
+
+
+MOST_REFUSALS: Final = 20
+
+
+class VehicleRefusal(StrEnum):
+    """Stable codes of what speaks against a vehicle now. What speaks against its flying the plan has a rule's code."""
+
+    UNKNOWN = "vehicle.unknown"
+    """It has not been seen since Waydrop started."""
+    NOT_ALLOWED = "vehicle.not_allowed"
+    """The job names other vehicles."""
+    QUARANTINED = "vehicle.quarantined"
+    """Two vehicles answer to its system id."""
+    DISCONNECTED = "vehicle.disconnected"
+    """Its link is lost."""
+    SILENT = "vehicle.silent"
+    """It does not tell its type or its parameters."""
+    BUSY = "vehicle.busy"
+    """It has a run, or another job."""
+    LEASED = "vehicle.leased"
+    """Somebody has its offboard lease."""
+    ARMED = "vehicle.armed"
+    """It is armed, or does not tell."""
+    NOT_LANDED = "vehicle.not_landed"
+    """It is not on the ground, or does not tell."""
+    IN_FAILSAFE = "vehicle.in_failsafe"
+    """It acts on a failsafe."""
+    QUEUE_STOPPED = "vehicle.queue_stopped"
+    """Its queue is stopped until an operator says go on."""
+    BATTERY_LOW = "vehicle.battery_low"
+    """It has less battery than the job asks for."""
+    BATTERY_UNKNOWN = "vehicle.battery_unknown"
+    """It does not tell its battery, and the job asks for some."""
+
+
+class Refusal(BaseModel):
+    """One reason. `code` is a VehicleRefusal or a rule's; `pointer` leads into the plan, null if it is not about it.
+    `reason` is why the vehicle's queue is stopped, if it is.
+
+    `lasting`: waiting alone does not mend it, nor does a full battery, nor a flight to where the plan begins.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    code: str
+    message: str
+    reason: Reason | None = None
+    hint: str = ""
+    pointer: str | None = None
+    lasting: bool = False
+
+
+class Candidate(BaseModel):
+    """One vehicle. It can have the job if `refusals` is empty. `reason` says why it was chosen, or why another was.
+
+    `distance_m`: from where it is to where the plan begins, null if either is not known. At most MOST_REFUSALS are
+    listed; `refusals_left_out` counts the others. `lasting`: one of all is, so waiting alone gives it no job.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    vehicle_id: str
+    chosen: bool = False
+    reason: Reason | None = None
+    distance_m: float | None = None
+    battery_percent: float | None = None
+    refusals: tuple[Refusal, ...] = ()
+    refusals_left_out: int = 0
+    lasting: bool = False
+
+    @property
+    def can(self) -> bool:
+        """Whether nothing speaks against it."""
+        return not self.refusals
+
 
 ANY: Final = "any"
 """In the place of a vehicle's id: whichever can."""
@@ -158,3 +237,113 @@ class Job(BaseModel):
     def changed(self, *, now: float, **changes: object) -> Job:
         """With other fields changed."""
         return self.model_copy(update={**changes, "updated_at": now})
+
+
+# What an event of a job says has happened: in a word, by what differs.
+
+
+JobChangeWord = Literal[
+    "queued",
+    "placed",
+    "assigned",
+    "requeued",
+    "prepared",
+    "start_asked",
+    "started",
+    "end_asked",
+    "noted",
+    "ended",
+]
+_BY_STATE: Final[dict[JobState, JobChangeWord]] = {
+    JobState.QUEUED: "requeued",
+    JobState.PREPARING: "assigned",
+    JobState.PREPARED: "prepared",
+    JobState.FLYING: "started",
+}
+
+
+def change_word(before: Job | None, after: Job) -> JobChangeWord:
+    """`noted`: only the reason differs."""
+    if before is None:
+        return "queued"
+    if after.state is not before.state:
+        return _BY_STATE.get(after.state, "ended")
+    if after.place != before.place:
+        return "placed"
+    if after.end_asked and not before.end_asked:
+        return "end_asked"
+    return "start_asked" if after.start_asked_at is not None and before.start_asked_at is None else "noted"
+
+
+# Whether a run concluded well, so that its vehicle's next job may follow.
+
+
+def was_broken_off(run: Run) -> bool:
+    """Whether our restart ended it before anything was started: no fault of the vehicle."""
+    nothing_started = run.reason is not None and run.reason.code is ReasonCode.RESTART_BEFORE_UPLOAD_ENDED
+    return run.state is RunState.FAILED and run.started_at is None and nothing_started
+
+
+def why_bad(run: Run) -> Reason | None:
+    """Why nobody should fly on without looking; None for one that flew its mission and released every parcel.
+
+    A parcel that is still on board, or may be, would fly with the next job.
+    """
+    if was_broken_off(run):
+        return None
+    if run.state is not RunState.COMPLETED:
+        code = ReasonCode.RUN_BAD if run.reason is None else ReasonCode.RUN_BAD_BECAUSE
+        return because(code, run.reason, run_id=run.id, state=run.state.value)
+    for drop in run.last_drops:
+        if drop.outcome is not DropOutcome.RELEASED:
+            code = ReasonCode.DROP_BAD if drop.reason is None else ReasonCode.DROP_BAD_BECAUSE
+            about = {"run_id": run.id, "plan_item_id": drop.plan_item_id, "outcome": drop.outcome.value}
+            return because(code, drop.reason, **about)
+    return None
+
+
+# What becomes of a job that has a vehicle, by what its run has become. It only follows: nothing is commanded here.
+
+
+NEVER_MADE = because(ReasonCode.JOB_RUN_NEVER_MADE)
+STARTED_FIRST = because(ReasonCode.JOB_STARTED_FIRST)
+WAITS_FOR_START = because(ReasonCode.JOB_WAITS_FOR_START)
+
+
+def after(job: Job, run: Run | None, now: float) -> Job:
+    """The job as its run makes it; the same one if nothing changed. `run` None: it was never made."""
+    if run is None:
+        return job.requeued(NEVER_MADE, now=now)
+    if run.is_over:
+        return _ended(job, run, now)
+    if run.started_at is not None:
+        if job.state is not JobState.FLYING:
+            reason = STARTED_FIRST if job.end_asked else None
+            return job.moved_to(JobState.FLYING, now=now, reason=reason, end_asked="")
+        return job
+    if job.state is JobState.PREPARING and run.state is RunState.UPLOADED:
+        return job.moved_to(JobState.PREPARED, now=now, reason=None if job.auto_start else WAITS_FOR_START)
+    if _start_failed(job, run) and run.reason != job.reason:
+        return job.changed(now=now, reason=run.reason)
+    return job
+
+
+def must_be_taken_off(job: Job, run: Run, now: float) -> bool:
+    """Whether the run is to be ended on the ground: the job was cancelled, or its latest start is over."""
+    return run.state in NOT_STARTED and (bool(job.end_asked) or job.is_late(now))
+
+
+def _start_failed(job: Job, run: Run) -> bool:
+    """Whether the start that we asked for failed on the ground. We do not ask again; a person may."""
+    asked_at = job.start_asked_at
+    return asked_at is not None and run.state is RunState.UPLOADED and run.updated_at > asked_at
+
+
+def _ended(job: Job, run: Run, now: float) -> Job:
+    if run.state is RunState.ABORTED and run.started_at is None:
+        reason = job.reason if job.end_asked else because(ReasonCode.JOB_RUN_ENDED, run.reason)
+        return job.moved_to(JobState(job.end_asked or "cancelled"), now=now, reason=reason)
+    if was_broken_off(run) and (job.end_asked or job.state is JobState.PREPARING):
+        return job.requeued(run.reason, now=now)
+    bad = why_bad(run)
+    return job.moved_to(JobState.COMPLETED if bad is None else JobState.FAILED, now=now, reason=bad)

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from enum import Enum, auto
 
 from app.domain.events.vehicle import OffboardChanged, OffboardLease
+from app.domain.offboard.control_method import ControlMethod
 from app.domain.offboard.state import Lease, LeaseChange, OffboardState
-from app.domain.ports import LinkFact
-from app.domain.reason import Reason
-from app.domain.setpoint.means import Means
-from app.domain.vehicle import VehicleState
+from app.domain.reasons import Reason
+from app.domain.vehicle.link import LinkFact
+from app.domain.vehicle.state import VehicleState
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,7 +19,7 @@ class Take:
 
     lease: Lease
     rate_hz: float
-    means: Means
+    means: ControlMethod
     override: bool
 
 
@@ -51,8 +51,8 @@ class End:
 class Enter:
     """The holder wants control, `by` these means; None: by the usual ones, which are None where there are none."""
 
-    by: Means | None
-    usual: Means | None
+    by: ControlMethod | None
+    usual: ControlMethod | None
 
 
 @dataclass(frozen=True, slots=True)

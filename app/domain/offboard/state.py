@@ -9,8 +9,10 @@ from enum import StrEnum
 from typing import Final
 
 from app.domain.errors import LeaseLostError
-from app.domain.reason import Reason
-from app.domain.setpoint.means import Means
+from app.domain.offboard.control_method import ControlMethod
+from app.domain.reasons import Reason, ReasonCode, because
+from app.domain.vehicle.link import DuplicateSystem, LinkFact, LinkLost, Rebooted, StateChanged
+from app.domain.vehicle.state import FlightMode, VehicleState
 
 
 class OffboardState(StrEnum):
@@ -86,14 +88,14 @@ class Control:
     state: OffboardState = OffboardState.IDLE
     reason: Reason | None = None
     lease: Lease | None = None
-    means: Means = Means.SETPOINTS
+    means: ControlMethod = ControlMethod.SETPOINTS
     commanded: str = ""
     says_hold: bool = False
 
     @property
     def is_commanded(self) -> bool:
         """Whether it is flown by commands, in Hold."""
-        return self.means is Means.COMMANDS
+        return self.means is ControlMethod.COMMANDS
 
     @property
     def holder(self) -> str | None:
@@ -112,3 +114,67 @@ class Control:
                 hint="take the lease again, then enter again",
             )
         return self.lease
+
+
+# Which modes a vehicle may be in while it is flown by hand, and which facts of its link end that.
+
+
+MAY_BE_IN: Final = {
+    OffboardState.STREAMING: frozenset({FlightMode.HOLD}),
+    OffboardState.SWITCHING: frozenset({FlightMode.HOLD, FlightMode.OFFBOARD}),
+    OffboardState.ACTIVE: frozenset({FlightMode.OFFBOARD}),
+}
+"""The modes of each state; any other was commanded by somebody else or by a failsafe."""
+COMMANDED: Final = frozenset({FlightMode.HOLD})
+"""While it is flown by commands."""
+
+
+_ON_THE_WAY: Final = {
+    "return": frozenset({FlightMode.HOLD, FlightMode.RETURN}),
+    "land": frozenset({FlightMode.HOLD, FlightMode.LAND}),
+}
+"""A person's command: out of OFFBOARD it goes through Hold."""
+
+
+def who_acts(state: VehicleState) -> Reason | None:
+    """Who else has a vehicle that was left in Hold; None if nobody. An unknown mode is nobody's."""
+    if state.in_failsafe:
+        return because(ReasonCode.OFFBOARD_FAILSAFE)
+    if state.mode not in (FlightMode.HOLD, None):
+        return because(ReasonCode.OFFBOARD_MODE_BY_OTHERS, mode=state.mode.value)
+    return None
+
+
+def ended_by(
+    fact: LinkFact, state: OffboardState, means: ControlMethod, vehicle: VehicleState, commanded: str
+) -> Reason | None:
+    """Why the vehicle is not ours any more; None if it is. `commanded`: by a person, beside the lease."""
+    match fact:
+        case LinkLost():
+            return because(ReasonCode.OFFBOARD_LINK_LOST)
+        case Rebooted():
+            return because(ReasonCode.OFFBOARD_REBOOTED)
+        case DuplicateSystem():
+            return because(ReasonCode.OFFBOARD_QUARANTINED)
+        case StateChanged():
+            return _taken_away(state, means, vehicle, commanded)
+        case _:
+            return None
+
+
+def _taken_away(state: OffboardState, means: ControlMethod, vehicle: VehicleState, commanded: str) -> Reason | None:
+    expected = MAY_BE_IN.get(state)
+    if expected is None:
+        return None
+    if means is ControlMethod.COMMANDS:
+        expected = COMMANDED
+    if vehicle.mode not in expected:
+        if vehicle.mode in _ON_THE_WAY.get(commanded, ()) and not vehicle.in_failsafe:
+            return because(ReasonCode.OFFBOARD_COMMANDED, command=commanded)
+        mode = "an unknown" if vehicle.mode is None else vehicle.mode.value
+        failsafe = vehicle.in_failsafe
+        code = ReasonCode.OFFBOARD_FAILSAFE_MODE if failsafe else ReasonCode.OFFBOARD_MODE_BY_OTHERS
+        return because(code, mode=mode)
+    if means is ControlMethod.COMMANDS and vehicle.in_failsafe:
+        return because(ReasonCode.OFFBOARD_FAILSAFE_IN_HOLD)
+    return because(ReasonCode.OFFBOARD_DISARMED) if vehicle.armed is False else None

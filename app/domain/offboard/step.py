@@ -2,18 +2,53 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from enum import StrEnum
 
 from app.domain.errors import LeaseHeldError, OffboardNotReadyError
 from app.domain.events.vehicle import OffboardChanged, OffboardLease
 from app.domain.offboard import inputs as what
+from app.domain.offboard.capability import FlightKind
+from app.domain.offboard.control_method import ControlMethod
 from app.domain.offboard.inputs import Do, Effect, Input, OfLease, OnTheWay, Start, Tell
-from app.domain.offboard.modes import ended_by, who_acts
-from app.domain.offboard.state import SENDING, TRANSITIONS, Control, LeaseChange, OffboardState
-from app.domain.ports import LinkFact, StateChanged
-from app.domain.reason import Reason, ReasonCode, because
-from app.domain.setpoint.means import Means
-from app.domain.vehicle import FlightMode, VehicleState
+from app.domain.offboard.state import SENDING, TRANSITIONS, Control, LeaseChange, OffboardState, ended_by, who_acts
+from app.domain.reasons import Reason, ReasonCode, because
+from app.domain.vehicle.link import LinkFact, StateChanged
+from app.domain.vehicle.state import FlightMode, VehicleState
+
+# The dead-man: what may be sent when the client has been silent for so long.
+
+
+class Silence(StrEnum):
+    """How silent the client is, and so what is sent at a tick."""
+
+    SPEAKS = "speaks"
+    """Its newest setpoint is fresh: send it."""
+    SILENT = "silent"
+    """Send a velocity of zero."""
+    GONE = "gone"
+    """Command Hold, send nothing any more, end the lease."""
+
+
+@dataclass(frozen=True, slots=True)
+class DeadMan:
+    """`max_age_s`: a setpoint older than this is never sent. `gone_s`: then the client counts as gone."""
+
+    max_age_s: float = 0.4
+    gone_s: float = 1.0
+
+    def judge(self, age_s: float, kind: FlightKind, *, has_estimate: bool = True) -> Silence:
+        """The stage at this age of the newest setpoint. What cannot stand still is given up at once."""
+        if age_s <= self.max_age_s:
+            return Silence.SPEAKS
+        waits = can_stand(kind) and has_estimate and age_s < self.gone_s
+        return Silence.SILENT if waits else Silence.GONE
+
+
+def can_stand(kind: FlightKind) -> bool:
+    """Whether a velocity of zero makes it stand still."""
+    return kind in (FlightKind.ROTARY, FlightKind.ROVER)
+
 
 Step = tuple[Control, tuple[Effect, ...]]
 _S = OffboardState
@@ -84,9 +119,9 @@ def _on_the_way(control: Control, it: OnTheWay, vehicle: VehicleState) -> Step:
         case what.Enter(by, usual):
             if control.state is not _S.LEASED:
                 raise OffboardNotReadyError(f"offboard control is {control.state.value} already")
-            if by is Means.COMMANDS and usual is not Means.COMMANDS:
+            if by is ControlMethod.COMMANDS and usual is not ControlMethod.COMMANDS:
                 raise OffboardNotReadyError("this vehicle is flown by setpoints", hint="enter without `by`")
-            return replace(control, means=by or usual or Means.SETPOINTS), ()
+            return replace(control, means=by or usual or ControlMethod.SETPOINTS), ()
         case what.Proceed(state, reason):
             control, effects = _unsay(control) if state is _S.HOLDING else (control, ())
             control, moved = _move(control, state, reason)

@@ -17,11 +17,19 @@ from app.domain.items import (
     Waypoint,
     Winch,
 )
-from app.domain.items.alternate import Alternate
-from app.domain.items.target import Target
-from app.domain.plan.document import Contingency, Home, Limits, Order, Plan
-from app.domain.plan.geofence import FenceCircle, FencePolygon, Geofence, RallyPoint
-from app.domain.plan.identity import plan_hash
+from app.domain.items.drop_places import Alternate, Target
+from app.domain.plan.document import (
+    Contingency,
+    FenceCircle,
+    FencePolygon,
+    Geofence,
+    Home,
+    Limits,
+    Order,
+    Plan,
+    RallyPoint,
+    plan_hash,
+)
 from app.domain.plan.parse import PlanInvalid, parse_data, parse_plan, plan_json_schema
 
 __all__ = [

@@ -2,18 +2,63 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Final, Literal
+import hashlib
+import json
+from collections.abc import Mapping
+from typing import Annotated, Any, Final, Literal
 
 from pydantic import Field, field_validator
 from pydantic_core import PydanticCustomError
 
-from app.domain.finding import json_pointer
 from app.domain.items import PlanItem
-from app.domain.items.alternate import Alternate
-from app.domain.items.fields import FROM_JSON, AbsoluteAltitudeM, LatitudeDeg, LongitudeDeg, PlanModel, SpeedMS, Text
-from app.domain.plan.geofence import Geofence, RallyPoint
-from app.domain.plan.size_limits import MAX_ITEMS, MAX_RALLY_POINTS
-from app.domain.vehicle import VehicleType
+from app.domain.items.drop_places import Alternate
+from app.domain.items.fields import (
+    FROM_JSON,
+    AbsoluteAltitudeM,
+    LatitudeDeg,
+    LongitudeDeg,
+    PlanModel,
+    Point,
+    Position,
+    SpeedMS,
+    Text,
+)
+from app.domain.plan.json_tree import MAX_ITEMS, MAX_POLYGONS, MAX_RALLY_POINTS, MAX_VERTICES
+from app.domain.validation.finding import json_pointer
+from app.domain.vehicle.state import VehicleType
+
+# The geofence and the rally points of a plan.
+
+
+FenceKind = Literal["inclusion", "exclusion"]
+
+
+class FencePolygon(PlanModel):
+    """At least three corners, in order, the first not repeated. Edges are the short way round."""
+
+    kind: FenceKind
+    vertices: Annotated[tuple[Point, ...], FROM_JSON, Field(min_length=3, max_length=MAX_VERTICES, fail_fast=True)]
+
+
+class FenceCircle(PlanModel):
+    """A circle to stay in or out of."""
+
+    kind: FenceKind
+    latitude_deg: LatitudeDeg
+    longitude_deg: LongitudeDeg
+    radius_m: Annotated[float, Field(gt=0, le=100_000)]
+
+
+class Geofence(PlanModel):
+    """Allowed is what lies in any inclusion (everywhere if there is none) and in no exclusion."""
+
+    polygons: Annotated[tuple[FencePolygon, ...], FROM_JSON, Field(max_length=MAX_POLYGONS)] = ()
+    circles: Annotated[tuple[FenceCircle, ...], FROM_JSON, Field(max_length=MAX_POLYGONS)] = ()
+
+
+class RallyPoint(Position):
+    """A place the vehicle may return to instead of home."""
+
 
 ALTERNATE_SUFFIX: Final = "-alternate"
 MAX_ID_LENGTH: Final = 48
@@ -122,3 +167,17 @@ def _free_id(name: str, taken: set[str]) -> str:
         name += "x"
     taken.add(name)
     return name
+
+
+# What makes two plans the same plan.
+
+
+def plan_hash(plan: Plan) -> str:
+    """SHA-256 (hex) over the plan's canonical JSON: sorted keys, no spaces, defaults written out."""
+    return document_hash(plan.model_dump(mode="json"))
+
+
+def document_hash(document: Mapping[str, Any]) -> str:
+    """The hash of a plan as it is stored, whatever version of Waydrop stored it."""
+    canonical = json.dumps(document, sort_keys=True, separators=(",", ":"), allow_nan=False, ensure_ascii=False)
+    return hashlib.sha256(canonical.encode("utf-8", "surrogatepass")).hexdigest()

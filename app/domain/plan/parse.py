@@ -3,18 +3,110 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping, Set
 from functools import cache
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import Field, TypeAdapter, ValidationError
 
-from app.domain.finding import Finding, UnfitDocumentError
-from app.domain.plan.document import Plan
-from app.domain.plan.first_faulty import with_entries
-from app.domain.plan.json_tree import JsonTree, read_data, read_json
-from app.domain.plan.outline import check_outline
+from app.domain.items import PlanItem
+from app.domain.plan.document import FenceCircle, FencePolygon, Plan, RallyPoint
+from app.domain.plan.json_tree import MAX_FINDINGS, MAX_ITEMS, MAX_VERTICES, JsonTree, read_data, read_json
 from app.domain.validation import findings_of
+from app.domain.validation.finding import Finding, UnfitDocumentError, json_pointer
+
+# Whether a document can be a plan at all, seen from afar.
+#
+# pydantic names every fault, and holds everything else in the process up meanwhile, also from a thread: a million of
+# them would cost the vehicles flown by setpoints theirs. So what is far from a plan is refused before pydantic looks.
+
+
+MAX_ENTRIES: Final = max(MAX_ITEMS, MAX_VERTICES)
+_MEND: Final = "take it away, or see `waydrop schema`"
+Place = tuple[str | int, ...]
+
+
+def check_outline(tree: JsonTree, known: Callable[[], Set[str]]) -> None:
+    """Writes down what is wrong with the outline: no object, far too long lists, or MAX_FINDINGS of what no plan has.
+
+    `known` are the names of all fields of the format. What is wrong in few places is left to the models' own check.
+    """
+    if not isinstance(tree.value, dict):
+        tree.refuse("plan.not_an_object", "", "a plan is a JSON object")
+        return
+    names = known()
+    strange = JsonTree()
+    for place, value in _places(tree.value, names):
+        if isinstance(value, list) and len(value) > MAX_ENTRIES:
+            tree.refuse(
+                "plan.too_many_items",
+                json_pointer(*place),
+                f"{len(value)} {place[-1]}, at most {MAX_ENTRIES} are taken",
+            )
+        if isinstance(place[-1], str) and place[-1] not in names:
+            strange.refuse("plan.unknown_field", json_pointer(*place), f"unknown field {place[-1]!r}", _MEND)
+        elif isinstance(place[-1], int) and not isinstance(value, dict):
+            strange.refuse("plan.wrong_type", json_pointer(*place), "this must be an object")
+        if len(strange.findings) + len(tree.findings) >= MAX_FINDINGS:
+            tree.findings += strange.findings
+            return
+
+
+def _places(value: dict[str, Any] | list[Any], names: Set[str], at: Place = ()) -> Iterator[tuple[Place, Any]]:
+    """Everything in a document with its place; what is in an unknown field is not looked at, as pydantic does not.
+
+    It is not nested deeper than JsonTree allows.
+    """
+    entries = value.items() if isinstance(value, dict) else enumerate(value[: MAX_ENTRIES + 1])
+    for key, entry in entries:
+        place = (*at, key)
+        yield place, entry
+        if isinstance(entry, (dict, list)) and (isinstance(key, int) or key in names):
+            yield from _places(entry, names, place)
+
+
+# Validates the entries of a document's lists, one after another, up to as many faults as are told.
+#
+# pydantic names all faults before anything else in the process goes on: a thousand items, each with every field of
+# the others, take it a second. One entry after another holds nobody up.
+
+
+_LIST_ENTRY: Final[TypeAdapter[Any]] = TypeAdapter(Annotated[PlanItem, Field(discriminator="type")])
+_LISTS: Final[Mapping[str, TypeAdapter[Any]]] = {"items": _LIST_ENTRY, "rally_points": TypeAdapter(RallyPoint)}
+_FENCES: Final[Mapping[str, TypeAdapter[Any]]] = {
+    "polygons": TypeAdapter(FencePolygon),
+    "circles": TypeAdapter(FenceCircle),
+}
+
+
+def with_entries(document: Mapping[str, Any]) -> dict[str, Any]:
+    """The document with each valid entry as its model, so that nothing is validated twice.
+
+    A list ends behind the entry that brings its faults to MAX_FINDINGS: it is no plan either.
+    """
+    made = _with_lists(document, _LISTS)
+    fence = made.get("geofence")
+    return {**made, "geofence": _with_lists(fence, _FENCES)} if isinstance(fence, dict) else made
+
+
+def _with_lists(document: Mapping[str, Any], lists: Mapping[str, TypeAdapter[Any]]) -> dict[str, Any]:
+    found = {name: document[name] for name in lists if isinstance(document.get(name), list)}
+    return {**document, **{name: _validated(entries, lists[name]) for name, entries in found.items()}}
+
+
+def _validated(entries: list[Any], kind: TypeAdapter[Any]) -> list[Any]:
+    made: list[Any] = []
+    faults = 0
+    for entry in entries:
+        try:
+            made.append(kind.validate_python(entry))
+        except ValidationError as error:
+            made.append(entry)
+            faults += error.error_count()
+            if faults >= MAX_FINDINGS:
+                break
+    return made
+
 
 _CODES: Mapping[str, str] = {
     "missing": "plan.missing_field",

@@ -5,15 +5,25 @@ Rules, compiler and prediction all stand on this one walk, so that they cannot d
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Final
 
-from app.domain.carried import Carried, carried_in_flight
-from app.domain.geo import Place
-from app.domain.in_flight import InFlight
+from app.domain.autopilot import Quantity, quantity
+from app.domain.geo import LatLon
 from app.domain.items import PlanItem
 from app.domain.plan.document import Plan
-from app.domain.vehicle import HOME, GlobalPosition, VehicleFacts, VehicleType
+from app.domain.vehicle.declared import default_facts
+from app.domain.vehicle.state import (
+    HOME,
+    FlightRegime,
+    GlobalPosition,
+    InFlight,
+    VehicleProfile,
+    VehicleType,
+    carried_in_flight,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,10 +36,10 @@ class Step:
 
     index: int
     item: PlanItem
-    before: Carried
-    after: Carried
-    start: Place
-    end: Place
+    before: FlightRegime
+    after: FlightRegime
+    start: LatLon
+    end: LatLon
     anchor: int | None
 
 
@@ -41,11 +51,11 @@ def walk(
     It begins on the ground at home, or where the vehicle flies.
     """
     steps: list[Step] = []
-    carried = Carried.WHEELS if plan.vehicle_type is VehicleType.ROVER else Carried.GROUND
-    place = Place(home.latitude_deg, home.longitude_deg, 0.0)
+    carried = FlightRegime.WHEELS if plan.vehicle_type is VehicleType.ROVER else FlightRegime.GROUND
+    place = LatLon(home.latitude_deg, home.longitude_deg, 0.0)
     if in_flight is not None:
         carried = carried_in_flight(plan.vehicle_type, in_flight)
-        place = Place(in_flight.latitude_deg, in_flight.longitude_deg, in_flight.relative_altitude_m)
+        place = LatLon(in_flight.latitude_deg, in_flight.longitude_deg, in_flight.relative_altitude_m)
     anchor: int | None = None
     for index in range(len(plan.items)) if order is None else order:
         item = plan.items[index]
@@ -57,7 +67,7 @@ def walk(
     return tuple(steps)
 
 
-def reference_home(plan: Plan, facts: VehicleFacts | None) -> GlobalPosition:
+def reference_home(plan: Plan, facts: VehicleProfile | None) -> GlobalPosition:
     """The vehicle's home, else the plan's, else below the first position of the plan."""
     if facts is not None and facts.home is not None:
         return facts.home
@@ -77,3 +87,81 @@ def _anchor(item: PlanItem, index: int, anchor: int | None) -> int | None:
     if item.is_stop:
         return index
     return anchor if item.stays else None
+
+
+# How fast a vehicle flies along its plan: its own cruise speeds, and the plan's changes to them.
+
+
+SLOWEST_M_S: Final = 0.1
+FASTEST_M_S: Final = 1000.0
+"""What a parameter says is believed between the two."""
+
+
+def cruise_speed_m_s(facts: VehicleProfile, carried: FlightRegime) -> float:
+    """The speed that the vehicle flies when nobody asks for another. 0 on the ground."""
+    match carried:
+        case FlightRegime.FIXED_WING:
+            return _speed_m_s(facts, Quantity.WING_CRUISE_M_S)
+        case FlightRegime.WHEELS:
+            return _speed_m_s(facts, Quantity.WHEELS_FASTEST_M_S)
+        case FlightRegime.ROTARY_WING | FlightRegime.BUOYANCY:
+            return _speed_m_s(facts, Quantity.HOVER_CRUISE_M_S)
+        case FlightRegime.GROUND:
+            return 0.0
+
+
+def _speed_m_s(facts: VehicleProfile, which: Quantity) -> float:
+    """A speed of 0 or less is none that is flown (-1 may mean "no limit"): the type's default then."""
+    speed_m_s = quantity(facts, which)
+    if not 0.0 < speed_m_s < math.inf:
+        speed_m_s = quantity(default_facts(facts.vehicle_type), which)
+    return min(max(speed_m_s, SLOWEST_M_S), FASTEST_M_S)
+
+
+def speed_range_m_s(facts: VehicleProfile, carried: FlightRegime) -> tuple[float, float]:
+    """The slowest and fastest speed that the vehicle can be asked for."""
+    match carried:
+        case FlightRegime.FIXED_WING:
+            return _speed_m_s(facts, Quantity.WING_SLOWEST_M_S), _speed_m_s(facts, Quantity.WING_FASTEST_M_S)
+        case FlightRegime.WHEELS:
+            return 0.0, _speed_m_s(facts, Quantity.WHEELS_FASTEST_M_S)
+        case FlightRegime.ROTARY_WING | FlightRegime.BUOYANCY | FlightRegime.GROUND:
+            return 0.0, _speed_m_s(facts, Quantity.HOVER_FASTEST_M_S)
+
+
+def speeds_along(plan: Plan, facts: VehicleProfile, steps: Iterable[Step]) -> tuple[float, ...]:
+    """Ground speed in m/s without wind at the end of each step; a vehicle takes no more than its range.
+
+    A transition ends an asked-for speed: PX4 flies its own again, on the wing and in hover.
+    """
+    asked = _asked_at_start(plan)
+    speeds: list[float] = []
+    if facts.in_flight is not None and facts.in_flight.asked_speed_m_s is not None:
+        asked[carried_in_flight(plan.vehicle_type, facts.in_flight)] = facts.in_flight.asked_speed_m_s
+    for step in steps:
+        _ask(asked, plan, step)
+        slowest, fastest = speed_range_m_s(facts, step.after)
+        wanted = asked.get(step.after, cruise_speed_m_s(facts, step.after))
+        speeds.append(min(max(wanted, slowest), fastest))
+    return tuple(speeds)
+
+
+def asked_speed_m_s(plan: Plan, steps: Iterable[Step], carried: FlightRegime) -> float | None:
+    """The speed that a plan asked for last, for what carries the vehicle now; None if it asked for none."""
+    asked = _asked_at_start(plan)
+    for step in steps:
+        _ask(asked, plan, step)
+    return asked.get(carried)
+
+
+def _asked_at_start(plan: Plan) -> dict[FlightRegime, float]:
+    return {} if plan.cruise_speed_m_s is None else {FlightRegime.WHEELS: plan.cruise_speed_m_s}
+
+
+def _ask(asked: dict[FlightRegime, float], plan: Plan, step: Step) -> None:
+    item = step.item
+    if item.transition_to() is not None:
+        asked.clear()
+    speed_m_s = plan.cruise_speed_m_s if item.takes_off else item.asked_speed_m_s()
+    if speed_m_s is not None:
+        asked[step.after] = speed_m_s

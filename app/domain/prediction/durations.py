@@ -9,22 +9,20 @@ from itertools import pairwise
 from typing import Literal
 
 from app.domain.autopilot import Quantity, quantity
-from app.domain.carried import Carried
-from app.domain.compiler.drop_items import EMBEDDED_HOLD_S, bound_s, settle_s, stop_radius_m
-from app.domain.consent import CONSENT_MARGIN_S
-from app.domain.geo import Place
-from app.domain.items import Approach
+from app.domain.drop.consent import CONSENT_MARGIN_S
+from app.domain.geo import LatLon
+from app.domain.items import Approach, Jump
 from app.domain.items.fields import Position
 from app.domain.items.landing_pattern import landing_pattern
+from app.domain.mission.compiler import EMBEDDED_HOLD_S, bound_s, settle_s, stop_radius_m
+from app.domain.plan.document import Plan
 from app.domain.plan.drops import DropUse
-from app.domain.plan.walk import Step
-from app.domain.prediction import buoyant, path_return, return_to_launch, rotary, vtol, wheels, wing
-from app.domain.prediction.effort import Effort, Flight
-from app.domain.prediction.motion import Motion, Point
-from app.domain.prediction.path_return import Passage
-from app.domain.prediction.vertical import takes_off_s
-from app.domain.speeds import cruise_speed_m_s
-from app.domain.vehicle import VehicleType
+from app.domain.plan.walk import Step, cruise_speed_m_s
+from app.domain.prediction import airship, path_return, return_to_launch, rotary, rover, vtol, wing
+from app.domain.prediction.motion import Effort, FlightContext, MotionState, Point
+from app.domain.prediction.path_return import LegPassage
+from app.domain.prediction.rotary import takes_off_s
+from app.domain.vehicle.state import FlightRegime, VehicleType
 
 REST_S = 1.4
 """A supervised drop: from the stop radius to the order to release: at rest, calm, looked at ten times a second."""
@@ -41,18 +39,20 @@ class Ahead:
 
     following: Point | None
     following_up_m: float
-    positions: Sequence[Passage]
+    positions: Sequence[LegPassage]
     has_landed: bool = False
 
 
 STOPS = Ahead(None, 0.0, ())
 
 
-def effort(flight: Flight, before: Motion, step: Step, speed_m_s: float, drop: DropUse | None, ahead: Ahead) -> Effort:
+def effort(
+    flight: FlightContext, before: MotionState, step: Step, speed_m_s: float, drop: DropUse | None, ahead: Ahead
+) -> Effort:
     """`drop` is the item's own, or the one for which a waypoint brakes. The time of a supervised drop begins with the
     order to release, or with the question to the operator, and that of its waypoint ends with it.
     """
-    if step.after is Carried.ROTARY_WING:
+    if step.after is FlightRegime.ROTARY_WING:
         speed_m_s = vtol.hover_speed_m_s(flight.facts, speed_m_s)
     return step.item.effort(_Way(flight, before, step, speed_m_s, drop, ahead))
 
@@ -61,8 +61,8 @@ def effort(flight: Flight, before: Motion, step: Step, speed_m_s: float, drop: D
 class _Way:
     """How the vehicle covers one step: see app.domain.items.base.Way."""
 
-    flight: Flight
-    before: Motion
+    flight: FlightContext
+    before: MotionState
     step: Step
     speed_m_s: float
     use: DropUse | None
@@ -76,7 +76,7 @@ class _Way:
         radius_m = acceptance_radius_m or quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M)
         if drop is not None:
             radius_m = stop_radius_m(acceptance_radius_m)
-        hovers = step.after is Carried.ROTARY_WING and (drop is not None or hold_s > 0.0)
+        hovers = step.after is FlightRegime.ROTARY_WING and (drop is not None or hold_s > 0.0)
         leg = _leg(flight, self.before, step, self.speed_m_s, radius_m, self._nothing() if hovers else self.ahead)
         if not hovers:
             return leg
@@ -87,14 +87,14 @@ class _Way:
 
     def circle(self, radius_m: float | None, seconds: float, turns: float | None) -> Effort:
         flight, step = self.flight, self.step
-        if step.after is Carried.FIXED_WING:
+        if step.after is FlightRegime.FIXED_WING:
             wide_m = radius_m or quantity(flight.facts, Quantity.LOITER_RADIUS_M)
             seconds += (turns or 0.0) * math.tau * abs(wide_m) / max(0.1, self.speed_m_s)
             point, up_m = point_of(flight, step.end), step.end.relative_altitude_m
             return wing.circle(flight, self.before, point, up_m, wide_m, seconds, self.speed_m_s)
         reach_m = quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M)
         leg = _leg(flight, self.before, step, self.speed_m_s, reach_m, self._nothing())
-        end = leg.end if step.after is Carried.BUOYANCY else leg.end.standing(point_of(flight, step.end))
+        end = leg.end if step.after is FlightRegime.BUOYANCY else leg.end.standing(point_of(flight, step.end))
         return Effort(leg.distance_m, leg.duration_s + seconds, end)
 
     def land(self, touchdown: Position, approach: Approach | None) -> Effort:
@@ -103,10 +103,10 @@ class _Way:
             pattern = landing_pattern(touchdown, approach, step.start, flight.home, flight.facts)
             return wing.land(flight, before, pattern, max(speed_m_s, 1.0))
         point, up_m = point_of(flight, step.end), step.end.relative_altitude_m
-        if step.before is Carried.WHEELS:
-            return wheels.drive(flight, before, point, None, speed_m_s)
-        target = rotary.Target(point, up_m, quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M))
-        if step.before is Carried.FIXED_WING:
+        if step.before is FlightRegime.WHEELS:
+            return rover.drive(flight, before, point, None, speed_m_s)
+        target = rotary.LegTarget(point, up_m, quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M))
+        if step.before is FlightRegime.FIXED_WING:
             return vtol.land(flight, before, target, max(speed_m_s, 1.0), _hover_m_s(flight))
         return rotary.land(flight, before, target, max(speed_m_s, 0.1))
 
@@ -132,12 +132,12 @@ class _Way:
         return replace(STOPS, has_landed=self.ahead.has_landed)
 
 
-def point_of(flight: Flight, place: Place) -> Point:
+def point_of(flight: FlightContext, place: LatLon) -> Point:
     """East and north of home."""
     return flight.to_local(place.latitude_deg, place.longitude_deg)
 
 
-def _takeoff(flight: Flight, before: Motion, step: Step, speed_m_s: float) -> Effort:
+def _takeoff(flight: FlightContext, before: MotionState, step: Step, speed_m_s: float) -> Effort:
     point, up_m = point_of(flight, step.end), step.end.relative_altitude_m
     match flight.facts.vehicle_type:
         case VehicleType.FIXED_WING:
@@ -145,40 +145,42 @@ def _takeoff(flight: Flight, before: Motion, step: Step, speed_m_s: float) -> Ef
         case VehicleType.VTOL:
             return vtol.take_off(flight, before, point, up_m, speed_m_s)
         case VehicleType.AIRSHIP:
-            return buoyant.take_off(flight, before, up_m)
-    target = rotary.Target(point, up_m, quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M))
+            return airship.take_off(flight, before, up_m)
+    target = rotary.LegTarget(point, up_m, quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M))
     return rotary.take_off(flight, before, target, speed_m_s)
 
 
-def _leg(flight: Flight, before: Motion, step: Step, speed_m_s: float, radius_m: float, ahead: Ahead) -> Effort:
+def _leg(
+    flight: FlightContext, before: MotionState, step: Step, speed_m_s: float, radius_m: float, ahead: Ahead
+) -> Effort:
     """The way to a waypoint or a loiter. A vehicle that stands on the ground climbs first, where the mission begins.
 
     After a landing amid it, one that hovers is still armed and climbs on the way [09_quad_land_deliver].
     """
     point, up_m = point_of(flight, step.end), step.end.relative_altitude_m
     match step.after:
-        case Carried.FIXED_WING:
-            if step.before is Carried.GROUND:
+        case FlightRegime.FIXED_WING:
+            if step.before is FlightRegime.GROUND:
                 climbed = wing.take_off(flight, before, point, _first_up_m(flight, before, up_m), speed_m_s)
                 return _after(climbed, wing.fly(flight, climbed.end, point, up_m, speed_m_s))
             return wing.fly(flight, before, point, up_m, speed_m_s)
-        case Carried.WHEELS:
-            return wheels.drive(flight, before, point, ahead.following, speed_m_s)
-        case Carried.BUOYANCY:
-            return buoyant.fly(flight, before, point, up_m, speed_m_s)
-    target = rotary.Target(point, up_m, radius_m, ahead.following, ahead.following_up_m)
-    if step.before is not Carried.GROUND:
+        case FlightRegime.WHEELS:
+            return rover.drive(flight, before, point, ahead.following, speed_m_s)
+        case FlightRegime.BUOYANCY:
+            return airship.fly(flight, before, point, up_m, speed_m_s)
+    target = rotary.LegTarget(point, up_m, radius_m, ahead.following, ahead.following_up_m)
+    if step.before is not FlightRegime.GROUND:
         return rotary.fly(flight, before, target, speed_m_s)
     if ahead.has_landed:
         leg = rotary.fly(flight, before, target, speed_m_s)
         lifted_s = takes_off_s(flight.facts, up_m - before.up_m) - quantity(flight.facts, Quantity.SPOOL_UP_S)
         return replace(leg, duration_s=max(leg.duration_s + quantity(flight.facts, Quantity.TAKEOFF_RAMP_S), lifted_s))
-    up_first = rotary.Target(before.point, _first_up_m(flight, before, up_m), radius_m)
+    up_first = rotary.LegTarget(before.point, _first_up_m(flight, before, up_m), radius_m)
     climbed = rotary.take_off(flight, before, up_first, speed_m_s)
     return _after(climbed, rotary.fly(flight, climbed.end, target, speed_m_s))
 
 
-def _first_up_m(flight: Flight, before: Motion, up_m: float) -> float:
+def _first_up_m(flight: FlightContext, before: MotionState, up_m: float) -> float:
     return max(up_m, before.up_m + quantity(flight.facts, Quantity.TAKEOFF_HEIGHT_M))
 
 
@@ -192,7 +194,7 @@ def _after(first: Effort, then: Effort) -> Effort:
     )
 
 
-def _return(flight: Flight, before: Motion, step: Step, speed_m_s: float, ahead: Ahead) -> Effort:
+def _return(flight: FlightContext, before: MotionState, step: Step, speed_m_s: float, ahead: Ahead) -> Effort:
     if return_to_launch.follows_mission(flight.facts):
         return path_return.fly(flight, before, step, ahead.positions, speed_m_s)
     landing = next((place.point for place in ahead.positions if place.lands), None)
@@ -207,58 +209,66 @@ def _return(flight: Flight, before: Motion, step: Step, speed_m_s: float, ahead:
 
 
 def _to_corner(
-    flight: Flight, at: Motion, step: Step, speed_m_s: float, corner: Point, following: Point, up_m: float
+    flight: FlightContext, at: MotionState, step: Step, speed_m_s: float, corner: Point, following: Point, up_m: float
 ) -> Effort:
     """A leg of a return round the fence."""
     match step.before:
-        case Carried.WHEELS:
-            return wheels.drive(flight, at, corner, following, speed_m_s)
-        case Carried.BUOYANCY:
-            return buoyant.fly(flight, at, corner, up_m, speed_m_s)
-        case Carried.FIXED_WING:
+        case FlightRegime.WHEELS:
+            return rover.drive(flight, at, corner, following, speed_m_s)
+        case FlightRegime.BUOYANCY:
+            return airship.fly(flight, at, corner, up_m, speed_m_s)
+        case FlightRegime.FIXED_WING:
             return wing.fly(flight, at, corner, up_m, max(speed_m_s, 1.0))
         case _:
-            target = rotary.Target(corner, up_m, quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M), following, up_m)
+            target = rotary.LegTarget(
+                corner, up_m, quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M), following, up_m
+            )
             return rotary.fly(flight, at, target, max(speed_m_s, 0.1))
 
 
-def _return_straight(flight: Flight, before: Motion, step: Step, speed_m_s: float, to: Point, up_m: float) -> Effort:
-    if step.before is Carried.WHEELS:
-        return wheels.drive(flight, before, to, None, speed_m_s)
-    if step.before is Carried.BUOYANCY:
-        return buoyant.fly(flight, before, to, up_m, speed_m_s)
+def _return_straight(
+    flight: FlightContext, before: MotionState, step: Step, speed_m_s: float, to: Point, up_m: float
+) -> Effort:
+    if step.before is FlightRegime.WHEELS:
+        return rover.drive(flight, before, to, None, speed_m_s)
+    if step.before is FlightRegime.BUOYANCY:
+        return airship.fly(flight, before, to, up_m, speed_m_s)
     climbed_m = max(0.0, up_m - before.up_m)
-    if step.before is not Carried.FIXED_WING:
+    if step.before is not FlightRegime.FIXED_WING:
         return replace(rotary.return_home(flight, before, to, up_m, max(speed_m_s, 0.1)), climbed_m=climbed_m)
     climbing_s = wing.climb_s(
         flight.facts, max(0.0, up_m - before.up_m - quantity(flight.facts, Quantity.WING_ALTITUDE_RADIUS_M))
     )
-    climbed = Effort(climbing_s * speed_m_s, climbing_s, Motion(before.point, up_m), climbed_m=climbed_m)
+    climbed = Effort(climbing_s * speed_m_s, climbing_s, MotionState(before.point, up_m), climbed_m=climbed_m)
     home = _after(climbed, wing.fly(flight, climbed.end, to, up_m, max(speed_m_s, 1.0)))
     if flight.facts.vehicle_type is not VehicleType.VTOL:
         return home  # it circles there
     hovering = _after(home, vtol.to_hover(flight, home.end))
-    target = rotary.Target(to, 0.0, quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M))
+    target = rotary.LegTarget(to, 0.0, quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M))
     return _after(hovering, rotary.land(flight, hovering.end, target, _hover_m_s(flight)))
 
 
-def _hover_m_s(flight: Flight) -> float:
-    return max(0.1, cruise_speed_m_s(flight.facts, Carried.ROTARY_WING))
+def _hover_m_s(flight: FlightContext) -> float:
+    return max(0.1, cruise_speed_m_s(flight.facts, FlightRegime.ROTARY_WING))
 
 
-def _waited(before: Motion, step: Step) -> Motion:
+def _waited(before: MotionState, step: Step) -> MotionState:
     """A rover, or a vehicle that hovers, has come to rest at its point while it waited."""
-    return before.standing() if step.after in (Carried.WHEELS, Carried.ROTARY_WING, Carried.GROUND) else before
+    return (
+        before.standing()
+        if step.after in (FlightRegime.WHEELS, FlightRegime.ROTARY_WING, FlightRegime.GROUND)
+        else before
+    )
 
 
-def _drop(flight: Flight, before: Motion, step: Step, drop: DropUse | None) -> Effort:
+def _drop(flight: FlightContext, before: MotionState, step: Step, drop: DropUse | None) -> Effort:
     """A drop's own time: none for one in passing."""
     if drop is None or not drop.stopped:
         return Effort(0.0, 0.0, before)
     if not drop.supervised:
         return Effort(0.0, settle_s(drop.item, flight.facts), before.standing())
     question_s = _longest_question_s(drop)
-    rest_s = REST_S if drop.carried is Carried.WHEELS else 0.0
+    rest_s = REST_S if drop.carried is FlightRegime.WHEELS else 0.0
     seconds = rest_s + quantity(flight.facts, Quantity.GRIPPER_S) + ANSWER_S + question_s
     return Effort(0.0, seconds, before.standing(), unsure_s=question_s)  # the answer may come at once
 
@@ -268,3 +278,43 @@ def _longest_question_s(drop: DropUse) -> float:
     if drop.item.consent == "none":
         return 0.0
     return min(drop.item.consent_timeout_s or math.inf, max(0.0, bound_s(drop) - CONSENT_MARGIN_S))
+
+
+# The order in which a plan's items are flown, as PX4's navigator takes its jumps.
+
+
+MAX_VISITS = 5000
+"""Nested jumps can ask for millions; nobody flies or draws those."""
+
+
+@dataclass(frozen=True, slots=True)
+class FlownOrder:
+    """Indexes of items, jumps left out. `open_ended`: stops at a loiter that never ends."""
+
+    indexes: tuple[int, ...]
+    open_ended: bool
+    truncated: bool
+
+
+def flown_order(plan: Plan) -> FlownOrder:
+    """Each jump goes back `repeats` times in the whole mission: PX4 does not reset its counter in a nested loop."""
+    index_of = {item.id: index for index, item in enumerate(plan.items)}
+    left = {item.id: item.repeats for item in plan.items if isinstance(item, Jump)}
+    visited: list[int] = []
+    index = 0
+    while index < len(plan.items):
+        item = plan.items[index]
+        if len(visited) >= MAX_VISITS:
+            return FlownOrder(tuple(visited), open_ended=False, truncated=True)
+        if isinstance(item, Jump):
+            if left[item.id] > 0 and item.target in index_of:
+                left[item.id] -= 1
+                index = index_of[item.target]
+            else:
+                index += 1
+            continue
+        visited.append(index)
+        if item.goes_home or item.never_ends():
+            return FlownOrder(tuple(visited), open_ended=item.never_ends(), truncated=False)
+        index += 1
+    return FlownOrder(tuple(visited), open_ended=False, truncated=False)

@@ -7,17 +7,17 @@ what it takes in calm air, as is what it takes after its drop: the declared rate
 from __future__ import annotations
 
 from app.domain.autopilot import Quantity, quantity
-from app.domain.carried import Carried
-from app.domain.performance import Phase
 from app.domain.plan.walk import Step
 from app.domain.prediction import wing
-from app.domain.prediction.effort import Effort
-from app.domain.prediction.motion import Motion
-from app.domain.prediction.vertical import takes_off_s
-from app.domain.vehicle import VehicleFacts, VehicleType
+from app.domain.prediction.motion import Effort, MotionState
+from app.domain.prediction.rotary import takes_off_s
+from app.domain.vehicle.performance import Phase
+from app.domain.vehicle.state import FlightRegime, VehicleProfile, VehicleType
 
 
-def used_percent(facts: VehicleFacts, before: Motion, step: Step, took: Effort, speed_m_s: float) -> float | None:
+def used_percent(
+    facts: VehicleProfile, before: MotionState, step: Step, took: Effort, speed_m_s: float
+) -> float | None:
     """Of the full battery; None if no rate is declared. What is neither climb nor way is time in hover."""
     performance = facts.performance
     if performance is None or not performance.tells_energy:
@@ -29,9 +29,9 @@ def used_percent(facts: VehicleFacts, before: Motion, step: Step, took: Effort, 
     return sum(seconds * performance.percent_per_s(phase) for phase, seconds in spent.items())
 
 
-def _climb_s(facts: VehicleFacts, before: Motion, step: Step, took: Effort) -> float:
+def _climb_s(facts: VehicleProfile, before: MotionState, step: Step, took: Effort) -> float:
     rise_m = took.climbed_m if took.climbed_m is not None else max(0.0, took.end.up_m - before.up_m)
-    if rise_m <= 0.0 or Carried.WHEELS in (step.before, step.after):
+    if rise_m <= 0.0 or FlightRegime.WHEELS in (step.before, step.after):
         return 0.0
     if step.item.takes_off:
         return took.duration_s if facts.vehicle_type is VehicleType.FIXED_WING else takes_off_s(facts, rise_m)
@@ -40,7 +40,7 @@ def _climb_s(facts: VehicleFacts, before: Motion, step: Step, took: Effort) -> f
     return rise_m / max(quantity(facts, Quantity.CLIMB_M_S), 0.1)
 
 
-def _is_on_wing(facts: VehicleFacts, step: Step) -> bool:
+def _is_on_wing(facts: VehicleProfile, step: Step) -> bool:
     if facts.vehicle_type is VehicleType.FIXED_WING:
         return True
-    return step.before is Carried.FIXED_WING and step.after is Carried.FIXED_WING
+    return step.before is FlightRegime.FIXED_WING and step.after is FlightRegime.FIXED_WING

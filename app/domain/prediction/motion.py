@@ -3,14 +3,92 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Final, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from app.domain.airspace.geofence import FenceArea, fence_area
+from app.domain.geo import LocalProjection
+from app.domain.plan.document import Plan
+from app.domain.plan.walk import reference_home
+from app.domain.vehicle.state import GlobalPosition, VehicleProfile
+
+# What a steady wind makes of a wing's airspeed: a speed over ground along each track.
+
+
+_SLOWEST_M_S = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Wind:
+    """Where the air goes, over ground. Not `given`: nobody told a wind, and calm air is assumed."""
+
+    north_m_s: float = 0.0
+    east_m_s: float = 0.0
+    given: bool = field(default=True, compare=False)
+
+    @property
+    def speed_m_s(self) -> float:
+        """How strong it is."""
+        return math.hypot(self.north_m_s, self.east_m_s)
+
+    def ground_speed_m_s(self, airspeed_m_s: float, course_rad: float | None) -> float:
+        """Along a track that is held against the wind; the airspeed where there is no track (a circle)."""
+        if course_rad is None:
+            return airspeed_m_s
+        along = self.north_m_s * math.cos(course_rad) + self.east_m_s * math.sin(course_rad)
+        across = self.east_m_s * math.cos(course_rad) - self.north_m_s * math.sin(course_rad)
+        forward = math.sqrt(max(0.0, airspeed_m_s**2 - across**2))
+        return max(_SLOWEST_M_S, forward + along)
+
+
+CALM = Wind(given=False)
+"""Assumed where no wind is given."""
+
+
+# The wind as people and programs give it: where it comes from, or where the air goes.
+
+
+STRONGEST_M_S: Final = 75.0
+_Component = Annotated[float, Field(ge=-STRONGEST_M_S, le=STRONGEST_M_S)]
+
+
+class WindGiven(BaseModel):
+    """A steady wind: `from_deg` (clockwise from north, where it comes from) and `speed_m_s`, as in weather reports,
+    or `north_m_s` and `east_m_s`, where the air goes.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    from_deg: Annotated[float, Field(ge=0, le=360)] | None = None
+    speed_m_s: Annotated[float, Field(ge=0, le=STRONGEST_M_S)] | None = None
+    north_m_s: _Component | None = None
+    east_m_s: _Component | None = None
+
+    @model_validator(mode="after")
+    def _one_way_to_say_it(self) -> Self:
+        polar, parts = (self.from_deg, self.speed_m_s), (self.north_m_s, self.east_m_s)
+        whole = [pair for pair in (polar, parts) if None not in pair]
+        if len(whole) != 1 or any(pair not in whole and pair != (None, None) for pair in (polar, parts)):
+            raise PydanticCustomError("wind", "give from_deg and speed_m_s, or north_m_s and east_m_s")
+        return self
+
+    def wind(self) -> Wind:
+        """Where the air goes."""
+        if self.from_deg is None or self.speed_m_s is None:
+            return Wind(self.north_m_s or 0.0, self.east_m_s or 0.0)
+        towards = math.radians(self.from_deg + 180.0)
+        return Wind(round(self.speed_m_s * math.cos(towards), 6), round(self.speed_m_s * math.sin(towards), 6))
+
 
 Point = tuple[float, float]
 """East and north of home, in metres."""
 
 
 @dataclass(frozen=True, slots=True)
-class Motion:
+class MotionState:
     """`course_rad` is the way it flies (east of north), `heading_rad` where its nose points; None: not known."""
 
     point: Point = (0.0, 0.0)
@@ -35,14 +113,14 @@ class Motion:
             return 0.0
         return turn(self.course_rad, self.course_to(point))
 
-    def arrived(self, point: Point, before_m: float, up_m: float, speed_m_s: float) -> Motion:
+    def arrived(self, point: Point, before_m: float, up_m: float, speed_m_s: float) -> MotionState:
         """The motion `before_m` before a point on the straight way to it; not before its start."""
         along = self.course_to(point)
         back_m = min(before_m, self.away_m(point))
         there = ahead(point, along + math.pi, back_m)
-        return Motion(there, up_m, speed_m_s, along if speed_m_s > 0.0 else None, along)
+        return MotionState(there, up_m, speed_m_s, along if speed_m_s > 0.0 else None, along)
 
-    def standing(self, point: Point | None = None, up_m: float | None = None) -> Motion:
+    def standing(self, point: Point | None = None, up_m: float | None = None) -> MotionState:
         """At rest, there or here."""
         at, up = self.point if point is None else point, self.up_m if up_m is None else up_m
         return replace(self, point=at, up_m=up, speed_m_s=0.0, course_rad=None)
@@ -61,3 +139,60 @@ def ahead(point: Point, course_rad: float, distance_m: float) -> Point:
 def turn(before_rad: float, after_rad: float) -> float:
     """The angle between two courses, 0 to pi."""
     return abs((after_rad - before_rad + math.pi) % math.tau - math.pi)
+
+
+# What one item takes, and what the prediction of an item needs to know of its flight.
+
+
+@dataclass(frozen=True, slots=True)
+class Effort:
+    """Distance and time of one item, and how the vehicle moves at its end. `unsure_s`: see TimelineEntry.
+
+    `climbed_m` is the height that it gains on the way, if not simply that from its beginning to its end.
+    """
+
+    distance_m: float
+    duration_s: float
+    end: MotionState
+    unsure_s: float = 0.0
+    climbed_m: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class FlightContext:
+    """The vehicle, its home, the wind, the rally points and the fence (east and north of home)."""
+
+    facts: VehicleProfile
+    home: GlobalPosition
+    wind: Wind = CALM
+    rally_points: tuple[Point, ...] = field(default=())
+    fence: FenceArea | None = None
+
+    @property
+    def _projection(self) -> LocalProjection:
+        return LocalProjection(self.home.latitude_deg, self.home.longitude_deg)
+
+    def to_local(self, latitude_deg: float, longitude_deg: float) -> Point:
+        """East and north of home."""
+        return self._projection.to_local(latitude_deg, longitude_deg)
+
+    def to_global(self, point: Point) -> tuple[float, float]:
+        """Latitude and longitude in degrees."""
+        return self._projection.to_global(*point)
+
+
+# The flight of a plan: the vehicle, its home, the wind, and the plan's rally points in local metres.
+
+
+def flight_of(plan: Plan, facts: VehicleProfile, wind: Wind = CALM) -> FlightContext:
+    """What the prediction of every item looks at."""
+    bare = FlightContext(facts, reference_home(plan, facts), wind)
+    rally = tuple(bare.to_local(point.latitude_deg, point.longitude_deg) for point in plan.rally_points)
+    return FlightContext(facts, bare.home, wind, rally, _fence_of(plan, bare.home))
+
+
+def _fence_of(plan: Plan, home: GlobalPosition) -> FenceArea | None:
+    """As newer firmware takes it: only that plans a return by it."""
+    if not plan.geofence.polygons and not plan.geofence.circles:
+        return None
+    return fence_area(plan.geofence, LocalProjection(home.latitude_deg, home.longitude_deg), all_of_home=True)

@@ -11,20 +11,17 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from app.domain.autopilot import Quantity, Return, behaviour, quantity
-from app.domain.carried import Carried
-from app.domain.geo import Place
+from app.domain.geo import LatLon
 from app.domain.plan.document import Plan
-from app.domain.plan.walk import Step
-from app.domain.prediction import buoyant, rotary, vtol, wheels, wing
-from app.domain.prediction.effort import Effort, Flight
-from app.domain.prediction.motion import Motion, Point
-from app.domain.prediction.return_to_launch import HOME, follows_mission
-from app.domain.speeds import cruise_speed_m_s
-from app.domain.vehicle import VehicleFacts, VehicleType
+from app.domain.plan.walk import Step, cruise_speed_m_s
+from app.domain.prediction import airship, rotary, rover, vtol, wing
+from app.domain.prediction.motion import Effort, FlightContext, MotionState, Point
+from app.domain.prediction.return_to_launch import HOME, destinations, follows_mission
+from app.domain.vehicle.state import FlightRegime, VehicleProfile, VehicleType
 
 
 @dataclass(frozen=True, slots=True)
-class Passage:
+class LegPassage:
     """A position item of the plan, by its index. `radius_m` is its own acceptance radius, None the vehicle's."""
 
     index: int
@@ -34,38 +31,45 @@ class Passage:
     lands: bool = False
 
 
-def positions_of(flight: Flight, plan: Plan) -> tuple[Passage, ...]:
+def positions_of(flight: FlightContext, plan: Plan) -> tuple[LegPassage, ...]:
     """The positions of a plan in the order of its items, from its takeoff to its last."""
-    place = Place(flight.home.latitude_deg, flight.home.longitude_deg, 0.0)
-    found: list[Passage] = []
+    place = LatLon(flight.home.latitude_deg, flight.home.longitude_deg, 0.0)
+    found: list[LegPassage] = []
     for index, item in enumerate(plan.items):
         place = item.end_of(flight.home, place)
         if item.altitude() is not None:
             point = flight.to_local(place.latitude_deg, place.longitude_deg)
-            found.append(Passage(index, point, place.relative_altitude_m, item.reach_m(), item.lands))
+            found.append(LegPassage(index, point, place.relative_altitude_m, item.reach_m(), item.lands))
     return tuple(found)
 
 
-def is_unsure_path(facts: VehicleFacts) -> bool:
+def is_unsure_path(facts: VehicleProfile) -> bool:
     """A plane, a rover and an airship end such a return in ways that are not predicted: only the path there is."""
     return follows_mission(facts) and facts.vehicle_type not in (VehicleType.MULTICOPTER, VehicleType.VTOL)
 
 
-def lands_ahead(returns: Return, positions: Sequence[Passage], index: int) -> bool:
+def lands_ahead(returns: Return, positions: Sequence[LegPassage], index: int) -> bool:
     """Whether it flies on to the mission's landing, or back."""
     landing = next((place.index for place in positions if place.lands), None)
     return landing is not None and (not returns.turns_back or landing - index < index)
 
 
-def fly(flight: Flight, before: Motion, step: Step, positions: Sequence[Passage], speed_m_s: float) -> Effort:
+def fly(
+    flight: FlightContext, before: MotionState, step: Step, positions: Sequence[LegPassage], speed_m_s: float
+) -> Effort:
     """From the item at which the return begins to the ground; a wing that cannot hover circles where it ends."""
     ahead = lands_ahead(behaviour(flight.facts).returns, positions, step.index)
     passed, end = _way(positions, step.index, ahead=ahead)
     distance_m, seconds, motion = 0.0, 0.0, before
     carried = step.before
-    if carried is Carried.ROTARY_WING and flight.facts.vehicle_type is VehicleType.VTOL and not ahead:
+    if carried is FlightRegime.ROTARY_WING and flight.facts.vehicle_type is VehicleType.VTOL and not ahead:
         changed = vtol.to_wing(flight, motion, passed[0].point if passed else end.point)
-        distance_m, seconds, motion, carried = changed.distance_m, changed.duration_s, changed.end, Carried.FIXED_WING
+        distance_m, seconds, motion, carried = (
+            changed.distance_m,
+            changed.duration_s,
+            changed.end,
+            FlightRegime.FIXED_WING,
+        )
         speed_m_s = cruise_speed_m_s(flight.facts, carried)
     for number, place in enumerate(passed):
         following = passed[number + 1] if number + 1 < len(passed) else None
@@ -77,47 +81,66 @@ def fly(flight: Flight, before: Motion, step: Step, positions: Sequence[Passage]
     )
 
 
-def _way(positions: Sequence[Passage], index: int, *, ahead: bool) -> tuple[Sequence[Passage], Passage]:
+def _way(positions: Sequence[LegPassage], index: int, *, ahead: bool) -> tuple[Sequence[LegPassage], LegPassage]:
     """What is passed, and where it lands."""
     if not ahead:
-        return [place for place in reversed(positions) if place.index < index], Passage(-1, HOME, 0.0)
+        return [place for place in reversed(positions) if place.index < index], LegPassage(-1, HOME, 0.0)
     landing = next(place for place in positions if place.lands)
     return [place for place in positions if index < place.index < landing.index], landing
 
 
 def _leg(
-    flight: Flight, before: Motion, carried: Carried, place: Passage, following: Passage | None, speed_m_s: float
+    flight: FlightContext,
+    before: MotionState,
+    carried: FlightRegime,
+    place: LegPassage,
+    following: LegPassage | None,
+    speed_m_s: float,
 ) -> Effort:
     match carried:
-        case Carried.FIXED_WING:
+        case FlightRegime.FIXED_WING:
             return wing.fly(flight, before, place.point, place.up_m, max(speed_m_s, 1.0))
-        case Carried.WHEELS:
-            return wheels.drive(flight, before, place.point, None if following is None else following.point, speed_m_s)
-        case Carried.BUOYANCY:
-            return buoyant.fly(flight, before, place.point, place.up_m, speed_m_s)
+        case FlightRegime.WHEELS:
+            return rover.drive(flight, before, place.point, None if following is None else following.point, speed_m_s)
+        case FlightRegime.BUOYANCY:
+            return airship.fly(flight, before, place.point, place.up_m, speed_m_s)
     radius_m = place.radius_m or quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M)
-    target = rotary.Target(place.point, place.up_m, radius_m)
+    target = rotary.LegTarget(place.point, place.up_m, radius_m)
     if following is not None:
-        target = rotary.Target(place.point, place.up_m, radius_m, following.point, following.up_m)
+        target = rotary.LegTarget(place.point, place.up_m, radius_m, following.point, following.up_m)
     return rotary.fly(flight, before, target, max(speed_m_s, 0.1))
 
 
-def _land(flight: Flight, before: Motion, carried: Carried, place: Passage, speed_m_s: float) -> Effort:
+def _land(
+    flight: FlightContext, before: MotionState, carried: FlightRegime, place: LegPassage, speed_m_s: float
+) -> Effort:
     """At the height that it has; who cannot land is over the place."""
-    target = rotary.Target(place.point, place.up_m, quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M))
+    target = rotary.LegTarget(place.point, place.up_m, quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M))
     match carried:
-        case Carried.WHEELS:
-            return wheels.drive(flight, before, place.point, None, speed_m_s)
-        case Carried.BUOYANCY:
-            return buoyant.fly(flight, before, place.point, before.up_m, speed_m_s)
-        case Carried.FIXED_WING if flight.facts.vehicle_type is VehicleType.VTOL:
-            hover_m_s = max(0.1, cruise_speed_m_s(flight.facts, Carried.ROTARY_WING))
+        case FlightRegime.WHEELS:
+            return rover.drive(flight, before, place.point, None, speed_m_s)
+        case FlightRegime.BUOYANCY:
+            return airship.fly(flight, before, place.point, before.up_m, speed_m_s)
+        case FlightRegime.FIXED_WING if flight.facts.vehicle_type is VehicleType.VTOL:
+            hover_m_s = max(0.1, cruise_speed_m_s(flight.facts, FlightRegime.ROTARY_WING))
             return vtol.land(flight, before, target, max(speed_m_s, 1.0), hover_m_s)
-        case Carried.FIXED_WING:
+        case FlightRegime.FIXED_WING:
             return wing.fly(flight, before, place.point, before.up_m, max(speed_m_s, 1.0))
     return rotary.land(flight, before, target, max(speed_m_s, 0.1))
 
 
-def _climbed_m(before: Motion, passed: Sequence[Passage]) -> float:
+def _climbed_m(before: MotionState, passed: Sequence[LegPassage]) -> float:
     heights = [before.up_m, *(place.up_m for place in passed)]
     return sum(max(0.0, after - one) for one, after in pairwise(heights))
+
+
+# Where the straight leg of a return may end: what a fence must leave free.
+
+
+def return_ends(flight: FlightContext, here: Point, positions: Sequence[LegPassage], index: int) -> Sequence[Point]:
+    """From `here`, at the item with this index; none for a way back along the mission, whose legs are its own."""
+    landing = next((place.point for place in positions if place.lands), None)
+    if not follows_mission(flight.facts):
+        return destinations(flight, MotionState(here), landing)
+    ahead = lands_ahead(behaviour(flight.facts).returns, positions, index)
+    return (landing,) if ahead and landing is not None else ()

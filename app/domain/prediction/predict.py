@@ -8,29 +8,62 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from app.domain.autopilot import behaviour
-from app.domain.carried import Carried, carried_in_flight
-from app.domain.compiler import compile_plan
-from app.domain.compiler.drop_items import brakes_at_waypoint
 from app.domain.errors import PlanRejectedError
-from app.domain.plan.detour import over_alternates
+from app.domain.items import ReturnToLaunch
+from app.domain.mission.compiler import brakes_at_waypoint, compile_plan
 from app.domain.plan.document import Plan
-from app.domain.plan.drops import DropUse, drops_of
-from app.domain.plan.walk import Step, reference_home, walk
+from app.domain.plan.drops import Detour, DropUse, drops_of, over_alternates
+from app.domain.plan.walk import Step, cruise_speed_m_s, reference_home, speeds_along, walk
 from app.domain.prediction import vtol
-from app.domain.prediction.alternates import with_alternates
-from app.domain.prediction.durations import Ahead, effort, point_of
-from app.domain.prediction.effort import Effort, Flight
+from app.domain.prediction.durations import Ahead, effort, flown_order, point_of
 from app.domain.prediction.energy import used_percent
-from app.domain.prediction.flight import flight_of
-from app.domain.prediction.flown_order import flown_order
-from app.domain.prediction.motion import Motion, Point
-from app.domain.prediction.path_return import Passage, is_unsure_path, positions_of
+from app.domain.prediction.motion import CALM, Effort, FlightContext, MotionState, Point, Wind, flight_of
+from app.domain.prediction.path_return import LegPassage, is_unsure_path, positions_of
 from app.domain.prediction.release import predicted_drop
-from app.domain.prediction.timeline import PredictedDrop, Timeline, TimelineEntry
-from app.domain.prediction.way_home import way_home_percent
-from app.domain.prediction.wind import CALM, Wind
-from app.domain.speeds import cruise_speed_m_s, speeds_along
-from app.domain.vehicle import VehicleFacts
+from app.domain.prediction.timeline import PredictedAlternate, PredictedDrop, Timeline, TimelineEntry
+from app.domain.vehicle.state import FlightRegime, VehicleProfile, carried_in_flight
+
+# What the timeline says of the other places: beside the flight that is meant, from one that goes over all of them.
+
+
+def with_alternates(meant: Timeline, detour: Detour, over: Timeline, seqs_of: Mapping[str, Sequence[int]]) -> Timeline:
+    """The timeline of the plan as it is meant, with its alternates named. `over` is that of the detour's plan."""
+    found = []
+    for item_id, drop_id in detour.drops.items():
+        visits = [entry for entry in over.entries if entry.item_id == item_id]
+        if visits:
+            found.append(
+                PredictedAlternate(
+                    item_id=item_id,
+                    drop_id=drop_id,
+                    seqs=tuple(seqs_of.get(item_id, ())),
+                    latitude_deg=visits[0].latitude_deg,
+                    longitude_deg=visits[0].longitude_deg,
+                    relative_altitude_m=visits[0].relative_altitude_m,
+                    distance_m=sum(entry.distance_m for entry in visits),
+                    duration_s=sum(entry.duration_s for entry in visits),
+                )
+            )
+    return meant.model_copy(update={"alternates": tuple(found), "longest_duration_s": over.duration_s})
+
+
+# What a return from a drop takes from the battery: if the drop fails, or the link is lost there.
+
+
+_RETURN = ReturnToLaunch(type="return_to_launch")
+
+
+def way_home_percent(flight: FlightContext, there: MotionState, drop: DropUse, ahead: Ahead) -> float | None:
+    """Of a full battery, by the vehicle's own RTL settings and cruise speed; None if no rate is declared."""
+    if flight.facts.performance is None:
+        return None
+    after = FlightRegime.WHEELS if drop.carried is FlightRegime.WHEELS else FlightRegime.GROUND
+    step = replace(drop.step, item=_RETURN, before=drop.carried, after=after)
+    flies = FlightRegime.ROTARY_WING if drop.carried is FlightRegime.GROUND else drop.carried
+    speed_m_s = cruise_speed_m_s(flight.facts, flies)
+    took = effort(flight, there, step, speed_m_s, None, ahead)
+    return used_percent(flight.facts, there, step, took, speed_m_s)
+
 
 AFTER_UNSURE_S, AFTER_UNSURE_MORE_S = 1.0, 4.0
 """After an item of unsure time the next begins elsewhere than predicted: it takes longer, and that is unsure too."""
@@ -44,12 +77,12 @@ class Prediction:
     over: Timeline | None = None
 
 
-def predict(plan: Plan, facts: VehicleFacts, wind: Wind = CALM) -> Timeline:
+def predict(plan: Plan, facts: VehicleProfile, wind: Wind = CALM) -> Timeline:
     """The timeline of a plan for a vehicle with these facts. Works for plans with errors too, as far as they go."""
     return predict_all(plan, facts, wind).timeline
 
 
-def predict_all(plan: Plan, facts: VehicleFacts, wind: Wind = CALM) -> Prediction:
+def predict_all(plan: Plan, facts: VehicleProfile, wind: Wind = CALM) -> Prediction:
     """As `predict`, with the way over the alternates beside it."""
     facts = behaviour(facts).usable()
     timeline = _timeline(plan, facts, wind)
@@ -60,7 +93,7 @@ def predict_all(plan: Plan, facts: VehicleFacts, wind: Wind = CALM) -> Predictio
     return Prediction(with_alternates(timeline, detour, over, _seqs_of(plan, facts)), over)
 
 
-def _timeline(plan: Plan, facts: VehicleFacts, wind: Wind) -> Timeline:
+def _timeline(plan: Plan, facts: VehicleProfile, wind: Wind) -> Timeline:
     flight = flight_of(plan, facts, wind)
     order = flown_order(plan)
     entries, drops = _flown(flight, plan, walk(plan, flight.home, order.indexes, facts.in_flight))
@@ -79,7 +112,7 @@ def _timeline(plan: Plan, facts: VehicleFacts, wind: Wind) -> Timeline:
     )
 
 
-def _flown(flight: Flight, plan: Plan, steps: Sequence[Step]) -> tuple[list[TimelineEntry], list[PredictedDrop]]:
+def _flown(flight: FlightContext, plan: Plan, steps: Sequence[Step]) -> tuple[list[TimelineEntry], list[PredictedDrop]]:
     """Item after item, each from where and as the one before it ended."""
     speeds = speeds_along(plan, flight.facts, steps)
     drops = {id(drop.step): drop for drop in drops_of(steps)}
@@ -114,32 +147,32 @@ def _flown(flight: Flight, plan: Plan, steps: Sequence[Step]) -> tuple[list[Time
     return entries, found
 
 
-def _asked_m_s(facts: VehicleFacts) -> float:
+def _asked_m_s(facts: VehicleProfile) -> float:
     """What a vehicle in flight was asked for last; 0: nothing."""
     return 0.0 if facts.in_flight is None else facts.in_flight.asked_speed_m_s or 0.0
 
 
-def _own_m_s(facts: VehicleFacts, step: Step) -> float:
+def _own_m_s(facts: VehicleProfile, step: Step) -> float:
     """What it flies unasked; from the ground, as it flies once it has taken off."""
-    grounded = step.before is Carried.GROUND
+    grounded = step.before is FlightRegime.GROUND
     return cruise_speed_m_s(facts, carried_in_flight(facts.vehicle_type) if grounded else step.before)
 
 
-def _begins(flight: Flight) -> Motion:
+def _begins(flight: FlightContext) -> MotionState:
     """At home on the ground, or as it flies."""
     now = flight.facts.in_flight
     if now is None:
-        return Motion()
+        return MotionState()
     course_rad = None if now.course_deg is None or now.ground_speed_m_s <= 0.0 else math.radians(now.course_deg)
     point = flight.to_local(now.latitude_deg, now.longitude_deg)
-    return Motion(point, now.relative_altitude_m, now.ground_speed_m_s, course_rad, course_rad)
+    return MotionState(point, now.relative_altitude_m, now.ground_speed_m_s, course_rad, course_rad)
 
 
 def _after_unsure(took: Effort) -> Effort:
     return replace(took, duration_s=took.duration_s + AFTER_UNSURE_S, unsure_s=took.unsure_s + AFTER_UNSURE_MORE_S)
 
 
-def _ahead(flight: Flight, steps: Sequence[Step], positions: Sequence[Passage]) -> list[Ahead]:
+def _ahead(flight: FlightContext, steps: Sequence[Step], positions: Sequence[LegPassage]) -> list[Ahead]:
     """For each step, seen from the end: PX4 looks at the next position item, and at none beyond a takeoff."""
     found: list[Ahead] = []
     following: Point | None = None
@@ -156,7 +189,7 @@ def _ahead(flight: Flight, steps: Sequence[Step], positions: Sequence[Passage]) 
     return found[::-1]
 
 
-def _seqs_of(plan: Plan, facts: VehicleFacts) -> Mapping[str, list[int]]:
+def _seqs_of(plan: Plan, facts: VehicleProfile) -> Mapping[str, list[int]]:
     """The sequence numbers of each plan item; none if the plan does not compile, it is drawn all the same."""
     found: defaultdict[str, list[int]] = defaultdict(list)
     try:
@@ -169,7 +202,7 @@ def _seqs_of(plan: Plan, facts: VehicleFacts) -> Mapping[str, list[int]]:
 
 
 def _entry(
-    flight: Flight,
+    flight: FlightContext,
     step: Step,
     seqs: tuple[int, ...],
     visit: int,
@@ -208,9 +241,9 @@ def _brakes(step: Step, drop: DropUse | None, following: Step | None) -> bool:
     if step.item.lands:
         return True
     if step.item.circles():
-        return step.after is Carried.ROTARY_WING
+        return step.after is FlightRegime.ROTARY_WING
     if not step.item.is_stop:
         return False
-    if step.after is Carried.ROTARY_WING:
+    if step.after is FlightRegime.ROTARY_WING:
         return drop is not None or step.item.hovers_s() > 0.0
-    return step.after is Carried.WHEELS and following is not None and following.item.waits
+    return step.after is FlightRegime.WHEELS and following is not None and following.item.waits

@@ -7,28 +7,27 @@ from collections.abc import Sequence
 
 from shapely import LineString
 
+from app.domain.airspace.geofence import way_round
 from app.domain.autopilot import Quantity, behaviour, quantity
-from app.domain.fence_route import way_round
-from app.domain.prediction.effort import Flight
-from app.domain.prediction.motion import Motion, Point
-from app.domain.vehicle import VehicleFacts
+from app.domain.prediction.motion import FlightContext, MotionState, Point
+from app.domain.vehicle.state import VehicleProfile
 
 HOME: Point = (0.0, 0.0)
 NEARLY_M = 20.0
 """Where the vehicle is as it chooses the nearest is not known better."""
 
 
-def follows_mission(facts: VehicleFacts) -> bool:
+def follows_mission(facts: VehicleProfile) -> bool:
     """Whether a return flies along the mission's items, on or back, instead of straight."""
     return behaviour(facts).returns.along_items
 
 
-def destination(flight: Flight, here: Motion, landing: Point | None) -> Point:
+def destination(flight: FlightContext, here: MotionState, landing: Point | None) -> Point:
     """The place of the return: the nearest. `landing` is the plan's first land item, also one at a customer's."""
     return min(destinations(flight, here, landing), key=here.away_m)
 
 
-def destinations(flight: Flight, here: Motion, landing: Point | None) -> Sequence[Point]:
+def destinations(flight: FlightContext, here: MotionState, landing: Point | None) -> Sequence[Point]:
     """The nearest of its places, and all that are so little farther that it may be one of them; home without any.
 
     Not for a return along the mission's items.
@@ -41,7 +40,7 @@ def destinations(flight: Flight, here: Motion, landing: Point | None) -> Sequenc
     return [place for place in places if here.away_m(place) <= nearest_m + NEARLY_M] or [HOME]
 
 
-def way_of(flight: Flight, here: Point, to: Point) -> tuple[Point, ...]:
+def way_of(flight: FlightContext, here: Point, to: Point) -> tuple[Point, ...]:
     """The corners of a direct return, the place itself last: round the fence with firmware that flies so."""
     if flight.fence is None or flight.fence.allows(LineString([here, to])):
         return (to,)
@@ -50,7 +49,7 @@ def way_of(flight: Flight, here: Point, to: Point) -> tuple[Point, ...]:
     return (to,) if way is None else way[1:]
 
 
-def return_up_m(flight: Flight, here: Motion, to: Point) -> float:
+def return_up_m(flight: FlightContext, here: MotionState, to: Point) -> float:
     """The height above home: as it is set, less near to the place, never below the present one."""
     away_m, radius_m = here.away_m(to), quantity(flight.facts, Quantity.ACCEPTANCE_RADIUS_M)
     if away_m <= radius_m:

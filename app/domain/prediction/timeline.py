@@ -8,7 +8,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict
 
-from app.domain.prediction.wind import CALM, Wind
+from app.domain.prediction.motion import CALM, Wind
 
 
 class _Frozen(BaseModel):

@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 
 from app.domain.autopilot import Quantity, quantity
-from app.domain.carried import Carried
 from app.domain.plan.walk import Step
 from app.domain.prediction import rotary, wing
-from app.domain.prediction.effort import Effort, Flight
-from app.domain.prediction.motion import Motion, Point, ahead, course, turn
-from app.domain.prediction.vertical import takes_off_s
-from app.domain.vehicle import VehicleFacts, VehicleType
+from app.domain.prediction.motion import Effort, FlightContext, MotionState, Point, ahead, course, turn
+from app.domain.prediction.rotary import takes_off_s
+from app.domain.vehicle.state import FlightRegime, VehicleProfile, VehicleType
 
 PUSH_M_S3 = 8.5
 """The pusher gains thrust at VT_PSHER_SLEW: by so much grows what it gives the vehicle."""
@@ -35,7 +33,7 @@ HEADING_TIMEOUT_S = 10.0
 """MIS_YAW_TMT of a VTOL: so long it may turn to a heading, then the mission fails."""
 
 
-def take_off(flight: Flight, before: Motion, point: Point, up_m: float, airspeed_m_s: float) -> Effort:
+def take_off(flight: FlightContext, before: MotionState, point: Point, up_m: float, airspeed_m_s: float) -> Effort:
     """Straight up, turn, become a fixed wing, and on to the point."""
     up_s = takes_off_s(flight.facts, up_m - before.up_m)
     changed = to_wing(flight, before.standing(up_m=up_m), point)
@@ -43,7 +41,7 @@ def take_off(flight: Flight, before: Motion, point: Point, up_m: float, airspeed
     return Effort(changed.distance_m + leg.distance_m, up_s + changed.duration_s + leg.duration_s, leg.end)
 
 
-def to_wing(flight: Flight, before: Motion, towards: Point | None) -> Effort:
+def to_wing(flight: FlightContext, before: MotionState, towards: Point | None) -> Effort:
     """Turn towards the next point, then accelerate until the wing carries."""
     along = before.heading_rad or 0.0
     turn_s = 0.0
@@ -56,7 +54,7 @@ def to_wing(flight: Flight, before: Motion, towards: Point | None) -> Effort:
     start_m_s = min(before.speed_m_s, STOPPED_M_S) if turn_s > 0.0 else before.speed_m_s
     push_s, way_m, speed_m_s = _push(start_m_s, needed_m_s)
     there = ahead(before.point, along, way_m)
-    return Effort(way_m, turn_s + push_s, Motion(there, before.up_m, speed_m_s, along, along))
+    return Effort(way_m, turn_s + push_s, MotionState(there, before.up_m, speed_m_s, along, along))
 
 
 def _turn_s(angle_rad: float) -> float:
@@ -78,14 +76,14 @@ def _push(speed_m_s: float, needed_m_s: float) -> tuple[float, float, float]:
     return gone_s, way_m, speed_m_s
 
 
-def to_hover(flight: Flight, before: Motion) -> Effort:
+def to_hover(flight: FlightContext, before: MotionState) -> Effort:
     """The pusher stops and the air brakes, down to the speed that it hovers at."""
     left_m_s = min(before.speed_m_s, max(1.0, quantity(flight.facts, Quantity.HOVER_CRUISE_M_S)))
     along = before.course_rad or 0.0
     air_m_s = flight.wind.north_m_s * math.cos(along) + flight.wind.east_m_s * math.sin(along)
     brakes_s, way_m = _brake(before.speed_m_s, left_m_s, air_m_s)
     there = ahead(before.point, along, way_m)
-    return Effort(way_m, brakes_s, Motion(there, before.up_m, left_m_s, before.course_rad, before.heading_rad))
+    return Effort(way_m, brakes_s, MotionState(there, before.up_m, left_m_s, before.course_rad, before.heading_rad))
 
 
 def _brake(speed_m_s: float, left_m_s: float, air_m_s: float) -> tuple[float, float]:
@@ -98,23 +96,25 @@ def _brake(speed_m_s: float, left_m_s: float, air_m_s: float) -> tuple[float, fl
     return gone_s, way_m
 
 
-def unsure_s(flight: Flight, step: Step) -> float:
+def unsure_s(flight: FlightContext, step: Step) -> float:
     """In wind the fin turns a hovering VTOL, and sideways its lift motors are near their limit."""
     if flight.facts.vehicle_type is not VehicleType.VTOL or flight.wind.speed_m_s == 0.0:
         return 0.0
-    ends_hovering = step.after in (Carried.ROTARY_WING, Carried.GROUND)
+    ends_hovering = step.after in (FlightRegime.ROTARY_WING, FlightRegime.GROUND)
     if step.item.transition_to() is not None:
         return 0.0 if ends_hovering else HEADING_TIMEOUT_S
-    starts_hovering = step.before in (Carried.ROTARY_WING, Carried.GROUND)
+    starts_hovering = step.before in (FlightRegime.ROTARY_WING, FlightRegime.GROUND)
     return HEADING_TIMEOUT_S if starts_hovering or ends_hovering else 0.0
 
 
-def hover_speed_m_s(facts: VehicleFacts, speed_m_s: float) -> float:
+def hover_speed_m_s(facts: VehicleProfile, speed_m_s: float) -> float:
     """What comes of a speed that is asked for in hover."""
     return min(speed_m_s, HOVERS_AT_MOST_M_S) if facts.vehicle_type is VehicleType.VTOL else speed_m_s
 
 
-def land(flight: Flight, before: Motion, target: rotary.Target, airspeed_m_s: float, hover_m_s: float) -> Effort:
+def land(
+    flight: FlightContext, before: MotionState, target: rotary.LegTarget, airspeed_m_s: float, hover_m_s: float
+) -> Effort:
     """On the wing to one switch distance before the point, back to hovering, over the point, down."""
     leg = wing.fly(flight, before, target.point, before.up_m, airspeed_m_s)
     braked = to_hover(flight, leg.end)

@@ -6,9 +6,8 @@ import math
 
 from app.domain.autopilot import Quantity, behaviour, quantity
 from app.domain.items.landing_pattern import LandingPattern
-from app.domain.prediction.effort import Effort, Flight
-from app.domain.prediction.motion import Motion, Point, ahead, course, turn
-from app.domain.vehicle import VehicleFacts
+from app.domain.prediction.motion import Effort, FlightContext, MotionState, Point, ahead, course, turn
+from app.domain.vehicle.state import VehicleProfile
 
 GRAVITY_M_S2 = 9.81
 BANK_RAD = math.radians(43.0)
@@ -24,7 +23,7 @@ LANDED_S = 3.8
 """Flare, rolling out, and the land detector's two seconds (recorded)."""
 
 
-def fly(flight: Flight, before: Motion, point: Point, up_m: float, airspeed_m_s: float) -> Effort:
+def fly(flight: FlightContext, before: MotionState, point: Point, up_m: float, airspeed_m_s: float) -> Effort:
     """A leg: over one switch distance before the point. It turns onto the leg with a coordinated bank."""
     along = before.course_to(point)
     ground_m_s = flight.wind.ground_speed_m_s(airspeed_m_s, along)
@@ -35,7 +34,7 @@ def fly(flight: Flight, before: Motion, point: Point, up_m: float, airspeed_m_s:
     return Effort(way_m, max(way_m / ground_m_s, rise_s), before.arrived(point, switch_m, up_m, ground_m_s))
 
 
-def take_off(flight: Flight, before: Motion, point: Point, up_m: float, airspeed_m_s: float) -> Effort:
+def take_off(flight: FlightContext, before: MotionState, point: Point, up_m: float, airspeed_m_s: float) -> Effort:
     """Run up and climb towards the point; over at its altitude, wherever that is."""
     climb_m_s = max(0.5, quantity(flight.facts, Quantity.WING_TAKEOFF_CLIMB_M_S))
     along = before.course_to(point)
@@ -43,22 +42,28 @@ def take_off(flight: Flight, before: Motion, point: Point, up_m: float, airspeed
     climbing_s = max(0.0, up_m - before.up_m - ALTITUDE_TOLERANCE_M) / climb_m_s
     away_m = RUN_M + forward_m_s * climbing_s
     there = ahead(before.point, along, away_m)
-    return Effort(away_m, RUN_S + climbing_s, Motion(there, up_m, forward_m_s, along, along))
+    return Effort(away_m, RUN_S + climbing_s, MotionState(there, up_m, forward_m_s, along, along))
 
 
 def circle(
-    flight: Flight, before: Motion, centre: Point, up_m: float, radius_m: float, circling_s: float, airspeed_m_s: float
+    flight: FlightContext,
+    before: MotionState,
+    centre: Point,
+    up_m: float,
+    radius_m: float,
+    circling_s: float,
+    airspeed_m_s: float,
 ) -> Effort:
     """To the circle, and so long on it. It is left wherever that is, on the tangent."""
     entered = _to_circle(flight, before, centre, abs(radius_m), airspeed_m_s)
     rise_s = climb_s(flight.facts, up_m - before.up_m)
     around_s = max(circling_s, rise_s - entered.duration_s)
     end = _around(entered.end, centre, radius_m, around_s * airspeed_m_s / abs(radius_m), airspeed_m_s)
-    end = Motion(end.point, up_m, end.speed_m_s, end.course_rad, end.heading_rad)
+    end = MotionState(end.point, up_m, end.speed_m_s, end.course_rad, end.heading_rad)
     return Effort(entered.distance_m + around_s * airspeed_m_s, entered.duration_s + around_s, end)
 
 
-def land(flight: Flight, before: Motion, pattern: LandingPattern, airspeed_m_s: float) -> Effort:
+def land(flight: FlightContext, before: MotionState, pattern: LandingPattern, airspeed_m_s: float) -> Effort:
     """To the circle, down on it, off it towards the touchdown, and along the glide to the ground."""
     centre = flight.to_local(pattern.circle.latitude_deg, pattern.circle.longitude_deg)
     touchdown = flight.to_local(pattern.touchdown.latitude_deg, pattern.touchdown.longitude_deg)
@@ -84,13 +89,13 @@ def land(flight: Flight, before: Motion, pattern: LandingPattern, airspeed_m_s: 
     return Effort(way_m, seconds, before.standing(touchdown, pattern.touchdown.relative_altitude_m))
 
 
-def climb_s(facts: VehicleFacts, height_m: float) -> float:
+def climb_s(facts: VehicleProfile, height_m: float) -> float:
     """Seconds for a change of altitude on the wing."""
     rate_m_s = quantity(facts, Quantity.WING_CLIMB_M_S if height_m > 0 else Quantity.WING_SINK_M_S)
     return abs(height_m) / max(rate_m_s, 0.1)
 
 
-def turn_m(before: Motion, along_rad: float, airspeed_m_s: float) -> float:
+def turn_m(before: MotionState, along_rad: float, airspeed_m_s: float) -> float:
     """How much longer the way is because it has to turn onto it first."""
     if before.course_rad is None:
         return 0.0
@@ -98,7 +103,9 @@ def turn_m(before: Motion, along_rad: float, airspeed_m_s: float) -> float:
     return airspeed_m_s**2 / (GRAVITY_M_S2 * math.tan(BANK_RAD)) * (angle - math.sin(angle))
 
 
-def _to_circle(flight: Flight, before: Motion, centre: Point, radius_m: float, airspeed_m_s: float) -> Effort:
+def _to_circle(
+    flight: FlightContext, before: MotionState, centre: Point, radius_m: float, airspeed_m_s: float
+) -> Effort:
     along = before.course_to(centre)
     ground_m_s = flight.wind.ground_speed_m_s(airspeed_m_s, along)
     way_m = max(0.0, before.away_m(centre) - LOITER_REACHED * radius_m)
@@ -108,14 +115,14 @@ def _to_circle(flight: Flight, before: Motion, centre: Point, radius_m: float, a
     return Effort(way_m, way_m / ground_m_s, end)
 
 
-def _around(entered: Motion, centre: Point, radius_m: float, angle_rad: float, speed_m_s: float) -> Motion:
+def _around(entered: MotionState, centre: Point, radius_m: float, angle_rad: float, speed_m_s: float) -> MotionState:
     side = math.copysign(1.0, radius_m)
     at = course(centre, entered.point) + side * angle_rad
     along = at + side * math.pi / 2.0
-    return Motion(ahead(centre, at, abs(radius_m)), entered.up_m, speed_m_s, along, along)
+    return MotionState(ahead(centre, at, abs(radius_m)), entered.up_m, speed_m_s, along, along)
 
 
-def _until_exit_rad(entered: Motion, centre: Point, touchdown: Point, radius_m: float) -> float:
+def _until_exit_rad(entered: MotionState, centre: Point, touchdown: Point, radius_m: float) -> float:
     """How far around the circle until the course is that to the touchdown."""
     side = math.copysign(1.0, radius_m)
     away_m = max(math.dist(centre, touchdown), abs(radius_m) + 1.0)

@@ -2,14 +2,73 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import Final
 
-from app.domain.finding import Severity
+from app.domain.drop.consent import CONSENT_MARGIN_S, SHORTEST_QUESTION_S
 from app.domain.geo import distance_m
-from app.domain.items.alternate import Alternate
-from app.domain.plan.drops import DropUse
+from app.domain.items.drop_places import Alternate
+from app.domain.mission.compiler import bound_s
+from app.domain.plan.drops import Detour, DropUse
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
+from app.domain.validation.finding import Finding, Severity
+
+# Rules for an operator's consent: only a supervised drop can ask for it, and only within its hold.
+
+
+def _asked_while_holding(context: RuleContext) -> Iterator[Violation]:
+    for drop in context.drops:
+        if drop.item.consent == "operator" and not drop.supervised:
+            message = (
+                "nobody can be asked for consent: the drop is an item of the mission, which the vehicle flies alone"
+            )
+            yield at_item(drop.step, message, 'use "mode": "supervised" for a release, or leave consent out', "consent")
+
+
+def _hold_is_long_enough(context: RuleContext) -> Iterator[Violation]:
+    for drop in context.drops:
+        if drop.item.consent != "operator" or not drop.supervised:
+            continue
+        needed_s = (drop.item.consent_timeout_s or SHORTEST_QUESTION_S) + CONSENT_MARGIN_S
+        if bound_s(drop) < needed_s:
+            message = f"the hold of {bound_s(drop):g} s ends before an operator can have answered"
+            yield at_item(
+                drop.step, message, f"set hold_s to {needed_s:g} or more, or ask for a shorter time", "hold_s"
+            )
+
+
+def _timeout_is_used(context: RuleContext) -> Iterator[Violation]:
+    for drop in context.drops:
+        if drop.item.consent_timeout_s is not None and drop.item.consent == "none":
+            message = "the drop asks nobody, so there is nothing to wait for"
+            yield at_item(drop.step, message, 'add "consent": "operator", or leave it out', "consent_timeout_s")
+
+
+CONSENT_RULES = (
+    Rule(
+        "drop.consent_unsupervised",
+        Severity.ERROR,
+        "An embedded drop or a grab happens on board, with a link or without: nobody is asked.",
+        "The rule is ours alone.",
+        _asked_while_holding,
+    ),
+    Rule(
+        "drop.consent_hold_too_short",
+        Severity.ERROR,
+        f"A hold must outlast the time to answer by {CONSENT_MARGIN_S:g} s: to see it begin, to come to rest, and to "
+        f"release. Without consent_timeout_s an operator must have {SHORTEST_QUESTION_S:g} s at least.",
+        "The rule is ours alone.",
+        _hold_is_long_enough,
+    ),
+    Rule(
+        "drop.consent_timeout_unused",
+        Severity.WARNING,
+        "A time to answer is only for a drop that asks.",
+        "The rule is ours alone.",
+        _timeout_is_used,
+    ),
+)
+
 
 NEAREST_M: Final = 10.0
 
@@ -99,3 +158,28 @@ RULES = (
         _elsewhere,
     ),
 )
+
+
+# Checks the way over the alternates by the same rules as the flight that is meant.
+
+
+def detour_findings(detour: Detour, found: Collection[Finding], known: Collection[Finding]) -> Iterator[Finding]:
+    """What is wrong on the way over the alternates alone, with pointers into the plan as it was written.
+
+    `found` are the findings of the detour's own plan, `known` those of the plan that is meant.
+    """
+    told = {(finding.code, finding.pointer) for finding in known}
+    for finding in found:
+        pointer = _pointer(detour, finding.pointer)
+        if (finding.code, pointer) not in told:
+            item_id = detour.drops.get(finding.item_id or "", finding.item_id)
+            message = f"over the alternate: {finding.message}"
+            yield finding.model_copy(update={"pointer": pointer, "item_id": item_id, "message": message})
+
+
+def _pointer(detour: Detour, pointer: str) -> str:
+    """/items/N/rest, with the N of the plan over its alternates, as it is in the plan itself."""
+    parts = pointer.split("/", 3)
+    if len(parts) < 3 or parts[1] != "items":
+        return pointer
+    return "/".join((detour.pointers[int(parts[2])], *parts[3:]))

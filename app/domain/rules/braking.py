@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from app.domain.autopilot import Quantity
-from app.domain.carried import Carried
-from app.domain.compiler.drop_items import STOP_RADIUS_M
-from app.domain.finding import Severity
+from app.domain.mission.compiler import STOP_RADIUS_M
 from app.domain.plan.drops import DropUse
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
+from app.domain.validation.finding import Severity
+from app.domain.vehicle.state import FlightRegime
 
 MAX_STOP_RADIUS_M = 2.0
 """A stop with a larger acceptance radius is reached while still moving."""
 _NAME = {
-    Carried.FIXED_WING: "in fixed-wing flight the vehicle",
-    Carried.BUOYANCY: "an airship",
-    Carried.WHEELS: "a rover",
+    FlightRegime.FIXED_WING: "in fixed-wing flight the vehicle",
+    FlightRegime.BUOYANCY: "an airship",
+    FlightRegime.WHEELS: "a rover",
 }
 
 
@@ -47,7 +47,7 @@ def _supervised_needs_stop(context: RuleContext) -> Iterator[Violation]:
 
 def _rover_stops_by_delay(context: RuleContext) -> Iterator[Violation]:
     for drop in _placed(context):
-        if drop.carried is Carried.WHEELS and drop.stopped and not drop.supervised and not _delayed(context, drop):
+        if drop.carried is FlightRegime.WHEELS and drop.stopped and not drop.supervised and not _delayed(context, drop):
             message = "a rover passes its waypoint without stopping: only a delay item stops it"
             yield at_item(drop.step, message, "put a delay item between the waypoint and the drop")
 
@@ -65,7 +65,12 @@ def _stop_radius(context: RuleContext) -> Iterator[Violation]:
     for drop in _placed(context):
         assert drop.anchor is not None
         reach_m = drop.anchor.item.reach_m()
-        if drop.stopped and drop.carried is Carried.ROTARY_WING and reach_m is not None and reach_m > MAX_STOP_RADIUS_M:
+        if (
+            drop.stopped
+            and drop.carried is FlightRegime.ROTARY_WING
+            and reach_m is not None
+            and reach_m > MAX_STOP_RADIUS_M
+        ):
             message = f"with an acceptance radius of {reach_m:g} m the vehicle would still move"
             hint = f"use at most {MAX_STOP_RADIUS_M:g} m, or leave it out ({STOP_RADIUS_M:g} m is used)"
             yield at_item(drop.anchor, message, hint, "acceptance_radius_m")
@@ -83,9 +88,9 @@ def _offset_can_be_met(context: RuleContext) -> Iterator[Violation]:
 
 def _hold_ignored(context: RuleContext) -> Iterator[Violation]:
     for step in context.steps:
-        if step.item.hovers_s() > 0 and step.after is not Carried.ROTARY_WING:
+        if step.item.hovers_s() > 0 and step.after is not FlightRegime.ROTARY_WING:
             message = "only a rotary wing holds at a waypoint; here hold_s is ignored"
-            hint = "use a delay item" if step.after is Carried.WHEELS else "use a loiter item of kind time"
+            hint = "use a delay item" if step.after is FlightRegime.WHEELS else "use a loiter item of kind time"
             yield at_item(step, message, hint, "hold_s")
 
 
@@ -103,8 +108,8 @@ def _delayed(context: RuleContext, drop: DropUse) -> bool:
 def _stands(context: RuleContext, drop: DropUse) -> bool:
     assert drop.anchor is not None
     item = drop.anchor.item
-    waits = drop.carried is Carried.GROUND or _delayed(context, drop)
-    if drop.carried is Carried.ROTARY_WING:
+    waits = drop.carried is FlightRegime.GROUND or _delayed(context, drop)
+    if drop.carried is FlightRegime.ROTARY_WING:
         waits = waits or item.circles() or item.hovers_s() > 0
     return waits
 
@@ -112,11 +117,11 @@ def _stands(context: RuleContext, drop: DropUse) -> bool:
 def _expected_offset_m(context: RuleContext, drop: DropUse) -> float:
     assert drop.anchor is not None
     item = drop.anchor.item
-    if item.circles() and drop.carried not in (Carried.ROTARY_WING, Carried.WHEELS):
+    if item.circles() and drop.carried not in (FlightRegime.ROTARY_WING, FlightRegime.WHEELS):
         return abs(item.circle_radius_m() or context.behaviour.quantity(Quantity.LOITER_RADIUS_M))
-    if drop.stopped and drop.carried is Carried.ROTARY_WING:
+    if drop.stopped and drop.carried is FlightRegime.ROTARY_WING:
         return STOP_RADIUS_M
-    speed_m_s = context.speeds_m_s[drop.step.index] if drop.carried is Carried.FIXED_WING else 0.0
+    speed_m_s = context.speeds_m_s[drop.step.index] if drop.carried is FlightRegime.FIXED_WING else 0.0
     return context.behaviour.reach_m(drop.carried, speed_m_s, item.reach_m())
 
 

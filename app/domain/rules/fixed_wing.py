@@ -1,17 +1,18 @@
-"""Rules for the landing pattern and the turns of fixed wings."""
+"""Rules for fixed wings and VTOLs: landing patterns, turns, transitions, and the wind."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-from app.domain.carried import Carried
-from app.domain.finding import Severity
 from app.domain.geo import distance_m
 from app.domain.items import Land
 from app.domain.items.landing_pattern import LandingPattern, landing_pattern
 from app.domain.plan.walk import Step
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
-from app.domain.vehicle import VehicleType
+from app.domain.validation.finding import Severity
+from app.domain.vehicle.state import FlightRegime, VehicleType
+
+# Rules for the landing pattern and the turns of fixed wings.
 
 
 def _above_touchdown(context: RuleContext) -> Iterator[Violation]:
@@ -66,7 +67,7 @@ def _approach_used(context: RuleContext) -> Iterator[Violation]:
 
 def _room_to_turn(context: RuleContext) -> Iterator[Violation]:
     for step, speed_m_s in zip(context.steps, context.speeds_m_s, strict=True):
-        if not (step.item.holds() and step.before is step.after is Carried.FIXED_WING):
+        if not (step.item.holds() and step.before is step.after is FlightRegime.FIXED_WING):
             continue
         start, end = step.start, step.end
         leg_m = distance_m(start.latitude_deg, start.longitude_deg, end.latitude_deg, end.longitude_deg)
@@ -140,5 +141,96 @@ RULES = (
         "A fixed wing counts a waypoint as reached one switch distance before it and cuts the corner.",
         "PX4 NPFG switch distance (flown).",
         _room_to_turn,
+    ),
+)
+
+
+# Rules for vehicles that change between hovering and wing-borne flight.
+
+
+_STATE = {"fixed_wing": FlightRegime.FIXED_WING, "multicopter": FlightRegime.ROTARY_WING}
+
+
+def _only_vtol(context: RuleContext) -> Iterator[Violation]:
+    if context.plan.vehicle_type is VehicleType.VTOL:
+        return
+    for step in context.steps:
+        if step.item.transition_to() is not None:
+            message = f"a {context.plan.vehicle_type} has no transition"
+            yield at_item(step, message, "take the item away, or plan for a vtol")
+
+
+def _in_the_air(context: RuleContext) -> Iterator[Violation]:
+    if context.plan.vehicle_type is not VehicleType.VTOL:
+        return
+    for step in context.steps:
+        if step.item.transition_to() is not None and step.before is FlightRegime.GROUND:
+            message = "a transition on the ground"
+            yield at_item(step, message, "put it after the takeoff, or after the waypoint that takes off again")
+
+
+def _changes_something(context: RuleContext) -> Iterator[Violation]:
+    if context.plan.vehicle_type is not VehicleType.VTOL:
+        return
+    for step in context.steps:
+        to = step.item.transition_to()
+        if to is not None and step.before is _STATE[to]:
+            message = f"the vehicle is in {to} flight already"
+            yield at_item(step, message, "take the item away: a VTOL takeoff ends with a transition of its own", "to")
+
+
+VTOL_RULES = (
+    Rule(
+        "vtol.items_only_on_vtol",
+        Severity.ERROR,
+        "VTOL items make the mission of any other vehicle infeasible.",
+        "PX4 FeasibilityChecker: VTOL items only on VTOL.",
+        _only_vtol,
+    ),
+    Rule(
+        "vtol.transition_on_ground",
+        Severity.ERROR,
+        "A transition needs flight.",
+        "PX4 commander: transition denied when landed.",
+        _in_the_air,
+    ),
+    Rule(
+        "vtol.transition_without_effect",
+        Severity.WARNING,
+        "A transition to the state in which the vehicle is already does nothing; probably another one is missing.",
+        "PX4 NAV_VTOL_TAKEOFF transitions by itself (flown).",
+        _changes_something,
+    ),
+)
+
+
+# Rules for the wind that a check is given: what moves through the air must be faster than it.
+
+
+_THROUGH_AIR = (FlightRegime.FIXED_WING, FlightRegime.BUOYANCY)
+
+
+def _faster_than_wind(context: RuleContext) -> Iterator[Violation]:
+    wind_m_s, before_m_s = context.wind.speed_m_s, 0.0
+    for step, own_m_s in zip(context.steps, context.speeds_m_s, strict=True):
+        airspeed_m_s = own_m_s or before_m_s  # a landing flies at the speed before it
+        before_m_s = airspeed_m_s
+        if wind_m_s > 0.0 and _is_carried_by_air(step) and airspeed_m_s <= wind_m_s:
+            message = f"flown at {airspeed_m_s:g} m/s through the air, in a wind of {wind_m_s:g} m/s: it is blown away"
+            yield at_item(step, message, "wait for less wind, or fly faster")
+            return
+
+
+def _is_carried_by_air(step: Step) -> bool:
+    return step.item.moves and (step.after in _THROUGH_AIR or step.before in _THROUGH_AIR)
+
+
+WIND_RULES = (
+    Rule(
+        "wind.too_strong",
+        Severity.ERROR,
+        "A wing or an airship that is no faster than the wind does not hold its way against it.",
+        "Ours; the wind is the one that the check was given.",
+        _faster_than_wind,
     ),
 )

@@ -9,19 +9,17 @@ from typing import Final
 from shapely import LineString
 from shapely.geometry.base import BaseGeometry
 
+from app.domain.airspace.geofence import MIN_AREA_M2, FenceArea, is_simple_polygon, length_m, polygon_shape, way_round
+from app.domain.airspace.ground_paths import GroundPath, ground_paths, point_of
 from app.domain.autopilot import Quantity
-from app.domain.carried import Carried
-from app.domain.fence_area import MIN_AREA_M2, FenceArea, is_simple_polygon, polygon_shape
-from app.domain.fence_route import length_m, way_round
-from app.domain.finding import Severity, json_pointer
-from app.domain.geo import Place
-from app.domain.ground_paths import GroundPath, ground_paths, point_of
+from app.domain.geo import LatLon
 from app.domain.items import Land, Loiter, Takeoff, Waypoint
 from app.domain.prediction.motion import Point
 from app.domain.prediction.return_to_launch import follows_mission
 from app.domain.rules.places import from_home_m, planned_places
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
-from app.domain.vehicle import HOME
+from app.domain.validation.finding import Severity, json_pointer
+from app.domain.vehicle.state import HOME, FlightRegime
 
 _WITH_PLACE = (Takeoff, Waypoint, Loiter, Land)
 FLAT_WITHIN_M: Final = 100_000.0
@@ -39,7 +37,7 @@ def _simple_polygons(context: RuleContext) -> Iterator[Violation]:
 
 
 def _home_inside(context: RuleContext) -> Iterator[Violation]:
-    home = Place(context.home.latitude_deg, context.home.longitude_deg, 0.0)
+    home = LatLon(context.home.latitude_deg, context.home.longitude_deg, 0.0)
     if context.fence is not None and not _allows(context, context.fence, home):
         message = f"home lies outside of the fence: {context.autopilot.name} calls such a fence invalid"
         yield Violation("/geofence", message, "move the fence, or start elsewhere")
@@ -107,7 +105,7 @@ def _rally_inside(context: RuleContext) -> Iterator[Violation]:
     if area is None:
         return
     for index, point in enumerate(context.plan.rally_points):
-        if not _allows(context, area, Place(point.latitude_deg, point.longitude_deg, 0.0)):
+        if not _allows(context, area, LatLon(point.latitude_deg, point.longitude_deg, 0.0)):
             message = "the rally point lies outside of the fence"
             yield Violation(json_pointer("rally_points", index), message, "move it, or change the fence")
 
@@ -118,7 +116,7 @@ def _room_for_turns(context: RuleContext) -> Iterator[Violation]:
         return
     for path in _paths(context):
         step = path.step
-        if step.after is not Carried.FIXED_WING or not step.item.holds() or not area.allows(path.shape):
+        if step.after is not FlightRegime.FIXED_WING or not step.item.holds() or not area.allows(path.shape):
             continue
         wanted_m = context.behaviour.switch_distance_m(context.speeds_m_s[step.index])
         if area.room_m(path.shape) < wanted_m:
@@ -154,7 +152,7 @@ def _paths(context: RuleContext) -> Iterator[GroundPath]:
     return ground_paths(context.plan, context.steps, context.origin, context.facts, context.projection)
 
 
-def _allows(context: RuleContext, area: FenceArea, place: Place) -> bool:
+def _allows(context: RuleContext, area: FenceArea, place: LatLon) -> bool:
     return area.allows(point_of(place, context.projection))
 
 

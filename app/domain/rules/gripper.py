@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from app.domain.carried import Carried
-from app.domain.finding import Severity
 from app.domain.items import ITEM_TYPES, Gripper, Item, Winch
 from app.domain.items.document import type_of
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
-from app.domain.vehicle import VehicleType
+from app.domain.validation.finding import Severity
+from app.domain.vehicle.state import FlightRegime, VehicleType
 
 _POSITION_HINT = "put a waypoint, loiter or land item before it; only delay and change_speed may stand between"
 
@@ -130,7 +129,7 @@ def _landed_drop_needs_rtl_home(context: RuleContext) -> Iterator[Violation]:
     if not (returns.to_landing or returns.may_follow_items):
         return
     for drop in context.drops:
-        if drop.carried is Carried.GROUND and drop.anchor is not None:
+        if drop.carried is FlightRegime.GROUND and drop.anchor is not None:
             message = f"with {returns.setting} a return may go to this landing place instead of home"
             yield at_item(drop.step, message, returns.setting.mend)
 
@@ -150,7 +149,7 @@ def _landed_drop_takes_off_again(context: RuleContext) -> Iterator[Violation]:
     if context.plan.vehicle_type is not VehicleType.FIXED_WING:
         return
     for drop in context.drops:
-        if drop.carried is Carried.GROUND and drop.anchor is not None:
+        if drop.carried is FlightRegime.GROUND and drop.anchor is not None:
             message = "a fixed wing does not take off again after a landing in mid-plan"
             yield at_item(drop.step, message, "drop in flight, or end the plan with the landing")
 

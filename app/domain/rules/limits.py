@@ -6,14 +6,13 @@ from collections.abc import Iterator
 
 from app.domain.autopilot import Quantity
 from app.domain.autopilot.base import Capacity
-from app.domain.carried import Carried
-from app.domain.compiler import compile_plan
 from app.domain.errors import PlanRejectedError
-from app.domain.finding import Severity
-from app.domain.plan.walk import Step
+from app.domain.mission.compiler import compile_plan
+from app.domain.plan.walk import Step, speed_range_m_s
 from app.domain.rules.places import from_home_m, planned_places
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
-from app.domain.speeds import speed_range_m_s
+from app.domain.validation.finding import Severity
+from app.domain.vehicle.state import FlightRegime
 
 
 def _mission_items(context: RuleContext) -> Iterator[Violation]:
@@ -115,7 +114,7 @@ def _own_drop_height(context: RuleContext) -> Iterator[Violation]:
         if altitude is None or not context.knows_height(altitude):
             continue  # one without a place is another rule's business
         height_m = drop.step.start.relative_altitude_m
-        in_air = drop.carried not in (Carried.GROUND, Carried.WHEELS)
+        in_air = drop.carried not in (FlightRegime.GROUND, FlightRegime.WHEELS)
         if most_m is not None and drop.releases and in_air and height_m > most_m:
             message = f"let go {height_m:g} m above home; the plan's own limit is {most_m:g} m"
             yield at_item(drop.step, message, "fly lower there, or raise limits.max_drop_height_m")

@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
+from app.domain.airspace.ground_paths import point_of
 from app.domain.autopilot import Quantity
-from app.domain.carried import Carried
-from app.domain.finding import Severity
-from app.domain.geo import Place, distance_m
-from app.domain.ground_paths import point_of
+from app.domain.geo import LatLon, distance_m
+from app.domain.items.drop_places import Target
 from app.domain.items.fields import Point
-from app.domain.items.target import Target
 from app.domain.plan.drops import DropUse
 from app.domain.plan.walk import Step
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
+from app.domain.validation.finding import Severity
+from app.domain.vehicle.state import FlightRegime
 
 _ROUNDING_M: Final = 0.05
 """Coordinates on the wire are 1e-7 degrees."""
@@ -38,7 +38,7 @@ def _cannot_follow(context: RuleContext) -> Iterator[Violation]:
         anchor = None if drop.anchor is None else drop.anchor.item
         if not drop.supervised or not drop.releases:
             message = "only a supervised release can follow a target: nobody looks at it otherwise"
-        elif not drop.stopped or drop.carried is not Carried.ROTARY_WING or anchor is None or not anchor.holds():
+        elif not drop.stopped or drop.carried is not FlightRegime.ROTARY_WING or anchor is None or not anchor.holds():
             message = "only a rotary wing that stops at a waypoint can wait for a target"
         else:
             continue
@@ -67,7 +67,7 @@ def _in_loop(context: RuleContext) -> Iterator[Violation]:
 def _outside(context: RuleContext) -> Iterator[Violation]:
     for drop, target, anchor in _following(context):
         planned = _planned(target, anchor)
-        centre = point_of(Place(planned.latitude_deg, planned.longitude_deg, 0.0), context.projection)
+        centre = point_of(LatLon(planned.latitude_deg, planned.longitude_deg, 0.0), context.projection)
         disc = centre.buffer(target.max_move_m * _AROUND, quad_segs=32)
         if context.fence is not None and not context.fence.allows(disc):
             message = f"the fence forbids some of what lies within {target.max_move_m:g} m of the planned point"
@@ -102,7 +102,7 @@ def _moved_too_far(context: RuleContext) -> Iterator[Violation]:
 def _not_caught(context: RuleContext) -> Iterator[Violation]:
     for drop, target, anchor in _following(context):
         speed_m_s = context.speeds_m_s[anchor.index]
-        if anchor.after is Carried.ROTARY_WING and target.max_speed_m_s >= speed_m_s:
+        if anchor.after is FlightRegime.ROTARY_WING and target.max_speed_m_s >= speed_m_s:
             message = f"the target may be as fast as the vehicle, which flies there at {speed_m_s:g} m/s"
             hint = "fly faster (speed_m_s of the waypoint), or follow only slower targets"
             yield at_item(drop.step, message, hint, "target", "max_speed_m_s")

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from app.domain.geo import Place, distance_m
+from app.domain.geo import LatLon, distance_m
 from app.domain.items import Land
 from app.domain.items.fields import Altitude
 from app.domain.items.landing_pattern import landing_pattern
 from app.domain.plan.walk import Step
 from app.domain.rules.registry import RuleContext
-from app.domain.vehicle import VehicleType
+from app.domain.vehicle.state import VehicleType
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,7 +19,7 @@ class PlannedPlace:
     """A place with a position on the wire. `height_m` is that above home, None if nobody knows it."""
 
     step: Step
-    place: Place
+    place: LatLon
     height_m: float | None
 
 
@@ -30,13 +30,13 @@ def planned_places(context: RuleContext) -> Iterator[PlannedPlace]:
             yield PlannedPlace(step, place, place.relative_altitude_m if context.knows_height(altitude) else None)
 
 
-def from_home_m(context: RuleContext, place: Place) -> float:
+def from_home_m(context: RuleContext, place: LatLon) -> float:
     """How far from home it lies, over ground."""
     home = context.home
     return distance_m(home.latitude_deg, home.longitude_deg, place.latitude_deg, place.longitude_deg)
 
 
-def _places(context: RuleContext, step: Step) -> Iterator[tuple[Place, Altitude]]:
+def _places(context: RuleContext, step: Step) -> Iterator[tuple[LatLon, Altitude]]:
     item = step.item
     if isinstance(item, Land) and context.plan.vehicle_type is VehicleType.FIXED_WING:
         circle = landing_pattern(item, item.approach, step.start, context.origin, context.facts).circle

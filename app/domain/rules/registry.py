@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, TypeVar
 
+from app.domain.airspace.geofence import FenceArea
 from app.domain.autopilot import Autopilot, Behaviour, autopilot, behaviour
-from app.domain.fence_area import FenceArea
-from app.domain.finding import Finding, Severity, json_pointer
 from app.domain.geo import LocalProjection
 from app.domain.items import PlanItem
 from app.domain.items.fields import Altitude
@@ -16,9 +15,51 @@ from app.domain.plan.document import Plan
 from app.domain.plan.drops import DropUse
 from app.domain.plan.walk import Step, reference_home
 from app.domain.prediction import Timeline
-from app.domain.prediction.wind import Wind
-from app.domain.rules.assumptions import Assumptions
-from app.domain.vehicle import GlobalPosition, VehicleFacts
+from app.domain.prediction.motion import Wind
+from app.domain.validation.finding import Finding, Severity, json_pointer
+from app.domain.vehicle.state import GlobalPosition, VehicleProfile
+
+# What a finding rests on: the facts that were asked for and not known while its rule was looking.
+
+
+Value = TypeVar("Value")
+
+
+class Assumptions:
+    """Collects the names of assumed facts from one `clear` to the next."""
+
+    def __init__(self) -> None:
+        self._names: set[str] = set()
+
+    def add(self, name: str) -> None:
+        """This fact was asked for and is not known."""
+        self._names.add(name)
+
+    def clear(self) -> None:
+        """What comes now rests on nothing yet."""
+        self._names.clear()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """In alphabetical order."""
+        return tuple(sorted(self._names))
+
+    def remembered(self, make: Callable[[], Value]) -> Callable[[], Value]:
+        """`make` as a function that is called once; whoever asks for its value rests on what the value rests on."""
+        kept: list[tuple[Value, tuple[str, ...]]] = []
+
+        def value() -> Value:
+            if not kept:
+                before, self._names = self._names, set()
+                made = make()
+                kept.append((made, self.names))
+                self._names = before
+            made, names = kept[0]
+            self._names.update(names)
+            return made
+
+        return value
+
 
 MOST_NAMED: Final = 3
 """Assumed facts that a sentence names."""
@@ -34,8 +75,8 @@ class RuleContext:
     """
 
     plan: Plan
-    vehicle: VehicleFacts | None
-    facts: VehicleFacts
+    vehicle: VehicleProfile | None
+    facts: VehicleProfile
     assumptions: Assumptions
     origin: GlobalPosition
     steps: tuple[Step, ...]

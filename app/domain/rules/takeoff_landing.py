@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from app.domain.autopilot.base import MissionNeeds
-from app.domain.finding import Severity
 from app.domain.items import PlanItem
 from app.domain.items.fields import Altitude
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
-from app.domain.vehicle import VehicleType
+from app.domain.validation.finding import Severity
+from app.domain.vehicle.state import VehicleType
 
 
 def _takeoff_there(context: RuleContext) -> Iterator[Violation]:

@@ -28,7 +28,7 @@ class Form(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class JsonLocation:
     """`path` has keys and indexes of the document alone.
 
     `fields` are those that the object around may have, `tags` those of the union that stands there; empty if there is
@@ -48,7 +48,7 @@ class Places:
         self._schema = schema
         self._definitions: Mapping[str, Schema] = schema.get("$defs", {})
 
-    def find(self, location: Path) -> Place:
+    def find(self, location: Path) -> JsonLocation:
         """The place that pydantic means with a location in a document of this kind."""
         path: Path = ()
         forms: list[Form] = []
@@ -64,7 +64,7 @@ class Places:
                 path, around = (*path, part), node
                 node = self._told(_below(node, part))
         tags = tuple(node.get("discriminator", {}).get("mapping", ()))
-        return Place(path, tuple(around.get("properties", ())), tags, tuple(forms))
+        return JsonLocation(path, tuple(around.get("properties", ())), tags, tuple(forms))
 
     def _told(self, node: Schema) -> Schema:
         """The schema behind references, and what may be null as if it might not: pydantic names neither."""
@@ -108,3 +108,41 @@ def _below(node: Schema, part: str | int) -> Schema:
 
 def _name_of(node: Schema) -> str:
     return str(node["$ref"]).rpartition("/")[2]
+
+
+# One thing that pydantic found, at its place in the document.
+
+
+WANTED: Final[Mapping[str, str]] = {
+    **dict.fromkeys(("string_type", "string_sub_type"), "a string"),
+    "string_unicode": "Unicode text",
+    **dict.fromkeys(("bool_type", "bool_parsing"), "true or false"),
+    **dict.fromkeys(("int_type", "int_parsing", "int_from_float"), "a whole number"),
+    "int_parsing_size": "a smaller number",
+    **dict.fromkeys(("float_type", "float_parsing"), "a number"),
+    "finite_number": "a finite number",
+    **dict.fromkeys(("dict_type", "model_type", "model_attributes_type", "mapping_type"), "an object"),
+    **dict.fromkeys(("list_type", "tuple_type", "set_type", "frozen_set_type"), "a list"),
+    **dict.fromkeys(
+        ("datetime_type", "datetime_parsing", "datetime_from_date_parsing", "datetime_object_invalid"),
+        "a date and time such as 2026-01-31T12:00:00Z",
+    ),
+    "timezone_aware": "a date and time with its zone, such as 2026-01-31T12:00:00Z",
+}
+"""pydantic's errors that say: this is of another kind. Each with the kind that is wanted."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """`kind` is pydantic's type of the error; `sentence` what it says itself, `context` what it knows.
+
+    `wanted`: the kinds of value that would do, if the value is of none of them. `instead`: fields of the other branches
+    of the union, if those would do as well as the ones that are missing.
+    """
+
+    kind: str
+    sentence: str
+    context: Mapping[str, Any]
+    place: JsonLocation
+    wanted: tuple[str, ...] = ()
+    instead: tuple[str, ...] = ()

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final
 
-from app.domain.attachment import Attachment
-from app.domain.consent import ConsentState
-from app.domain.drop import Certainty, DropOutcome, DropRecord
+from app.domain.drop.consent import ConsentState
+from app.domain.drop.record import Certainty, DropOutcome, DropRecord
 from app.domain.events import Event, EventKind
 from app.domain.events.run import RunAttachment
-from app.domain.run import Run, RunState
-from app.domain.run_fold import RunFold
+from app.domain.run.attachment import Attachment
+from app.domain.run.fold import RunFold
+from app.domain.run.run import Run, RunState
 
 
 class DeliveryEvent(StrEnum):
@@ -102,7 +102,7 @@ def may_be_news(event: Event) -> bool:
 
 
 @dataclass(frozen=True, slots=True)
-class News:
+class Notification:
     """One thing to tell of a run, with the run as it was then."""
 
     type: DeliveryEvent
@@ -123,7 +123,7 @@ class Lifecycle:
         self._drops: dict[str, tuple[DropOutcome, Certainty]] = {}
         self._questions: dict[str, int] = {}
 
-    def take(self, event: Event) -> tuple[News, ...]:
+    def take(self, event: Event) -> tuple[Notification, ...]:
         """What this event tells that the ones before did not; most tell nothing."""
         if not may_be_news(event):
             return ()
@@ -132,17 +132,17 @@ class Lifecycle:
         if run is None:
             return ()
         if isinstance(event.data, RunAttachment):
-            return (News(DeliveryEvent.DROP_ATTACHMENT, run, attachment=event.data.root),)
+            return (Notification(DeliveryEvent.DROP_ATTACHMENT, run, attachment=event.data.root),)
         return (*self._of_drops(run), *self._of_state(run))
 
-    def _of_drops(self, run: Run) -> Iterator[News]:
+    def _of_drops(self, run: Run) -> Iterator[Notification]:
         for drop in run.drops:
             if self._is_new_question(drop):
-                yield News(DeliveryEvent.DROP_CONSENT_ASKED, run, drop=drop)
+                yield Notification(DeliveryEvent.DROP_CONSENT_ASKED, run, drop=drop)
             ended = (drop.outcome, drop.certainty)
             if drop.outcome in _BY_OUTCOME and self._drops.get(drop.plan_item_id) != ended:
                 self._drops[drop.plan_item_id] = ended
-                yield News(_BY_OUTCOME[drop.outcome], run, drop=drop)
+                yield Notification(_BY_OUTCOME[drop.outcome], run, drop=drop)
 
     def _is_new_question(self, drop: DropRecord) -> bool:
         consent = drop.consent
@@ -152,13 +152,13 @@ class Lifecycle:
         self._questions[drop.plan_item_id] = consent.question
         return consent.question != before
 
-    def _of_state(self, run: Run) -> Iterator[News]:
+    def _of_state(self, run: Run) -> Iterator[Notification]:
         before, self._state = self._state, run.state
         if run.state is before:
             return
         told = _flying_after(before) if run.state is RunState.FLYING else _BY_STATE.get(run.state)
         if told is not None:
-            yield News(told, run)
+            yield Notification(told, run)
 
 
 def _flying_after(before: RunState | None) -> DeliveryEvent | None:

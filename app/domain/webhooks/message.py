@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any, Final
 
 from pydantic import BaseModel, ConfigDict
 
-from app.domain.attachment import Attachment
-from app.domain.drop import Certainty, DropOutcome, DropRecord
+from app.domain.drop.record import Certainty, DropOutcome, DropRecord
 from app.domain.events import Event
-from app.domain.jobs.job import Job
-from app.domain.jobs.vehicle_queue import VehicleQueue
-from app.domain.reason import Reason
-from app.domain.run import Run, RunState
-from app.domain.webhooks.lifecycle import DeliveryEvent, News
+from app.domain.events.service import JobChanged, JobQueueChanged
+from app.domain.jobs.job import Job, JobState
+from app.domain.jobs.queue import VehicleQueue
+from app.domain.reasons import Reason
+from app.domain.run.attachment import Attachment
+from app.domain.run.run import Run, RunState
+from app.domain.webhooks.lifecycle import DeliveryEvent, Notification
 
 
 class _Part(BaseModel):
@@ -80,7 +82,7 @@ class Message(_Part):
         return self.model_dump_json().encode()
 
 
-def messages_of(event: Event, news: Sequence[News], order_id: str | None) -> tuple[Message, ...]:
+def messages_of(event: Event, news: Sequence[Notification], order_id: str | None) -> tuple[Message, ...]:
     """The messages of one event. Its id is GATEWAY:SEQ; further ones of the same event have a number behind it."""
     return tuple(
         Message(
@@ -96,3 +98,47 @@ def messages_of(event: Event, news: Sequence[News], order_id: str | None) -> tup
         )
         for number, one in enumerate(news)
     )
+
+
+# What events of jobs tell other systems. Each has the whole job or queue in it, so no earlier one is needed.
+
+
+_BY_CHANGE: Final = {
+    "queued": DeliveryEvent.JOB_QUEUED,
+    "assigned": DeliveryEvent.JOB_ASSIGNED,
+    "requeued": DeliveryEvent.JOB_REQUEUED,
+}
+_BY_END: Final = {
+    JobState.COMPLETED: DeliveryEvent.JOB_COMPLETED,
+    JobState.FAILED: DeliveryEvent.JOB_FAILED,
+    JobState.CANCELLED: DeliveryEvent.JOB_CANCELLED,
+    JobState.EXPIRED: DeliveryEvent.JOB_EXPIRED,
+}
+_BY_QUEUE: Final = {"stopped": DeliveryEvent.QUEUE_STOPPED, "resumed": DeliveryEvent.QUEUE_RESUMED}
+
+
+def job_messages(event: Event) -> tuple[Message, ...]:
+    """The message of an event of jobs; none if it is no news."""
+    match event.data:
+        case JobChanged(change=change, job=job):
+            told = _BY_END.get(job.state) if change == "ended" else _BY_CHANGE.get(change)
+            return _message(event, told, job=job)
+        case JobQueueChanged(change=change, queue=queue):
+            return _message(event, _BY_QUEUE.get(change), queue=queue)
+        case _:
+            return ()
+
+
+def _message(event: Event, told: DeliveryEvent | None, **about: Any) -> tuple[Message, ...]:
+    if told is None:
+        return ()
+    message = Message(
+        id=f"{event.gateway}:{event.seq}",
+        type=told,
+        time=event.time,
+        gateway=event.gateway,
+        seq=event.seq,
+        hash=event.hash,
+        **about,
+    )
+    return (message,)

@@ -9,25 +9,19 @@ from collections.abc import Callable, Sequence
 import structlog
 
 from app.domain.errors import InvalidInputError, JobWrongStateError, NotFoundError
-from app.domain.jobs.choice import chosen_of, hopeless
+from app.domain.jobs.assignment import VehicleSight, chosen_of, hopeless, why_not_ready
 from app.domain.jobs.job import Job, JobState
-from app.domain.jobs.port import ALL_JOBS, JobFilter, JobStore
-from app.domain.jobs.queue import JobQueue
-from app.domain.jobs.readiness import VehicleSight, why_not_ready
-from app.domain.jobs.vehicle_queue import VehicleQueue
+from app.domain.jobs.queue import JobQueue, VehicleQueue
 from app.domain.plan import Plan, parse_data
 from app.domain.prediction import CALM
-from app.domain.reason import ReasonCode, because
+from app.domain.reasons import ReasonCode, because
+from app.domain.stores import ALL_JOBS, JobFilter, JobStore
 from app.services.clock import Clock
 from app.services.fleet import Fleet
-from app.services.jobs.assessment import Assessment
-from app.services.jobs.book import JobBook
-from app.services.jobs.breath import Breath
-from app.services.jobs.desk import JobDesk
-from app.services.jobs.orders import JobMove, JobOrder
-from app.services.jobs.settings import JobSettings
-from app.services.jobs.sights import VehicleSights
-from app.services.jobs.views import AssignmentView, JobQueuesView, VehicleQueueView
+from app.services.jobs.availability import Assessment, TimeSlice, VehicleAvailability
+from app.services.jobs.repository import JobRepository
+from app.services.jobs.scheduler import JobScheduler
+from app.services.jobs.views import AssignmentView, JobMove, JobOrder, JobQueuesView, JobSettings, VehicleQueueView
 from app.services.journal import Journal
 from app.services.plans import Plans
 from app.services.runs import Runs
@@ -53,11 +47,11 @@ class Jobs:
         self._plans = plans
         self._fleet = fleet
         self._clock = clock
-        self._book = JobBook(store, journal, clock, settings.capacity)
-        self._sights = VehicleSights(fleet, runs, self._book)
+        self._book = JobRepository(store, journal, clock, settings.capacity)
+        self._sights = VehicleAvailability(fleet, runs, self._book)
         self._assessment = Assessment(fleet, settings.facts_s)
         parts = (self._book, runs, plans, self._sights, self._assessment)
-        self._desk = JobDesk(*parts, clock, settings)
+        self._desk = JobScheduler(*parts, clock, settings)
         self._task: asyncio.Task[None] | None = None
 
     async def begin(self) -> None:
@@ -155,7 +149,7 @@ class Jobs:
 
     async def queues(self) -> JobQueuesView:
         """All jobs that wait, and how each vehicle stands."""
-        queue, breath, vehicles = self._book.queue, Breath(), []
+        queue, breath, vehicles = self._book.queue, TimeSlice(), []
         for sight in self._sights.all():
             vehicles.append(self._vehicle_view(sight, queue))
             await breath.take()

@@ -2,11 +2,86 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, ConfigDict
+from dataclasses import dataclass
+from typing import Annotated, Any, Final, Self
 
-from app.domain.jobs.candidate import Candidate, Refusal
-from app.domain.jobs.job import Job
-from app.domain.jobs.vehicle_queue import VehicleQueue
+from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from app.domain.jobs.job import ANY, Candidate, Job, Refusal, Wish
+from app.domain.jobs.queue import MAX_WAITING, Place, VehicleQueue
+from app.domain.prediction import WindGiven
+
+# What can be set of jobs. Seconds of our time.
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JobSettings:
+    """`look_every_s`: how often the queue is looked at, besides when somebody changes it.
+
+    `look_again_s`: a job that no vehicle could take, or whose vehicle failed it, is not tried again sooner.
+    `facts_s`: how long a vehicle that was never asked before may take to tell its parameters; it is asked on meanwhile.
+    """
+
+    capacity: int = MAX_WAITING
+    look_every_s: float = 0.5
+    look_again_s: float = 3.0
+    facts_s: float = 5.0
+
+
+# What a dispatcher asks for: a new job, a check of one, or another place for one that waits.
+
+
+LEAST_BATTERY_PERCENT: Final = 30.0
+MAX_ALLOWED: Final = 100
+_Identifier = Annotated[str, Field(min_length=1, max_length=100)]
+_Priority = Annotated[int, Field(ge=-100, le=100)]
+
+
+class JobOrder(BaseModel):
+    """A plan, by its id or the document itself, and the vehicles that may fly it: an id, or "any".
+
+    `allowed_vehicles` narrows "any". A vehicle with less than `min_battery_percent` is refused, and one that does not
+    tell; 0 takes them too. The checks and the run reckon with `wind`; null is calm air. The job is not begun before
+    `not_before`, and ends `expired` if it has not taken off by `deadline`. `auto_start` false: the mission is put on
+    the vehicle, and a person starts the run. True: Waydrop starts it, once, as soon as it is prepared and nothing
+    speaks against its vehicle. The higher `priority` goes first.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    plan: _Identifier | dict[str, Any]
+    vehicle: _Identifier = ANY
+    allowed_vehicles: Annotated[tuple[_Identifier, ...], Field(max_length=MAX_ALLOWED)] = ()
+    min_battery_percent: Annotated[float, Field(ge=0, le=100)] = LEAST_BATTERY_PERCENT
+    wind: WindGiven | None = None
+    not_before: AwareDatetime | None = None
+    deadline: AwareDatetime | None = None
+    auto_start: bool = False
+    priority: _Priority = 0
+
+    @model_validator(mode="after")
+    def _narrows_any(self) -> Self:
+        if self.allowed_vehicles and self.vehicle != ANY:
+            raise PydanticCustomError("allowed_without_any", 'allowed_vehicles goes with "vehicle": "any"')
+        return self
+
+    def wish(self) -> Wish:
+        """The vehicles, as they are stored."""
+        return Wish(
+            vehicle=self.vehicle,
+            allowed_vehicles=tuple(dict.fromkeys(self.allowed_vehicles)),
+            min_battery_percent=self.min_battery_percent,
+        )
+
+
+class JobMove(BaseModel):
+    """Another priority, or the first or last place among the waiting jobs of its priority."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    priority: _Priority | None = None
+    place: Place | None = None
 
 
 class AssignmentView(BaseModel):

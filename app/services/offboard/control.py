@@ -11,36 +11,34 @@ import structlog
 
 from app.domain.errors import ConflictError, LeaseLostError, OffboardNotReadyError, SetpointRefusedError, WaydropError
 from app.domain.offboard import inputs as what
+from app.domain.offboard.capability import AuditEntry
+from app.domain.offboard.control_method import ControlMethod
 from app.domain.offboard.inputs import Do, Effect, Input, Start, Tell
+from app.domain.offboard.limits import Clamp
+from app.domain.offboard.messages import SetpointMessage
+from app.domain.offboard.setpoints import Setpoint
 from app.domain.offboard.state import SENDING, Control, Lease, LeaseChange, OffboardState
 from app.domain.offboard.step import step
-from app.domain.ports import LinkFact, Unsubscribe, VehicleLink
-from app.domain.reason import Reason, ReasonCode, because, because_of_error, in_words
-from app.domain.run import Run
-from app.domain.setpoint.audit import AuditEntry
-from app.domain.setpoint.forms import Setpoint
-from app.domain.setpoint.limiter import Clamp
-from app.domain.setpoint.means import Means
-from app.domain.setpoint.message import SetpointMessage
-from app.domain.vehicle import FlightMode
+from app.domain.reasons import Reason, ReasonCode, because, because_of_error, in_words
+from app.domain.run.run import Run
+from app.domain.vehicle.link import LinkFact, Unsubscribe, VehicleLink
+from app.domain.vehicle.state import FlightMode
 from app.services.clock import Clock
 from app.services.fleet import Fleet, FleetVehicle
-from app.services.offboard.entry import (
-    Outlook,
+from app.services.offboard.commands import CommandQueue
+from app.services.offboard.preflight import (
+    ControlContext,
+    PreflightReport,
     enclosed,
     look_ahead,
     refuse_unready,
     refuse_unsafe_parameters,
     until_calm,
 )
-from app.services.offboard.guide import Guide
-from app.services.offboard.orders import Orders
-from app.services.offboard.setpoint_flow import Author, SetpointFlow
 from app.services.offboard.settings import OffboardSettings
-from app.services.offboard.surroundings import Surroundings
-from app.services.offboard.ticking import Ticking
-from app.services.offboard_view import FlownBy, LeaseView, OffboardView
+from app.services.offboard.stream import Author, RateLoop, SetpointFlow, SetpointSource
 from app.services.runs import Runs
+from app.services.views import FlownBy, LeaseView, OffboardView
 
 Destination = Literal["hold", "mission", "return"]
 T = TypeVar("T")
@@ -56,15 +54,15 @@ class OffboardControl:
     ) -> None:
         self.vehicle = vehicle
         self.settings = settings
-        self.surroundings: Surroundings | None = None
-        self.guide: Guide | None = None
+        self.surroundings: ControlContext | None = None
+        self.guide: SetpointSource | None = None
         self._control = Control(vehicle.id, settings.lease_s)
         self._fleet = fleet
         self._runs = runs
         self._clock = clock
-        self.orders = Orders(vehicle.link, clock, settings.dead_man.gone_s, self.changed)
+        self.orders = CommandQueue(vehicle.link, clock, settings.dead_man.gone_s, self.changed)
         self._flow = SetpointFlow(settings, self._put_out)
-        self._ticking = Ticking(vehicle.id, clock, settings.gap_s, self._tick, self._on_gap, self._on_defect)
+        self._ticking = RateLoop(vehicle.id, clock, settings.gap_s, self._tick, self._on_gap, self._on_defect)
         self._holding: asyncio.Task[None] | None = None
         self._entering: asyncio.Task[Sequence[AuditEntry]] | None = None
         self._leaving: asyncio.Task[None] | None = None
@@ -96,7 +94,7 @@ class OffboardControl:
         return self._control.lease
 
     @property
-    def means(self) -> Means:
+    def means(self) -> ControlMethod:
         """How it is flown, since the last lease was taken."""
         return self._control.means
 
@@ -140,7 +138,7 @@ class OffboardControl:
         """
         self._stood_still()
         self._fleet.link(self.vehicle.id)
-        means = self._surroundings().means(self.link.state()) or Means.SETPOINTS
+        means = self._surroundings().means(self.link.state()) or ControlMethod.SETPOINTS
         expires_s = self._clock.monotonic() + self.settings.lease_s
         lease = Lease(f"lease-{secrets.token_urlsafe(16)}", self.vehicle.id, holder, expires_s)
         self._feed(what.Take(lease, rate_hz, means, override))
@@ -205,7 +203,7 @@ class OffboardControl:
 
     # the way in -----------------------------------------------------------------------------------------------
 
-    async def look_ahead(self, *, sticks_held: bool) -> Outlook:
+    async def look_ahead(self, *, sticks_held: bool) -> PreflightReport:
         """What `enter` would find now. Needs no lease. Raises OffboardNotReadyError (type unknown), LinkError."""
         run = await self._run()
         return await look_ahead(self.vehicle.id, self.link, self._surroundings(), run, sticks_held=sticks_held)
@@ -223,7 +221,7 @@ class OffboardControl:
         if self.state is _S.LEASED and self._entering is not None and not self._entering.done():
             raise OffboardNotReadyError("offboard control is being entered already")
         usual = None if self.surroundings is None else self.surroundings.means(self.link.state())
-        self._feed(what.Enter(Means(by) if by else None, usual))
+        self._feed(what.Enter(ControlMethod(by) if by else None, usual))
         self._entering = asyncio.create_task(self._enter(sticks_held), name=f"enter {self.vehicle.id}")
         return await self._ended(self._entering)
 
@@ -234,7 +232,7 @@ class OffboardControl:
             was_in_hold, run = self.link.state().mode is FlightMode.HOLD, await self._run()
             await (self.link.hold() if run is None else self._runs.pause(run.id, by=self._control.holder or ""))
             await until_calm(self.link, self.settings.calm_s)
-            if self.means is Means.COMMANDS:
+            if self.means is ControlMethod.COMMANDS:
                 if was_in_hold:  # by the mode alone it flies on to wherever it was sent last
                     await self.orders.circle_here()
             else:
@@ -261,17 +259,17 @@ class OffboardControl:
         self._flow.clear()  # it was not measured against this fence
         return entries
 
-    def enclose(self, surroundings: Surroundings) -> None:
+    def enclose(self, surroundings: ControlContext) -> None:
         """What was read for the entry."""
         self.surroundings = surroundings
 
-    def _surroundings(self) -> Surroundings:
+    def _surroundings(self) -> ControlContext:
         """Before anything was read. Raises OffboardNotReadyError: its type is not known."""
         who = self.link.identity
         if who.vehicle_type is None:
             name = self.vehicle.id
             raise OffboardNotReadyError(f"the type of vehicle {name} is not known yet", hint="wait a moment")
-        return Surroundings.of(who.vehicle_type, who.firmware, self.settings.fresh_s)
+        return ControlContext.of(who.vehicle_type, who.firmware, self.settings.fresh_s)
 
     # the way out: a lost lease ends either way, and a new leaving ends the one before ---------------------------
 
@@ -316,7 +314,7 @@ class OffboardControl:
 
     async def _command(self, to: Destination, run: Run | None) -> None:
         by = self._control.holder or ""
-        if to == "hold" and (run is None or self.means is Means.COMMANDS):
+        if to == "hold" and (run is None or self.means is ControlMethod.COMMANDS):
             await self._hold()
         if run is None:
             if to == "return":
@@ -426,7 +424,7 @@ class OffboardControl:
     def _slot(self, setpoint: Setpoint, by: Author) -> tuple[Clamp, ...]:
         if self.surroundings is None:
             raise LeaseLostError("the lease has ended")
-        if self.means is Means.COMMANDS and self.state is not _S.LEASED:
+        if self.means is ControlMethod.COMMANDS and self.state is not _S.LEASED:
             raise SetpointRefusedError(
                 "it is flown by commands, in Hold: a setpoint would not be followed",
                 refusal="setpoint.flown_by_commands",
@@ -442,7 +440,9 @@ class OffboardControl:
 
     async def _hold(self) -> None:
         """Hold, seen; a commanded wing is in Hold and is told to circle where it is. Raises LinkError."""
-        await (self.orders.circle_here() if self.means is Means.COMMANDS else self.orders.switch(self.link.hold()))
+        await (
+            self.orders.circle_here() if self.means is ControlMethod.COMMANDS else self.orders.switch(self.link.hold())
+        )
 
     async def _say_hold(self) -> None:
         """In a task of its own, because what ends control does not wait."""

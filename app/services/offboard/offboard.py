@@ -3,12 +3,71 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Sequence
+from typing import Final
 
+from app.domain.events import AnyPayload, Event, EventKind, NewEvent
+from app.domain.events.vehicle import OffboardChanged, OffboardLease, TasksChanged
+from app.domain.offboard.state import LeaseChange, OffboardState
+from app.domain.offboard.tasks.forms import EMPTY_LIST
+from app.domain.reasons import ReasonCode, because
 from app.services.clock import Clock
 from app.services.fleet import Fleet
+from app.services.journal import Journal
 from app.services.offboard.control import OffboardControl
 from app.services.offboard.settings import OffboardSettings
 from app.services.runs import Runs
+
+# What an earlier process left open in the journal: after a kill the next one tells how flying by hand has ended.
+
+
+RESTARTED: Final = because(ReasonCode.OFFBOARD_SERVICE_RESTARTED)
+_OF_CURRENT: Final = frozenset({"paused", "resumed", "by_hand", "blocked"})
+_OF_ANY: Final = frozenset({"inserted", "changed", "moved"})
+
+
+async def recover_interrupted(journal: Journal, clock: Clock) -> None:
+    """Record the ends, before any vehicle is seen: leases and queues live in the process alone. Raises StorageError."""
+    if ended := endings(await journal.last_by_hand(), clock.now()):
+        await journal.record(*ended)
+
+
+def endings(last: Sequence[Event], now: float) -> tuple[NewEvent, ...]:
+    """The events that end what `last`, the newest of each kind per vehicle, leaves open; in the order of a normal end.
+
+    No Hold was commanded, so none is told: the vehicle's own failsafe acted when the setpoints stopped.
+    """
+    ended: list[NewEvent] = []
+    for vehicle_id in sorted({event.vehicle_id for event in last if event.vehicle_id is not None}):
+        of_vehicle = {event.kind: event for event in last if event.vehicle_id == vehicle_id}
+        for kind in (EventKind.OFFBOARD_LEASE, EventKind.OFFBOARD_CHANGED, EventKind.TASKS_CHANGED):
+            told = of_vehicle.get(kind)
+            ending = None if told is None else _ending(told.data)
+            if told is not None and ending is not None:
+                ended.append(NewEvent.of(ending, now, vehicle_id=vehicle_id, run_id=told.run_id))
+    return tuple(ended)
+
+
+def _ending(told: AnyPayload) -> OffboardLease | OffboardChanged | TasksChanged | None:
+    """What ends that of which this tells; None if it is over."""
+    match told:
+        case OffboardLease() if not told.change.ends:
+            return OffboardLease(change=LeaseChange.REVOKED, holder=told.holder, reason=RESTARTED)
+        case OffboardChanged() if told.state is not OffboardState.IDLE:
+            return OffboardChanged(state=OffboardState.IDLE, holder=None, reason=RESTARTED)
+        case TasksChanged() if told.task_list != EMPTY_LIST:
+            task_id, task = (told.task_id, told.task) if _is_current(told) else (None, None)
+            return TasksChanged(
+                change="dropped", task_id=task_id, task=task, holder=None, reason=RESTARTED, task_list=EMPTY_LIST
+            )
+        case _:
+            return None
+
+
+def _is_current(told: TasksChanged) -> bool:
+    """Whether the task that is told of is surely the first of the queue: one told of may also be the last, or over."""
+    is_put_first = told.change == "inserted" and told.insert_mode != "append"
+    return told.change in _OF_CURRENT or is_put_first or (told.change in _OF_ANY and len(told.task_list) == 1)
 
 
 class Offboard:

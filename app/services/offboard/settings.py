@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Final
 
-from app.domain.setpoint.dead_man import DeadMan
-from app.domain.setpoint.limits import OffboardLimits
+from app.domain.offboard.limits import OffboardLimits
+from app.domain.offboard.step import DeadMan
 
 SLOWEST_HZ: Final = 20.0
 FASTEST_HZ: Final = 50.0

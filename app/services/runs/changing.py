@@ -8,10 +8,6 @@ from contextlib import aclosing, suppress
 from dataclasses import dataclass, replace
 from typing import Final
 
-from app.domain.carried import carried_in_flight
-from app.domain.change_terms import ChangeTerms
-from app.domain.compiler import compile_plan
-from app.domain.continuation import Flown, Rest, asked_speed_before, continued, in_whole_plan
 from app.domain.errors import (
     ChangeUnderWayError,
     ConflictError,
@@ -21,24 +17,25 @@ from app.domain.errors import (
     WaydropError,
 )
 from app.domain.events.run import CommandOutcome, RunAck, RunCommand
-from app.domain.finding import Finding, Severity
-from app.domain.flight.inputs import ChangeArrived, ChangeBegun, ChangeSent, ChangeWithdrawn
+from app.domain.flight.inputs import ChangeArrived, ChangeBegun, ChangeSent, ChangeWithdrawn, PendingChange
 from app.domain.flight.leg import concluded_drops
-from app.domain.flight.pending_change import PendingChange
-from app.domain.mission import Mission, mission_hash
+from app.domain.mission.compiler import compile_plan
+from app.domain.mission.mission import Mission, mission_hash
 from app.domain.plan import Plan
-from app.domain.ports import VehicleLink
 from app.domain.prediction import CALM, Timeline, Wind
 from app.domain.rules import check_plan, checked
-from app.domain.run import Asked, PlanChange
-from app.domain.vehicle import FlightMode, VehicleFacts
+from app.domain.run.mission_change import ChangeTerms
+from app.domain.run.remaining_mission import Flown, RemainingMission, asked_speed_before, continued, in_whole_plan
+from app.domain.run.run import Asked, PlanChange
+from app.domain.validation.finding import Finding, Severity
+from app.domain.vehicle.link import VehicleLink
+from app.domain.vehicle.state import FlightMode, VehicleProfile, carried_in_flight
 from app.services.clock import Clock
 from app.services.plans import NewPlan
-from app.services.runs.clock_gate import refuse_fast_clock
-from app.services.runs.plan_gate import FactsRead
+from app.services.runs.gates import FactsRead, refuse_fast_clock
+from app.services.runs.monitor import FlightMonitor
 from app.services.runs.recorder import RunRecorder
 from app.services.runs.settings import RECORDED_VISITS, RunSettings
-from app.services.runs.watch import FlightWatch
 
 _OF_THE_REST = ("battery.", "payload.")
 
@@ -64,7 +61,7 @@ class MissionChanger:
         link: VehicleLink,
         facts: FactsRead,
         recorder: RunRecorder,
-        watch: FlightWatch,
+        watch: FlightMonitor,
         settings: RunSettings,
         clock: Clock,
     ) -> None:
@@ -118,7 +115,7 @@ class MissionChanger:
                     await self._restore(pending, back)
                 raise
 
-    async def _way_back(self, facts: VehicleFacts, by: str) -> PendingChange | None:
+    async def _way_back(self, facts: VehicleProfile, by: str) -> PendingChange | None:
         """What is left of the plan that is flown now; None if that cannot be told, in the middle of a loop."""
         undeclared = replace(facts, performance=None)  # it flies that already, whatever its battery has left
         try:
@@ -155,7 +152,7 @@ class MissionChanger:
     async def _prepare(
         self,
         new: Wanted,
-        facts: VehicleFacts,
+        facts: VehicleProfile,
         continue_at: str | None,
         by: str,
         needed: Collection[str],
@@ -283,7 +280,9 @@ def _broken_off() -> ChangeUnderWayError:
     return ChangeUnderWayError("the change was broken off: something else was commanded meanwhile")
 
 
-def _checked(plan: Plan, rest: Rest, in_flight: VehicleFacts, wind: Wind) -> tuple[tuple[Finding, ...], Timeline]:
+def _checked(
+    plan: Plan, rest: RemainingMission, in_flight: VehicleProfile, wind: Wind
+) -> tuple[tuple[Finding, ...], Timeline]:
     """What is wrong with the whole plan, and with its rest for a vehicle in flight: each once. The rest's timeline.
 
     Charge, load and wind are those of now: only what is left to fly is held to them.

@@ -5,29 +5,38 @@ from __future__ import annotations
 import asyncio
 import contextlib
 from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
 from functools import partial
 from typing import Final
 
 import structlog
 
-from app.domain.arming import armed_by_others
+from app.domain.airspace.rally import RallyDestination
 from app.domain.errors import ChangeUnderWayError, StorageError, WaydropError, WrongStateError
 from app.domain.events.run import CommandOutcome, RunAck, RunCommand
+from app.domain.flight.flight import Flight
 from app.domain.flight.inputs import AskedFor, Ends, NotDone
-from app.domain.ports import LinkFact, VehicleLink
-from app.domain.rally import RallyDestination
-from app.domain.reason import Reason, ReasonCode, because, because_of_error
-from app.domain.run import IN_FLIGHT, NOT_STARTED, Asked, Run, RunState
-from app.domain.vehicle import FlightMode
-from app.services.hold_here import hold_here
+from app.domain.flight.leg import leg_of
+from app.domain.mission.mission import Mission
+from app.domain.plan import Gripper, Plan
+from app.domain.prediction import CALM
+from app.domain.reasons import Reason, ReasonCode, because, because_of_error
+from app.domain.run.run import IN_FLIGHT, NOT_STARTED, Asked, Run, RunState
+from app.domain.stores import FlightLog
+from app.domain.vehicle.link import LinkFact, VehicleLink
+from app.domain.vehicle.modes import armed_by_others
+from app.domain.vehicle.state import FlightMode, VehicleProfile
+from app.services.clock import Clock
+from app.services.journal import Journal
 from app.services.runs.changing import MissionChanger
-from app.services.runs.consents import Consents
+from app.services.runs.diversion import RallyChoice, RallyReturn
+from app.services.runs.gates import FactsRead, refuse_changed_vehicle
+from app.services.runs.monitor import Consents, FlightMonitor, OrderSender
 from app.services.runs.prepare import Preparation
-from app.services.runs.rally_return import RallyChoice, RallyReturn
-from app.services.runs.recorder import RunRecorder
-from app.services.runs.sending import OrderSender
+from app.services.runs.recorder import FlightLogbook, RunRecorder
 from app.services.runs.settings import RunSettings
-from app.services.runs.watch import FlightWatch
+from app.services.targets import Targets
+from app.services.vehicle_commands import hold_here
 
 log = structlog.get_logger(__name__)
 WAITING_FACTS: Final = 1024
@@ -42,7 +51,7 @@ class RunFlight:
         link: VehicleLink,
         recorder: RunRecorder,
         preparation: Preparation,
-        watch: FlightWatch,
+        watch: FlightMonitor,
         sender: OrderSender,
         consents: Consents,
         changer: MissionChanger,
@@ -300,3 +309,55 @@ class RunFlight:
             self._facts.put_nowait(fact)
         except asyncio.QueueFull:  # each look reads the whole state, so only a repeated sign is lost
             log.warning("a fact was dropped: the run is behind", run_id=self._recorder.run.id, fact=type(fact).__name__)
+
+
+# Puts one flight together from a run, its plan and its vehicle.
+
+
+@dataclass(frozen=True, slots=True)
+class Assembled:
+    """A flight and the parts that its owner still needs."""
+
+    flight: RunFlight
+    recorder: RunRecorder
+    watch: FlightMonitor
+
+
+def assemble(
+    run: Run,
+    plan: Plan,
+    mission: Mission,
+    link: VehicleLink,
+    then: VehicleProfile,
+    facts: FactsRead,
+    journal: Journal,
+    settings: RunSettings,
+    clock: Clock,
+    targets: Targets,
+    log: FlightLog,
+) -> Assembled:
+    """One flight, ready to `fly`. `then`: what the mission was compiled for; `facts` reads what is now."""
+    recorder = RunRecorder(run, journal, clock)
+    leg = leg_of(run, plan, mission, settings.default_max_offset_m)
+    now_s = clock.monotonic()
+    flown = Flight.of(run, leg, now_s, settings.lost_after_s, settings.default_max_offset_m)
+    watch = FlightMonitor(link, flown, recorder, clock, targets, FlightLogbook(log, flown))
+
+    async def check() -> None:
+        now, uploaded = await facts(fresh=True), link.mission_id_of(mission)
+        await refuse_changed_vehicle(plan, then.home, now, run.wind or CALM, link.mission_id_of, uploaded)
+
+    loaded = _starts_loaded(plan)
+    preparation = Preparation(link, mission, recorder, settings, clock, check, closes_gripper=loaded)
+    changer = MissionChanger(link, facts, recorder, watch, settings, clock)
+    sender = OrderSender(link, recorder, watch, settings, changer.break_off)
+    consents = Consents(watch, recorder)
+    rally_return = RallyReturn(link, watch)
+    flight = RunFlight(link, recorder, preparation, watch, sender, consents, changer, rally_return, settings)
+    return Assembled(flight, recorder, watch)
+
+
+def _starts_loaded(plan: Plan) -> bool:
+    """Whether the first thing that the gripper does is a release: the parcel is on board from the start."""
+    first = next((item for item in plan.items if isinstance(item, Gripper)), None)
+    return first is not None and first.lets_go

@@ -7,9 +7,7 @@ import contextlib
 from collections.abc import Awaitable, Callable
 from typing import Final
 
-from app.domain.arming import armed_by_others, arming_obstacle, disarmed_by_others, hold_hint
 from app.domain.autopilot import autopilot
-from app.domain.commands import CommandRequest, MavResult
 from app.domain.errors import (
     CommandExpiredError,
     LinkError,
@@ -21,14 +19,15 @@ from app.domain.errors import (
     WaydropError,
 )
 from app.domain.events.run import CommandOutcome, RunAck, RunCommand, RunPlanRefused, RunUploadProgress, answer
-from app.domain.mission import NAN, MavCmd, Mission
-from app.domain.mission_port import UploadProgress
-from app.domain.ports import LinkFact, ParametersChanged, VehicleLink
-from app.domain.reason import ReasonCode, because
-from app.domain.run import RunState
-from app.domain.vehicle import FlightMode
+from app.domain.mission.mission import NAN, MavCmd, Mission
+from app.domain.reasons import ReasonCode, because
+from app.domain.run.run import RunState
+from app.domain.vehicle.commands import CommandRequest, MavResult
+from app.domain.vehicle.link import LinkFact, ParametersChanged, UploadProgress, VehicleLink
+from app.domain.vehicle.modes import armed_by_others, arming_obstacle, disarmed_by_others, hold_hint
+from app.domain.vehicle.state import FlightMode
 from app.services.clock import Clock
-from app.services.runs.clock_gate import refuse_fast_clock
+from app.services.runs.gates import refuse_fast_clock
 from app.services.runs.recorder import RunRecorder
 from app.services.runs.settings import RunSettings
 

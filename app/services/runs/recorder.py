@@ -3,21 +3,108 @@
 from __future__ import annotations
 
 import asyncio
+import secrets
 from collections.abc import Sequence
 from typing import Any, Final
 
 import structlog
 
-from app.domain.drop import DropRecord
+from app.domain.drop.record import DropRecord
+from app.domain.errors import StorageError
 from app.domain.events import AnyPayload, NewEvent
 from app.domain.events.run import RunChanged, RunContinued, RunDrop, consent_told
-from app.domain.reason import Reason
-from app.domain.run import Run, RunState
+from app.domain.flight.flight import Flight
+from app.domain.flight.inputs import FlightEffect, FlightInput
+from app.domain.flight.leg import drop_records
+from app.domain.flight.recording import Line, Recorder, as_text, began
+from app.domain.mission.mission import Mission, mission_hash
+from app.domain.prediction import Wind
+from app.domain.reasons import Reason
+from app.domain.run.run import Run, RunState
+from app.domain.stores import FlightLog, StoredPlan
+from app.domain.vehicle.link import VehicleIdentity
 from app.services.clock import Clock
 from app.services.journal import Journal
 from app.services.plans import NewPlan
 
+# A run as it begins: what it flies, with which vehicle, and whose it is.
+
+
+def new_run_id() -> str:
+    """An id that no other run has."""
+    return f"run-{secrets.token_hex(6)}"
+
+
+def new_run(
+    run_id: str,
+    stored: StoredPlan,
+    vehicle_id: str,
+    identity: VehicleIdentity,
+    mission: Mission,
+    wind: Wind,
+    continues: str | None,
+    *,
+    start: bool,
+    by: str,
+    now: float,
+) -> Run:
+    """A run of this plan that is about to be uploaded. `continues` is the run whose rest it flies."""
+    return Run(
+        id=run_id,
+        plan_id=stored.id,
+        plan_hash=stored.hash,
+        vehicle_id=vehicle_id,
+        vehicle_uid=identity.uid,
+        vehicle_type=identity.vehicle_type,
+        firmware=None if identity.firmware is None else str(identity.firmware),
+        mission_hash=mission_hash(mission),
+        requested_by=by,
+        start_requested=start,
+        wind=wind,
+        continues=continues,
+        drops=drop_records(mission),
+        created_at=now,
+        updated_at=now,
+    )
+
+
+# Keeps the inputs of one flight, so that `waydrop replay` can let today's code decide it again.
+
+
 log = structlog.get_logger(__name__)
+KEEP_EVERY: Final = 200
+"""Lines at a time: some 15 s of a flight. A kill loses those that wait."""
+MOST_LINES_WAITING: Final = 5000
+
+
+class FlightLogbook:
+    """Lines are noted at once and kept now and then. When they cannot be kept the flight goes on without them."""
+
+    def __init__(self, store: FlightLog, flight: Flight) -> None:
+        self._store = store
+        self._run_id = flight.run.id
+        self._recorder = Recorder(flight.run)
+        self._lines: list[Line] = [began(flight)]
+        self._is_cut = False
+
+    def note(self, before: Run, heard: FlightInput, after: Flight, effects: tuple[FlightEffect, ...]) -> None:
+        """One input; see Recorder. A part without a line in its middle would be decided otherwise: it ends there."""
+        self._is_cut = self._is_cut or len(self._lines) >= MOST_LINES_WAITING
+        if not self._is_cut:
+            self._lines.append(self._recorder.line(before, heard, after, effects))
+
+    async def keep(self, *, all_of_them: bool = False) -> None:
+        """Store what waits, if it is enough for a part."""
+        if not self._lines or (len(self._lines) < KEEP_EVERY and not all_of_them):
+            return
+        lines, self._lines = self._lines, []
+        try:
+            await self._store.append(self._run_id, await asyncio.to_thread(as_text, lines))
+        except StorageError as error:
+            self._is_cut, self._lines = True, []
+            log.warning("the inputs of a flight are not kept any more", run_id=self._run_id, error=error.detail)
+
+
 MOST_WAITING: Final = 2000
 
 

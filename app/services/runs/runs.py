@@ -8,30 +8,31 @@ from functools import partial
 
 import structlog
 
-from app.domain.consent import Answer
+from app.domain.drop.consent import Answer
 from app.domain.errors import NotFoundError, WrongStateError
 from app.domain.events.run import RunCreated, RunPredicted
-from app.domain.flight.log_port import FlightLog
 from app.domain.plan import Plan
-from app.domain.ports import RunStore, StoredPlan, VehicleLink
 from app.domain.prediction import CALM, Wind
-from app.domain.run import Run, RunState
-from app.domain.run_filter import ALL_RUNS, RunFilter
-from app.domain.run_tail import refuse_continued
+from app.domain.run.remaining_mission import refuse_continued
+from app.domain.run.run import Run, RunState
+from app.domain.stores import ALL_RUNS, FlightLog, RunFilter, RunStore, StoredPlan
+from app.domain.vehicle.link import VehicleLink
 from app.services.clock import Clock
 from app.services.fleet import Fleet, FleetVehicle
 from app.services.journal import Journal
-from app.services.known_plans import KnownPlans
-from app.services.plans import NewPlan
-from app.services.runs.assembly import assemble
+from app.services.plans import KnownPlans, NewPlan
 from app.services.runs.changing import Wanted
-from app.services.runs.consents import without_flight
-from app.services.runs.flight import RunFlight
-from app.services.runs.new_run import new_run, new_run_id
-from app.services.runs.plan_gate import compiled_and_predicted, refuse_unfit_plan
+from app.services.runs.flight import RunFlight, assemble
+from app.services.runs.gates import (
+    compiled_and_predicted,
+    refuse_other_or_moving,
+    refuse_unfit_plan,
+    refuse_unfit_vehicle,
+)
+from app.services.runs.monitor import without_flight
+from app.services.runs.recorder import new_run, new_run_id
+from app.services.runs.recovery import RunRecovery
 from app.services.runs.settings import RunSettings
-from app.services.runs.take_up import TakeUp
-from app.services.runs.vehicle_gate import refuse_other_or_moving, refuse_unfit_vehicle
 from app.services.targets import Targets
 
 log = structlog.get_logger(__name__)
@@ -283,7 +284,7 @@ class Runs:
         return vehicle.run_id
 
     async def _take_up(self, run: Run) -> None:
-        take_up = TakeUp(
+        take_up = RunRecovery(
             self._fleet,
             self._plans,
             self._journal,

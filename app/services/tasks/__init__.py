@@ -1,6 +1,5 @@
 """The task queues of the fleet: kept for the holder of the offboard lease, flown by setpoints."""
 
-from app.services.tasks.desk import TaskDesk
-from app.services.tasks.tasks import Tasks
+from app.services.tasks.queue_service import TaskQueueService, Tasks
 
-__all__ = ["TaskDesk", "Tasks"]
+__all__ = ["TaskQueueService", "Tasks"]

@@ -3,28 +3,46 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Mapping
+from enum import StrEnum
 from typing import Final, Literal
 
 from app.domain.errors import SetpointRefusedError, WaydropError
 from app.domain.events.vehicle import TaskChange, TasksChanged, TasksGripper
+from app.domain.offboard.capability import FlightKind
+from app.domain.offboard.control_method import ControlMethod
 from app.domain.offboard.state import OffboardState
-from app.domain.reason import Reason, ReasonCode, because, because_of_error
-from app.domain.setpoint.capability import FlightKind
-from app.domain.setpoint.means import Means
-from app.domain.tasks.course import PointCourse, Reference
-from app.domain.tasks.forms import Goto, InsertMode, WhenEmpty
-from app.domain.tasks.guidance import Fix, Wish
-from app.domain.tasks.origin import EkfOrigin
-from app.domain.tasks.queue import QueuedTask, TaskQueue
+from app.domain.offboard.tasks.course import EkfOrigin, PointCourse, Reference
+from app.domain.offboard.tasks.forms import Goto, InsertMode, WhenEmpty
+from app.domain.offboard.tasks.guidance import Fix, SetpointRequest
+from app.domain.offboard.tasks.queue import QueuedTask, TaskQueue
+from app.domain.reasons import Reason, ReasonCode, because, because_of_error
 from app.services.fleet import Fleet
 from app.services.offboard.control import Destination, OffboardControl
-from app.services.offboard_view import TaskReport, TaskState
-from app.services.tasks.by_commands import ByCommands
-from app.services.tasks.by_setpoints import BySetpoints
-from app.services.tasks.fix import fix_of
-from app.services.tasks.gripper import STANDS_M_S, Action, work_gripper
-from app.services.tasks.helm import Helm
-from app.services.tasks.phase import WORDS, Phase
+from app.services.tasks.executors import STANDS_M_S, Action, ByCommands, BySetpoints, TaskExecutor, fix_of, work_gripper
+from app.services.views import TaskReport, TaskState
+
+# What is done with a task queue, and the words in which it is told.
+
+
+class Phase(StrEnum):
+    """What is done with the queue."""
+
+    IDLE = "idle"
+    FLYING = "flying"
+    PAUSED = "paused"
+    BY_HAND = "by_hand"
+    ENDING = "ending"
+
+
+WORDS: Final[Mapping[Phase, TaskState]] = {
+    Phase.IDLE: "idle",
+    Phase.PAUSED: "paused",
+    Phase.BY_HAND: "by_hand",
+    Phase.ENDING: "ending",
+}
+"""A queue that is flown has several words more: see the report."""
+
 
 STEERED: Final = (OffboardState.STREAMING, OffboardState.SWITCHING, OffboardState.ACTIVE)
 TARGET_TOLD_S: Final = 5.0
@@ -48,7 +66,7 @@ class TaskFlight:
         self.seen: Reference | None = None
         self.changes = 0
         self._fleet = fleet
-        self._helm: Helm | None = None
+        self._helm: TaskExecutor | None = None
         self._ticked_s: float | None = None
         self._leaving: asyncio.Task[None] | None = None
         self._gripping: asyncio.Task[None] | None = None
@@ -180,9 +198,9 @@ class TaskFlight:
             if self.phase is Phase.FLYING and entry is not None:
                 self.stop("blocked", because_of_error(error.code, error.detail))
 
-    def _take_helm(self) -> Helm:
+    def _take_helm(self) -> TaskExecutor:
         if self._helm is None or self._helm.means is not self.control.means:
-            if self.control.means is Means.COMMANDS and self.origin is not None:
+            if self.control.means is ControlMethod.COMMANDS and self.origin is not None:
                 self._helm = ByCommands(self.control, self.origin)
             else:
                 self._helm = BySetpoints(self.control)
@@ -192,7 +210,9 @@ class TaskFlight:
         if self._helm is not None:
             self._helm.begin()
 
-    def _fly(self, helm: Helm, entry: QueuedTask, kind: FlightKind, fix: Fix, now_s: float, seconds: float) -> None:
+    def _fly(
+        self, helm: TaskExecutor, entry: QueuedTask, kind: FlightKind, fix: Fix, now_s: float, seconds: float
+    ) -> None:
         up_m = fix.up_m if entry.up_m is None else entry.up_m
         seen = helm.fly(_wish(entry, up_m, now_s), kind, fix, seconds)
         self.queue, self.seen = self.queue.begun(up_m, seen.reference.leg), seen.reference
@@ -284,10 +304,10 @@ class TaskFlight:
         self._fleet.tell(self.control.vehicle, told)
 
 
-def _wish(entry: QueuedTask, up_m: float, now_s: float) -> Wish:
+def _wish(entry: QueuedTask, up_m: float, now_s: float) -> SetpointRequest:
     task, course = entry.task, entry.course
     if isinstance(course, PointCourse):
         course = course.at(now_s, TARGET_TOLD_S)
     stays = isinstance(task, Goto) and (task.stay or task.motion is not None)
     yaw_deg = task.yaw_deg if isinstance(task, Goto) else None
-    return Wish(course, up_m, entry.leg, task.speed_m_s, yaw_deg, stays)
+    return SetpointRequest(course, up_m, entry.leg, task.speed_m_s, yaw_deg, stays)

@@ -2,11 +2,70 @@
 
 from __future__ import annotations
 
+import random
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field
 
-from app.domain.webhooks.hook import Progress, Webhook
+from app.domain.webhooks.lifecycle import DeliveryEvent
+from app.domain.webhooks.webhook import MAX_URL_CHARS, Backoff, Progress, Webhook
+
+# What can be set of webhooks.
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WebhookSettings:
+    """`http_anywhere` allows plain http to other machines. `chance` is the random part of each wait, in [0, 1).
+
+    `queue_events` bounds what waits in memory for a slow receiver, `page_events` what is read from the disk at once.
+    A cursor that moved over events of no interest is stored each `save_each_events`; while a webhook catches up it is
+    stored each `save_each_s` at most: each time is a sync of the disk, for which the journal's next commit waits.
+    `disk_again_s`: after an error of the disk the journal is read again.
+    """
+
+    backoff: Backoff = field(default_factory=Backoff)
+    http_anywhere: bool = False
+    queue_events: int = 256
+    page_events: int = 50
+    save_each_events: int = 500
+    save_each_s: float = 0.5
+    disk_again_s: float = 5.0
+    chance: Callable[[], float] = random.random
+
+
+# What an administrator asks for: a new webhook, or changes to one.
+
+
+_Url = Annotated[str, Field(min_length=1, max_length=MAX_URL_CHARS)]
+_Description = Annotated[str, Field(max_length=200)]
+_Events = Annotated[tuple[DeliveryEvent, ...], Field(max_length=len(DeliveryEvent))]
+
+
+class WebhookOrder(BaseModel):
+    """A new webhook. `events` empty: all. `after`: begin behind this event of the journal (0: at its first event);
+    without it only what happens from now on is told."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    url: _Url
+    events: _Events = ()
+    description: _Description = ""
+    after: Annotated[int, Field(ge=0, le=2**53)] | None = None
+
+
+class WebhookChange(BaseModel):
+    """What is given is changed. `skip_missed`: leave out all that was not delivered yet, and go on from now."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    url: _Url | None = None
+    events: _Events | None = None
+    description: _Description | None = None
+    enabled: bool | None = None
+    skip_missed: bool = False
 
 
 class HookState(StrEnum):

@@ -11,21 +11,32 @@ import structlog
 
 from app.domain.errors import ConflictError, InvalidInputError, NotFoundError
 from app.domain.events.service import HookChange, WebhookChanged
-from app.domain.ports import PlanStore
-from app.domain.reason import ReasonCode, because
-from app.domain.webhooks.address import checked_url, host_of
-from app.domain.webhooks.hook import MAX_HOOKS, Progress, StoredWebhook, Webhook
+from app.domain.reasons import ReasonCode, because
+from app.domain.stores import PlanStore
 from app.domain.webhooks.lifecycle import DeliveryEvent
 from app.domain.webhooks.message import Message
-from app.domain.webhooks.port import WebhookSender, WebhookStore
-from app.domain.webhooks.signature import SECRET_PREFIX
+from app.domain.webhooks.webhook import (
+    MAX_HOOKS,
+    SECRET_PREFIX,
+    Progress,
+    StoredWebhook,
+    Webhook,
+    WebhookSender,
+    WebhookStore,
+    checked_url,
+    host_of,
+)
 from app.services.clock import Clock
 from app.services.journal import Journal
-from app.services.webhooks.changes import WebhookChange, WebhookOrder
-from app.services.webhooks.delivery import HookDelivery, ReceiverGoneError
-from app.services.webhooks.settings import WebhookSettings
-from app.services.webhooks.stories import Stories
-from app.services.webhooks.views import HookState, WebhookTestView, WebhookView
+from app.services.webhooks.delivery import DeliveryFeed, HookDelivery, ReceiverGoneError
+from app.services.webhooks.views import (
+    HookState,
+    WebhookChange,
+    WebhookOrder,
+    WebhookSettings,
+    WebhookTestView,
+    WebhookView,
+)
 
 log = structlog.get_logger(__name__)
 GONE_REASON: Final = because(ReasonCode.WEBHOOK_GONE)
@@ -151,7 +162,7 @@ class Webhooks:
 
     def _take(self, stored: StoredWebhook) -> None:
         hook = stored.hook
-        stories = Stories(self._journal, self._plans)
+        stories = DeliveryFeed(self._journal, self._plans)
         self._secrets[hook.id] = stored.secret
         delivery = HookDelivery(stored, self._journal, stories, self._store, self._sender, self._clock, self._settings)
         self._deliveries[hook.id] = delivery

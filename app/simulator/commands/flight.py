@@ -10,10 +10,9 @@ from app.simulator.commands.link import Handler, Request
 from app.simulator.geofence_breach import HOLD, breaches_at
 from app.simulator.mission.geofence import Geofence
 from app.simulator.navigator.context import NavContext
-from app.simulator.navigator.hold_mode import HoldMode, Reposition
 from app.simulator.navigator.mission_mode import MissionMode
+from app.simulator.navigator.modes import HoldMode, Reposition, TakeoffMode
 from app.simulator.navigator.orbit_mode import OrbitCommand, OrbitMode
-from app.simulator.navigator.takeoff_mode import TakeoffMode
 from app.simulator.wire import Cmd, Mode, Result, Severity, VtolState
 
 CUSTOM_MODE_ENABLED = 1

@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from app.simulator.channel import Radio
 from app.simulator.clock import VehicleClock
 from app.simulator.dialect import mavlink
-from app.simulator.external.port import PayloadPort
-from app.simulator.navigator.deployment import Deployment
+from app.simulator.external.component import PayloadPort
+from app.simulator.navigator.context import Deployment
 from app.simulator.navigator.gimbal import SENT_ONCE, Command
 from app.simulator.payload import PayloadDeliverer
-from app.simulator.radio import Radio
 from app.simulator.wire import VEHICLE_COMPONENT, Cmd, Result
 
 REPEATS_AFTER_S = (0.5, 1.5, 2.0)

@@ -7,10 +7,13 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from app.simulator.channel import Radio, Sender
 from app.simulator.dialect import Message, mavlink
 from app.simulator.faults import VehicleFaults
-from app.simulator.radio import Radio, Sender
-from app.simulator.wire import VEHICLE_COMPONENT, Result
+from app.simulator.payload import PayloadDeliverer
+from app.simulator.streams import Streams
+from app.simulator.telemetry import Telemetry
+from app.simulator.wire import VEHICLE_COMPONENT, Cmd, Result
 
 QUEUE_LIMIT = 64
 INT32_MAX = 2147483647
@@ -101,3 +104,70 @@ def _request(channel: Sender, message: Message) -> Request:
         channel=channel,
         source=(message.get_srcSystem(), message.get_srcComponent()),
     )
+
+
+# Commands about messages: REQUEST_MESSAGE, SET_MESSAGE_INTERVAL, GET_MESSAGE_INTERVAL.
+
+
+class MessageCommands:
+    """Handlers for the command link."""
+
+    def __init__(self, telemetry: Telemetry, streams: Streams, radio: Radio) -> None:
+        self._telemetry = telemetry
+        self._streams = streams
+        self._radio = radio
+
+    def handlers(self) -> dict[int, Handler]:
+        """Command number to handler."""
+        return {
+            Cmd.REQUEST_MESSAGE: self._request_message,
+            Cmd.SET_MESSAGE_INTERVAL: self._set_interval,
+            Cmd.GET_MESSAGE_INTERVAL: self._get_interval,
+        }
+
+    def _request_message(self, request: Request) -> Result:
+        """The message comes before the ack."""
+        message = self._telemetry.by_id(request.whole(1))
+        if message is None:
+            return Result.DENIED
+        self._radio.reply(request.channel, message)
+        return Result.ACCEPTED
+
+    def _set_interval(self, request: Request) -> Result:
+        known = self._streams.set_interval(request.whole(1), request.param2)
+        return Result.ACCEPTED if known else Result.FAILED
+
+    def _get_interval(self, request: Request) -> Result:
+        message_id = request.whole(1)
+        interval_us = self._streams.interval_us(message_id)
+        self._radio.reply(request.channel, mavlink.MAVLink_message_interval_message(message_id, interval_us))
+        return Result.ACCEPTED
+
+
+# DO_GRIPPER and DO_WINCH from a ground station to the autopilot.
+
+
+class PayloadCommands:
+    """Handlers for the command link; the acks come from the deliverer, in its own time.
+
+    PX4's commander leaves both commands to other parts of the system: where none executes them nobody answers.
+    """
+
+    def __init__(self, payload: PayloadDeliverer | None) -> None:
+        self._payload = payload
+        self._link: CommandLink | None = None
+
+    def connect(self, link: CommandLink) -> None:
+        """Give the way back for acks."""
+        self._link = link
+
+    def handlers(self) -> dict[int, Handler]:
+        """Command number to handler."""
+        return {Cmd.DO_GRIPPER: self._gripper, Cmd.DO_WINCH: lambda request: None}
+
+    def _gripper(self, request: Request) -> None:
+        link = self._link
+        if self._payload is None:
+            return
+        assert link is not None
+        self._payload.command(request.param2, lambda result: link.ack(request, result))

@@ -5,8 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
+from app.simulator.clock import VehicleClock
+from app.simulator.faults import VehicleFaults
 from app.simulator.setpoint import Setpoint
-from app.simulator.state import Body
+from app.simulator.state import Body, VehicleState
+from app.simulator.wire import Mode
 
 
 @dataclass(slots=True)
@@ -28,3 +31,50 @@ class Dynamics(Protocol):
 
     def transition(self, wanted: int) -> None:
         """VTOL only: change to MAV_VTOL_STATE `wanted` (3 multicopter, 4 fixed wing)."""
+
+
+# Moves the body: by its dynamics while armed, by gravity alone when not, or when the flight was terminated.
+
+
+FALL_M_S = 8.0
+"""Drag does not let it fall faster."""
+GRAVITY_M_S2 = 9.81
+
+
+class Motion:
+    """One step of the body per step of vehicle time, in the wind that the faults say."""
+
+    def __init__(self, state: VehicleState, dynamics: Dynamics, faults: VehicleFaults) -> None:
+        self._state = state
+        self._dynamics = dynamics
+        self._faults = faults
+        self._wind = Wind(0.0, 0.0)
+
+    def reset(self) -> None:
+        """Take over the body in any state."""
+        self._dynamics.reset(self._state.body)
+
+    def transition(self, wanted: int) -> None:
+        """VTOL only: change to MAV_VTOL_STATE `wanted`."""
+        self._dynamics.transition(wanted)
+
+    def step(self, setpoint: Setpoint) -> None:
+        """One step of vehicle time."""
+        status = self._state.status
+        if not status.armed or status.mode is Mode.TERMINATION:
+            self._fall()
+            return
+        faults, wind = self._faults, self._wind
+        if wind.north_m_s != faults.wind_north_m_s or wind.east_m_s != faults.wind_east_m_s:
+            wind = self._wind = Wind(faults.wind_north_m_s, faults.wind_east_m_s)
+        self._dynamics.step(self._state.body, setpoint, VehicleClock.STEP_S, wind)
+
+    def _fall(self) -> None:
+        """Without motors, in the air too: straight down to the ground."""
+        body, dt_s = self._state.body, VehicleClock.STEP_S
+        body.v_north_m_s = body.v_east_m_s = body.throttle = body.climb_command_m_s = 0.0
+        body.v_up_m_s = max(-FALL_M_S, body.v_up_m_s - GRAVITY_M_S2 * dt_s)
+        body.up_m = max(0.0, body.up_m + body.v_up_m_s * dt_s)
+        if body.on_ground:
+            body.v_up_m_s = 0.0
+        self._dynamics.reset(body)

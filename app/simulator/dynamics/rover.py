@@ -6,7 +6,7 @@ import math
 
 from app.simulator.dynamics.model import Wind
 from app.simulator.dynamics.path import course_on_line
-from app.simulator.dynamics.trajectory import speed_to_stop_m_s
+from app.simulator.dynamics.position_smoothing import speed_to_stop_m_s
 from app.simulator.geo import wrap_pi
 from app.simulator.params import Params
 from app.simulator.setpoint import Setpoint, SetpointKind

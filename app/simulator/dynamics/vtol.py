@@ -6,11 +6,10 @@ import math
 from dataclasses import replace
 
 from app.simulator.dynamics.fixed_wing import FixedWing
-from app.simulator.dynamics.hovering_wing import air_force, push_m_s2
+from app.simulator.dynamics.hovering_wing import WingedControl, air_force, push_m_s2
 from app.simulator.dynamics.model import Wind
 from app.simulator.dynamics.multicopter import Multicopter
 from app.simulator.dynamics.position_control import CLIMB_GAIN
-from app.simulator.dynamics.winged_control import WingedControl
 from app.simulator.geo import wrap_pi
 from app.simulator.params import Params
 from app.simulator.setpoint import Setpoint, SetpointKind

@@ -5,24 +5,95 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import IntEnum
+from enum import IntEnum, IntFlag
 
 from app.simulator.clock import VehicleClock
 from app.simulator.dialect import Message, mavlink
 from app.simulator.external.component import Answer, Params4
-from app.simulator.external.winch_legs import (
-    FULL_LENGTH_M,
-    RELEASE_S,
-    Flag,
-    Leg,
-    abandon,
-    deliver,
-    let_out,
-    load_line,
-    present_hook,
-    retract,
-)
 from app.simulator.wire import Cmd, Result
+
+# What the drum does for each action of a winch: legs, each to a length of line at a rate.
+
+
+FULL_LENGTH_M = 30.0
+DEFAULT_RATE_M_S = 1.0
+FASTEST_M_S = 3.0
+SLOW_M_S = 0.5
+SLOW_BELOW_M = 1.0
+"""The last of the way down is slow, feeling for the ground."""
+RETRACT_M_S = 2.0
+HOOK_M = 0.5
+RELEASE_S = 0.5
+"""At the ground, until the payload is off the hook."""
+
+
+class Flag(IntFlag):
+    """MAV_WINCH_STATUS_FLAG."""
+
+    HEALTHY = 1
+    FULLY_RETRACTED = 2
+    MOVING = 4
+    CLUTCH_ENGAGED = 8
+    LOCKED = 16
+    DROPPING = 32
+    ARRESTING = 64
+    GROUND_SENSE = 128
+    RETRACTING = 256
+    ABANDON_LINE = 1024
+    LOAD_LINE = 4096
+    LOAD_PAYLOAD = 8192
+
+
+MOVING_ONLY = Flag(0)
+
+
+@dataclass(frozen=True, slots=True)
+class WinchLeg:
+    """To `target_m` of line let out."""
+
+    target_m: float
+    rate_m_s: float
+    flags: Flag = MOVING_ONLY
+    releases: bool = False
+    """At its end the payload stands on the ground."""
+
+
+def let_out(target_m: float, rate_m_s: float) -> list[WinchLeg]:
+    """To a length within the line's; a rate that is not given (0 or NaN) is the winch's own."""
+    rate = abs(rate_m_s) if math.isfinite(rate_m_s) and rate_m_s != 0.0 else DEFAULT_RATE_M_S
+    return [WinchLeg(max(0.0, min(FULL_LENGTH_M, target_m)), min(rate, FASTEST_M_S))]
+
+
+def deliver(height_m: float) -> list[WinchLeg]:
+    """Drop, slow down, touch down, reel up (and lock); nothing when the line does not reach the ground."""
+    if height_m > FULL_LENGTH_M:
+        return []
+    return [
+        WinchLeg(max(0.0, height_m - SLOW_BELOW_M), FASTEST_M_S, Flag.DROPPING),
+        WinchLeg(max(0.0, height_m), SLOW_M_S, Flag.ARRESTING | Flag.GROUND_SENSE, releases=True),
+        WinchLeg(0.0, RETRACT_M_S, Flag.RETRACTING),
+    ]
+
+
+def retract() -> list[WinchLeg]:
+    """All the line in."""
+    return [WinchLeg(0.0, RETRACT_M_S, Flag.RETRACTING)]
+
+
+def load_line() -> list[WinchLeg]:
+    """Wind a new line on, until the tension says that it is all there."""
+    return [WinchLeg(0.0, DEFAULT_RATE_M_S, Flag.LOAD_LINE)]
+
+
+def abandon() -> list[WinchLeg]:
+    """Let out the entire line; it is lost then."""
+    return [WinchLeg(FULL_LENGTH_M, FASTEST_M_S, Flag.ABANDON_LINE)]
+
+
+def present_hook() -> list[WinchLeg]:
+    """Just enough line that somebody can hang the payload on."""
+    return [WinchLeg(HOOK_M, DEFAULT_RATE_M_S, Flag.LOAD_PAYLOAD)]
+
 
 WINCH_COMPONENT = 169
 MAV_TYPE_WINCH = 42
@@ -46,7 +117,7 @@ class Action(IntEnum):
 @dataclass(slots=True)
 class _Motion:
     action: Action
-    legs: list[Leg]
+    legs: list[WinchLeg]
     answer: Answer
     pause_until_s: float | None = None
 
@@ -129,7 +200,7 @@ class Winch:
             int(self._clock.now_s * 1e6), self.line_m, speed_m_s, math.nan, 16.2, math.nan, 25, flags
         )
 
-    def _legs(self, action: Action, length_m: float, rate_m_s: float) -> list[Leg]:
+    def _legs(self, action: Action, length_m: float, rate_m_s: float) -> list[WinchLeg]:
         if action is Action.RELATIVE_LENGTH:
             return let_out(self.line_m + length_m, rate_m_s)
         if action is Action.DELIVER:
@@ -142,7 +213,7 @@ class Winch:
         }
         return makers[action]()
 
-    def _begin(self, action: Action, legs: list[Leg], answer: Answer) -> None:
+    def _begin(self, action: Action, legs: list[WinchLeg], answer: Answer) -> None:
         """No legs: it is impossible (the ground is too far down)."""
         if self.stuck or not legs or (self._line_gone and action is not Action.LOAD_LINE):
             answer(Result.FAILED)

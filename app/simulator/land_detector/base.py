@@ -2,19 +2,121 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 
 from app.simulator.clock import VehicleClock
-from app.simulator.land_detector.at_rest import AtRest
-from app.simulator.land_detector.flight_time import FlightTime
-from app.simulator.land_detector.hysteresis import Hysteresis
-from app.simulator.land_detector.landed_state import landed_state
-from app.simulator.land_detector.sample import LandSample
-from app.simulator.land_detector.sensing import Sensing
+from app.simulator.land_detector.sensing import LandSample, Sensing
 from app.simulator.params import Params
-from app.simulator.setpoint import Setpoint
+from app.simulator.setpoint import Setpoint, SetpointKind
 from app.simulator.state import LandDetected, Status
-from app.simulator.wire import LandedState
+from app.simulator.wire import LandedState, Mode
+
+# PX4's systemlib::Hysteresis: a state that follows its input only when the input has stayed for a time.
+
+
+TOLERANCE_S = 1e-9
+"""Vehicle time is a multiple of 20 ms in binary fractions."""
+
+
+class Hysteresis:
+    """`rise_s` is the wait from False to True, `fall_s` from True to False."""
+
+    def __init__(self, state: bool = False) -> None:
+        self.state = state
+        self.rise_s = 0.0
+        self.fall_s = 0.0
+        self._requested = state
+        self._since_s = 0.0
+
+    def update(self, wanted: bool, now_s: float) -> bool:
+        """Give the input at this time; returns the state."""
+        if wanted != self._requested:
+            self._requested = wanted
+            self._since_s = now_s
+        if self._requested != self.state:
+            wait_s = self.rise_s if self._requested else self.fall_s
+            if now_s - self._since_s >= wait_s - TOLERANCE_S:
+                self.state = self._requested
+        return self.state
+
+
+# Whether the vehicle is wholly still.
+
+
+GYRO_MAX_RAD_S = math.radians(3.0)
+ROLLING_M_S = 0.1
+STILL_S = 1.0
+
+
+class AtRest:
+    """True a second after the last movement. Modelled: turning motors and rolling wheels shake the frame."""
+
+    def __init__(self, now_s: float) -> None:
+        self._moved_at_s = now_s
+
+    def update(self, sample: LandSample, now_s: float) -> bool:
+        """One cycle; whether the vehicle is at rest (the base adds that it has to be landed)."""
+        shakes = sample.throttle > 0.0 or sample.v_xy_m_s > ROLLING_M_S
+        if shakes or sample.rate_rad_s > GYRO_MAX_RAD_S:
+            self._moved_at_s = now_s
+        return now_s - self._moved_at_s > STILL_S
+
+
+# The total flight time, kept in two parameters.
+
+
+HIGH, LOW = "LND_FLIGHT_T_HI", "LND_FLIGHT_T_LO"
+"""Together 64 bits of microseconds."""
+WORD = 1 << 32
+SIGN = 1 << 31
+
+
+class FlightTime:
+    """Counts from the first take-off after arming until disarming; stored then, so a reboot in the air loses it."""
+
+    def __init__(self, params: Params) -> None:
+        self._params = params
+        self._took_off_s: float | None = None
+
+    def restart(self) -> None:
+        """Power-up."""
+        self._took_off_s = None
+
+    def take_off(self, now_s: float) -> None:
+        """The vehicle left the ground; counts once until disarming."""
+        if self._took_off_s is None:
+            self._took_off_s = now_s
+
+    def disarm(self, now_s: float) -> None:
+        """The vehicle was disarmed."""
+        if self._took_off_s is None:
+            return
+        total_us = self.total_us + round((now_s - self._took_off_s) * 1e6)
+        self._took_off_s = None
+        self._params.set(HIGH, total_us // WORD)
+        low = total_us % WORD
+        self._params.set(LOW, low - WORD if low >= SIGN else low)  # PX4 stores the bits in an int32
+
+    @property
+    def total_us(self) -> int:
+        """As stored."""
+        return self._params.integer(HIGH) * WORD + self._params.integer(LOW) % WORD
+
+
+# What EXTENDED_SYS_STATE says of the land detector's verdict and the position setpoint.
+
+
+def landed_state(landed: bool, mode: Mode, kind: SetpointKind) -> LandedState:
+    """PX4's MavlinkStreamExtendedSysState: TAKEOFF and LANDING are the setpoint's type, in the auto modes only."""
+    if landed:
+        return LandedState.ON_GROUND
+    if kind is SetpointKind.TAKEOFF and mode.is_auto:
+        return LandedState.TAKEOFF
+    if kind is SetpointKind.LAND and mode.is_auto:
+        return LandedState.LANDING
+    return LandedState.IN_AIR
+
 
 PUBLISH_S = 1.0
 """At least this often, and at once when a state changes."""

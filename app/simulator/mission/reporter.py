@@ -6,12 +6,12 @@ never be seen, as on the real vehicle.
 
 from __future__ import annotations
 
+from app.simulator.channel import Radio
 from app.simulator.clock import VehicleClock
 from app.simulator.dialect import mavlink
 from app.simulator.firmware import FirmwareProfile
 from app.simulator.mission.store import MissionStore
 from app.simulator.navigator.mission_mode import MissionResult
-from app.simulator.radio import Radio
 from app.simulator.state import Status
 from app.simulator.wire import MissionState, Mode
 

@@ -10,14 +10,14 @@ from dataclasses import dataclass, field
 from enum import Enum, auto
 
 from app.simulator.airframe import Airframe
+from app.simulator.channel import Radio, Sender
 from app.simulator.dialect import Message, mavlink
 from app.simulator.faults import VehicleFaults
 from app.simulator.firmware import FirmwareProfile
 from app.simulator.mission import item as items
-from app.simulator.mission.fence_item import fence_refusal, stored_fence_item
-from app.simulator.mission.item_rules import refusal
+from app.simulator.mission.geofence import fence_refusal, stored_fence_item
+from app.simulator.mission.item import refusal
 from app.simulator.mission.store import LIMITS, MissionStore, plan_of
-from app.simulator.radio import Radio, Sender
 from app.simulator.wire import MissionAck, MissionType, Severity
 
 REPEAT_S = 0.26

@@ -8,14 +8,34 @@ from dataclasses import dataclass, field
 
 from app.simulator.airframe import Airframe
 from app.simulator.clock import VehicleClock
-from app.simulator.dynamics.trajectory import stopping_distance_m
+from app.simulator.dynamics.position_smoothing import stopping_distance_m
 from app.simulator.firmware import FirmwareProfile
 from app.simulator.geo import LocalFrame
 from app.simulator.navigator.gimbal import Command, GimbalTimer
 from app.simulator.params import Params
 from app.simulator.setpoint import Setpoint, SetpointKind
 from app.simulator.state import Home, VehicleState
-from app.simulator.wire import Severity, VtolState
+from app.simulator.wire import Result, Severity, VtolState
+
+# Whether the payload has acknowledged the mission's gripper or winch item.
+#
+# From the payload deliverer on board, or from a component outside. Up to v1.15 the mission waits for ACCEPTED; after
+# a refusal or a failure the item ends by its time-out alone.
+
+
+class Deployment:
+    """One item at a time."""
+
+    def __init__(self) -> None:
+        self.succeeded = False
+
+    def begin(self) -> None:
+        """The item's command goes out."""
+        self.succeeded = False
+
+    def hear(self, result: Result) -> None:
+        """An ack addressed to the autopilot."""
+        self.succeeded = result is Result.ACCEPTED
 
 
 @dataclass(slots=True)

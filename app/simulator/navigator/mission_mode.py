@@ -3,21 +3,106 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from app.simulator.mission.item import Item
+from app.simulator.mission.item import TAKEOFF_COMMANDS, Item
 from app.simulator.mission.store import MissionStore
 from app.simulator.navigator.arrival import Arrival
-from app.simulator.navigator.context import NavContext
-from app.simulator.navigator.deployment import Deployment
+from app.simulator.navigator.context import Deployment, NavContext
 from app.simulator.navigator.gimbal import PAUSE_CAMERA, as_issued
-from app.simulator.navigator.jumps import JumpCounter
-from app.simulator.navigator.lookahead import PAYLOAD_COMMANDS, next_target
 from app.simulator.navigator.preparation import Preparation
 from app.simulator.navigator.target import Target, target_of
 from app.simulator.setpoint import SetpointKind
 from app.simulator.state import Home
 from app.simulator.wire import Cmd, Severity
+
+# DO_JUMP: which item comes next, and how often a jump was taken.
+
+
+FOREVER = 65535
+"""DO_JUMP with repeat -1, as PX4 stores it."""
+
+
+class JumpCounter:
+    """Counts the jumps of one mission; reset with a new mission or a new start."""
+
+    def __init__(self) -> None:
+        self._taken: dict[int, int] = {}
+        self._changed: int | None = None
+
+    def reset(self) -> None:
+        """Begin to count again."""
+        self._taken.clear()
+
+    def take_changed(self) -> int | None:
+        """The jump that was counted last, once."""
+        changed, self._changed = self._changed, None
+        return changed
+
+    def after(self, items: Sequence[Item], seq: int) -> int | None:
+        """The item after `seq`, or None at the end of the mission."""
+        return self.resolve(items, seq + 1)
+
+    def resolve(self, items: Sequence[Item], seq: int, *, counts: bool = True) -> int | None:
+        """`seq` itself, or where the jumps from there lead. None past the end or for jumps in a circle.
+
+        `counts`: they are taken; else it is only looked where they would lead.
+        """
+        for _ in range(len(items) + 1):
+            if not 0 <= seq < len(items):
+                return None
+            item = items[seq]
+            if item.command != Cmd.DO_JUMP:
+                return seq
+            limit = FOREVER if item.param2 < 0 else int(item.param2)
+            if self._taken.get(seq, 0) < limit:
+                if counts and limit != FOREVER:
+                    self._taken[seq] = self._taken.get(seq, 0) + 1
+                    self._changed = seq
+                seq = int(item.param1)
+            else:
+                seq += 1
+        return None
+
+
+# Where a track goes on after the current item, and when a multicopter has to stop there instead.
+
+
+PAYLOAD_COMMANDS = (Cmd.DO_GRIPPER, Cmd.DO_WINCH)
+
+
+def next_target(context: NavContext, items: Sequence[Item], seq: int, jumps: JumpCounter) -> Target | None:
+    """The next position item, over DO_ items and by the jumps; None makes the vehicle stop at the current one."""
+    if brakes(context, items[seq], items[seq + 1 :]):
+        return None
+    for _ in items:
+        following = jumps.resolve(items, seq + 1, counts=False)
+        if following is None:
+            return None
+        seq, candidate = following, items[following]
+        if candidate.command in TAKEOFF_COMMANDS:
+            return None
+        if candidate.has_position:
+            return target_of(candidate, context.frame, context.home, context.params)
+    return None
+
+
+def brakes(context: NavContext, item: Item, following: Sequence[Item]) -> bool:
+    """PX4's brake_for_hold: a hold time in rotary-wing state, or no autocontinue.
+
+    Up to v1.15 also a gripper item right behind; since then its time-out never reaches the rule, because the item
+    has no position.
+    """
+    if not item.autocontinue:
+        return True
+    if not context.hovers:
+        return False
+    if item.command == Cmd.NAV_WAYPOINT and item.param1 > 0.0:
+        return True
+    gripper_next = bool(following) and following[0].command in PAYLOAD_COMMANDS
+    return context.profile.gripper_items_brake and gripper_next
+
 
 CLIMB_TOLERANCE_M = 0.8
 RAMPS_FROM = (SetpointKind.POSITION, SetpointKind.LOITER)

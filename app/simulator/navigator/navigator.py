@@ -9,14 +9,11 @@ from app.simulator.mission.feasibility import FeasibilityInput, first_waypoint_m
 from app.simulator.mission.geofence import Geofence
 from app.simulator.mission.store import MissionStore
 from app.simulator.navigator.context import NavContext
-from app.simulator.navigator.hold_mode import HoldMode
-from app.simulator.navigator.land_mode import LandMode
 from app.simulator.navigator.mission_mode import MissionMode
-from app.simulator.navigator.mode import FlightMode
+from app.simulator.navigator.modes import FlightMode, HoldMode, LandMode, TakeoffMode
 from app.simulator.navigator.orbit_mode import OrbitMode
-from app.simulator.navigator.return_check import ReturnCheck
 from app.simulator.navigator.return_mode import ReturnMode
-from app.simulator.navigator.takeoff_mode import TakeoffMode
+from app.simulator.navigator.return_plan import ReturnCheck
 from app.simulator.setpoint import SetpointKind
 from app.simulator.state import OrbitStatus
 from app.simulator.wire import Mode, Severity

@@ -14,10 +14,8 @@ from app.simulator.mission.item import LAND_COMMANDS, TAKEOFF_COMMANDS, Item
 from app.simulator.mission.store import MissionStore
 from app.simulator.navigator.arrival import Arrival
 from app.simulator.navigator.context import NavContext
-from app.simulator.navigator.jumps import JumpCounter
-from app.simulator.navigator.mission_mode import MissionResult
-from app.simulator.navigator.return_altitude import return_up_m
-from app.simulator.navigator.return_destination import Point, Way
+from app.simulator.navigator.mission_mode import JumpCounter, MissionResult
+from app.simulator.navigator.return_plan import NorthEast, Way, return_up_m
 from app.simulator.navigator.target import Target, target_of
 from app.simulator.setpoint import SetpointKind
 from app.simulator.wire import Cmd, Severity, VtolState
@@ -52,14 +50,16 @@ class PathReturn:
         self._arrival = Arrival(context)
         self._stage = _Stage.OVER
         self._way = Way.FORWARD
-        self._home: Point = (0.0, 0.0)
-        self._landing_point: Point = (0.0, 0.0)
+        self._home: NorthEast = (0.0, 0.0)
+        self._landing_point: NorthEast = (0.0, 0.0)
         self._landing_up_m = 0.0
         self._target: Target | None = None
         self._serial = -1
         """Of the mission that it began with: its sequence numbers mean nothing in another."""
 
-    def start(self, way: Way, home: Point, landing_start: int | None, landing: int | None, from_mission: bool) -> None:
+    def start(
+        self, way: Way, home: NorthEast, landing_start: int | None, landing: int | None, from_mission: bool
+    ) -> None:
         """Begin, in the air. `landing` is the mission's LAND. From another mode than mission: at the nearest item."""
         context = self._context
         self._way, self._home, self._serial = way, home, self._store.mission_serial
@@ -232,7 +232,7 @@ class PathReturn:
         tolerance_m = float(context.params["NAV_FW_ALT_RAD" if context.flies_like_plane else "NAV_MC_ALT_RAD"])
         return context.state.body.up_m >= context.setpoint.up_m - tolerance_m
 
-    def _land_at(self, point: Point, up_m: float) -> None:
+    def _land_at(self, point: NorthEast, up_m: float) -> None:
         """What hovers, or can, flies over the point first; a plane descends from where it is."""
         self._landing_point, self._landing_up_m = point, up_m
         if self._context.airframe.is_fixed_wing or self._context.airframe.is_rover:

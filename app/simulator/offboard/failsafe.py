@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from app.simulator.clock import VehicleClock
 from app.simulator.commander import Commander
-from app.simulator.offboard.stream import OffboardStream
+from app.simulator.offboard.receiver import OffboardStream
 from app.simulator.params import Params
 from app.simulator.state import Status
 from app.simulator.wire import Mode, Severity

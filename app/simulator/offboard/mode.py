@@ -7,8 +7,7 @@ import math
 from app.simulator.clock import VehicleClock
 from app.simulator.geo import wrap_pi
 from app.simulator.navigator.context import NavContext
-from app.simulator.offboard.stream import OffboardStream
-from app.simulator.offboard.target import OffboardTarget, Vector
+from app.simulator.offboard.receiver import OffboardStream, OffboardTarget, Vector
 from app.simulator.setpoint import AxisSetpoint, SetpointKind
 
 AHEAD_M = 1000.0

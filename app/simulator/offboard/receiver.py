@@ -4,13 +4,88 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass, field
 
+from app.simulator.channel import Sender
+from app.simulator.clock import VehicleClock
 from app.simulator.dialect import Message
 from app.simulator.navigator.context import NavContext
-from app.simulator.offboard.stream import OffboardStream
-from app.simulator.offboard.target import OffboardTarget, Vector
-from app.simulator.radio import Sender
+from app.simulator.options import MAX_LIVE_SPEED
+from app.simulator.params import Params
 from app.simulator.wire import VEHICLE_COMPONENT, Severity
+
+# One setpoint from outside, in the vehicle's local frame: north, east, up.
+
+
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class OffboardTarget:
+    """What the type mask leaves; None was masked out. Metres, m/s, m/s2."""
+
+    position: Vector | None = None
+    velocity: Vector | None = None
+    acceleration: Vector | None = None
+    yaw_rad: float = math.nan
+    thrust: float | None = None
+    """SET_ATTITUDE_TARGET only."""
+    tilt_rad: tuple[float, float] = field(default=(0.0, 0.0))
+    """Roll and pitch of SET_ATTITUDE_TARGET."""
+
+    @property
+    def is_attitude(self) -> bool:
+        """Attitude or body rates with thrust."""
+        return self.thrust is not None
+
+
+# The newest setpoint, and whether its sender still lives.
+
+
+class OffboardStream:
+    """Proof of life: the newest valid setpoint is younger than COM_OF_LOSS_T, whatever the rate.
+
+    Above MAX_LIVE_SPEED no stream lives: its sender's timers are wall clock.
+    """
+
+    def __init__(self, params: Params, clock: VehicleClock) -> None:
+        self._params = params
+        self._clock = clock
+        self._heard_at_s: float | None = None
+        self.newest: OffboardTarget | None = None
+        clock.on_speed(self._change_speed)
+
+    def boot(self) -> None:
+        """Power-up: nothing was heard."""
+        self._heard_at_s = None
+        self.newest = None
+
+    def hear(self, target: OffboardTarget) -> None:
+        """A setpoint that was accepted."""
+        self.newest = target
+        self._heard_at_s = self._clock.now_s
+
+    def _change_speed(self, factor: float) -> None:
+        if self._heard_at_s is not None:
+            self._heard_at_s = self._clock.same_by_the_wall(self._heard_at_s, factor)
+
+    @property
+    def too_fast(self) -> bool:
+        """Simulated time runs too fast for anybody to control the vehicle."""
+        return self._clock.speed > MAX_LIVE_SPEED
+
+    @property
+    def flies_blind(self) -> bool:
+        """Attitude or rates: no position is needed to follow the newest setpoint."""
+        return self.newest is not None and self.newest.is_attitude
+
+    @property
+    def lives(self) -> bool:
+        """Whether OFFBOARD can be flown now."""
+        if self.too_fast or self._heard_at_s is None:
+            return False
+        return self._clock.now_s - self._heard_at_s <= float(self._params["COM_OF_LOSS_T"])
+
 
 LOCAL_NED, BODY_NED = 1, 8
 GLOBAL, GLOBAL_INT, GLOBAL_RELATIVE_ALT_INT, GLOBAL_TERRAIN_ALT_INT = 0, 5, 6, 11

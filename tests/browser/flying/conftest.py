@@ -9,9 +9,9 @@ import pytest_asyncio
 from playwright.async_api import Browser
 
 from tests.browser.conftest import SPEED, simulated_service
-from tests.browser.dashboard import Dashboard
-from tests.service import ServiceProcess
-from tests.simulated import SimulatedFleet
+from tests.support.dashboard import Dashboard
+from tests.support.service_process import ServiceProcess
+from tests.support.simulated import SimulatedFleet
 
 VEHICLES = 5
 """One for each test: none meets what another left."""

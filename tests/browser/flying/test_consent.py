@@ -8,8 +8,8 @@ import re
 
 from playwright.async_api import expect
 
-from tests.browser.accessibility import violations
-from tests.browser.dashboard import CLINIC_RUN, FLIGHT_MS, Dashboard
+from tests.support.accessibility import violations
+from tests.support.dashboard import CLINIC_RUN, FLIGHT_MS, Dashboard
 
 
 def asking_plan() -> str:

@@ -7,9 +7,10 @@ from pathlib import Path
 
 from playwright.async_api import Route, expect
 
-from tests.browser.accessibility import TELEPHONE, violations
-from tests.browser.dashboard import CLINIC_RUN, FLIGHT_MS, HOLD_MS, ROOT, Dashboard
-from tests.service import ServiceProcess
+from tests.support.accessibility import TELEPHONE, violations
+from tests.support.dashboard import CLINIC_RUN, FLIGHT_MS, HOLD_MS, Dashboard
+from tests.support.paths import ROOT
+from tests.support.service_process import ServiceProcess
 
 HISTORY = 200
 """Events that a new page asks for (web/src/state/world.ts)."""

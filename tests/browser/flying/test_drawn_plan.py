@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from playwright.async_api import expect
 
-from tests.browser.dashboard import Dashboard
-from tests.browser.editor import Editor
+from tests.support.dashboard import Dashboard
+from tests.support.editor import Editor
 
 
 async def test_a_plan_is_drawn_mended_stored_and_flown(flying_page: Dashboard) -> None:

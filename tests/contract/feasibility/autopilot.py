@@ -5,20 +5,18 @@ from __future__ import annotations
 import struct
 from collections.abc import Mapping
 
-from app.domain.mission import Mission, MissionItem, MissionType
-from app.domain.vehicle import FirmwareVersion, VehicleFacts, VehicleType
+from app.domain.mission.mission import Mission, MissionItem, MissionType
+from app.domain.vehicle.state import FirmwareVersion, VehicleProfile, VehicleType
 from app.simulator.airframe import AIRFRAMES
 from app.simulator.firmware import PX4_MAIN, FirmwareProfile
 from app.simulator.geo import LocalFrame
 from app.simulator.mission.feasibility import FeasibilityInput, problems
-from app.simulator.mission.fence_item import fence_refusal
-from app.simulator.mission.geofence import Geofence
-from app.simulator.mission.item import Item
-from app.simulator.mission.item_rules import refusal
+from app.simulator.mission.geofence import Geofence, fence_refusal
+from app.simulator.mission.item import Item, refusal
 from app.simulator.params import Params, Value
 from app.simulator.state import Home
 from app.simulator.wire import MissionAck
-from tests.unit.domain.plan_pieces import HOME
+from tests.support.plan_pieces import HOME
 
 AIRFRAME_OF = {
     VehicleType.MULTICOPTER: "quad",
@@ -31,11 +29,11 @@ AIRFRAME_OF = {
 
 def facts_of(
     vehicle_type: VehicleType, params: Mapping[str, Value], profile: FirmwareProfile = PX4_MAIN
-) -> VehicleFacts:
+) -> VehicleProfile:
     """What Waydrop reads of such a vehicle: everything, as a vehicle that answers every request."""
     values = _params(vehicle_type, params, profile)
     major, minor, patch = (profile.flight_sw_version >> shift & 0xFF for shift in (24, 16, 8))
-    return VehicleFacts(
+    return VehicleProfile(
         vehicle_type=vehicle_type,
         firmware=FirmwareVersion(major, minor, patch),
         home=HOME,

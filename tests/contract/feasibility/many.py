@@ -17,17 +17,17 @@ from collections.abc import Callable
 
 from hypothesis import HealthCheck, Phase, given, seed, settings
 
-from app.domain.compiler import compile_plan
 from app.domain.errors import PlanRejectedError
-from app.domain.finding import Severity
+from app.domain.mission.compiler import compile_plan
 from app.domain.plan import Plan
 from app.domain.rules import check_plan
-from app.domain.vehicle import VehicleType
+from app.domain.validation.finding import Severity
+from app.domain.vehicle.state import VehicleType
 from app.simulator.firmware import PX4_MAIN
 from tests.contract.feasibility.autopilot import AIRFRAME_OF, facts_of, refusals
-from tests.contract.feasibility.plans_and_vehicles import Case, cases
-from tests.contract.vehicles.driving import opened, until, uploaded
-from tests.simulated import SimulatedFleet
+from tests.support.driving import opened, until, uploaded
+from tests.support.plans_and_vehicles import Case, cases
+from tests.support.simulated import SimulatedFleet
 
 
 def each_case(visit: Callable[[Case], None], examples: int, number: int) -> None:

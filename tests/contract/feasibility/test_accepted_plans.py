@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from hypothesis import HealthCheck, given, settings
 
-from app.domain.compiler import compile_plan
-from app.domain.finding import Severity
+from app.domain.mission.compiler import compile_plan
 from app.domain.rules import check_plan
+from app.domain.validation.finding import Severity
 from tests.contract.feasibility.autopilot import facts_of, refusals
-from tests.contract.feasibility.plans_and_vehicles import Case, cases
+from tests.support.plans_and_vehicles import Case, cases
 
 MANY = settings(max_examples=300, deadline=None, suppress_health_check=list(HealthCheck))
 

@@ -7,21 +7,19 @@ from dataclasses import replace
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from app.domain.carried import Carried
-from app.domain.compiler import compile_plan
-from app.domain.continuation import Flown, Rest, continued, rest_of
 from app.domain.errors import PlanRejectedError
-from app.domain.finding import Severity
-from app.domain.in_flight import InFlight
 from app.domain.items import Jump, Takeoff
-from app.domain.mission import MavCmd
+from app.domain.mission.compiler import compile_plan
+from app.domain.mission.mission import MavCmd
 from app.domain.plan import Plan
 from app.domain.plan.drops import drops_of
 from app.domain.plan.walk import Step, reference_home, walk
 from app.domain.rules import check_plan
-from app.domain.vehicle import VehicleFacts
+from app.domain.run.remaining_mission import Flown, RemainingMission, continued, rest_of
+from app.domain.validation.finding import Severity
+from app.domain.vehicle.state import FlightRegime, InFlight, VehicleProfile
 from tests.contract.feasibility.autopilot import facts_of, refusals
-from tests.contract.feasibility.plans_and_vehicles import Case, cases
+from tests.support.plans_and_vehicles import Case, cases
 
 MANY = settings(max_examples=300, deadline=None, suppress_health_check=list(HealthCheck))
 
@@ -35,7 +33,7 @@ def test_the_rest_of_any_flight_visits_no_drop_that_is_over_and_is_taken_by_the_
         nonlocal flown_on
         facts = facts_of(case.plan.vehicle_type, case.params, case.profile)
         step = data.draw(st.sampled_from(walk(case.plan, reference_home(case.plan, facts))))
-        if isinstance(step.item, Jump | Takeoff) or step.before is Carried.GROUND:
+        if isinstance(step.item, Jump | Takeoff) or step.before is FlightRegime.GROUND:
             return
         drops = [drop.item.id for drop in drops_of(walk(case.plan, reference_home(case.plan, facts))) if drop.releases]
         concluded = data.draw(st.sets(st.sampled_from(drops))) if drops else set()
@@ -55,7 +53,7 @@ def test_the_rest_of_any_flight_visits_no_drop_that_is_over_and_is_taken_by_the_
     assert flown_on > 15, "too few flights went on to show anything"
 
 
-def _holds(rest: Rest, case: Case, facts: VehicleFacts, concluded: set[str], continue_at: str) -> None:
+def _holds(rest: RemainingMission, case: Case, facts: VehicleProfile, concluded: set[str], continue_at: str) -> None:
     mission = compile_plan(rest.plan, facts)
     left = {item.id for item in rest.plan.items}
     assert not left & concluded
@@ -75,5 +73,5 @@ def _here(step: Step) -> InFlight:
         latitude_deg=step.start.latitude_deg,
         longitude_deg=step.start.longitude_deg,
         relative_altitude_m=step.start.relative_altitude_m,
-        wing_borne=step.before is Carried.FIXED_WING,
+        wing_borne=step.before is FlightRegime.FIXED_WING,
     )

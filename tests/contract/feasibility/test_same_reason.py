@@ -8,14 +8,14 @@ from pathlib import Path
 
 import pytest
 
-from app.domain.compiler import compile_plan
-from app.domain.finding import Severity
+from app.domain.mission.compiler import compile_plan
 from app.domain.plan import Plan
 from app.domain.rules import check_plan
+from app.domain.validation.finding import Severity
 from app.simulator.mission import feasibility
 from app.simulator.params import Value
 from tests.contract.feasibility.autopilot import facts_of, refusals
-from tests.unit.domain.plan_pieces import (
+from tests.support.plan_pieces import (
     RETURN,
     at,
     circle,

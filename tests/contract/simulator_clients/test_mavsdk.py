@@ -31,7 +31,7 @@ from mavsdk.plugins.winch.winch import Winch, WinchResult
 from mavsdk.system import System
 
 from tests.contract.simulator_clients.waiting import until
-from tests.simulated import SimulatedFleet
+from tests.support.simulated import SimulatedFleet
 
 LATITUDE_DEG, LONGITUDE_DEG, GROUND_AMSL_M = 47.397742, 8.545594, 488.0
 RELATIVE, WITHOUT_POSITION = 6, 2

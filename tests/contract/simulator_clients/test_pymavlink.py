@@ -12,7 +12,7 @@ import pytest
 from pymavlink import mavparm, mavutil, mavwp
 
 from tests.contract.simulator_clients.waiting import HANG_S, until
-from tests.simulated import SimulatedFleet
+from tests.support.simulated import SimulatedFleet
 
 LATITUDE_DEG, LONGITUDE_DEG = 47.397742, 8.545594
 INT32, REAL32 = 6, 9

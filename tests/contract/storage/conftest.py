@@ -9,10 +9,8 @@ from typing import Protocol
 
 import pytest
 
-from app.domain.flight.log_port import FlightLog
-from app.domain.jobs.port import JobStore
-from app.domain.ports import AnswerStore, EventStore, PlanStore, RunStore, TokenStore
-from app.domain.webhooks.port import WebhookStore
+from app.domain.stores import AnswerStore, EventStore, FlightLog, JobStore, PlanStore, RunStore, TokenStore
+from app.domain.webhooks.webhook import WebhookStore
 from app.storage import open_storage
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tests.contract.storage.conftest import Opener, Stores
-from tests.contract.storage.samples import answer
+from tests.support.stored_samples import answer
 
 DAY_S = 24 * 3600.0
 

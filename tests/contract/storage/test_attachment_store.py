@@ -6,12 +6,12 @@ import hashlib
 
 import pytest
 
-from app.domain.attachment import Attachment
 from app.domain.errors import AttachmentAlteredError
 from app.domain.events import NewEvent
 from app.domain.events.run import RunAttachment
+from app.domain.run.attachment import Attachment
 from tests.contract.storage.conftest import Opener, Stores
-from tests.events import item
+from tests.support.events import item
 
 PHOTO = b"\xff\xd8\xff photo"
 HASH = hashlib.sha256(PHOTO).hexdigest()

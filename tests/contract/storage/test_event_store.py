@@ -13,10 +13,10 @@ from app.domain.events import AnyPayload, Event, NewEvent
 from app.domain.events.run import RunItemEnded
 from app.domain.events.vehicle import OffboardChanged, OffboardLease, TasksChanged, TasksGripper, VehicleRebooted
 from app.domain.offboard.state import LeaseChange, OffboardState
-from app.domain.run import RunState
+from app.domain.run.run import RunState
 from tests.contract.storage.conftest import ADAPTERS, Opener, Stores
-from tests.contract.storage.samples import event, plan, run
-from tests.events import data_of
+from tests.support.events import data_of
+from tests.support.stored_samples import event, plan, run
 
 
 def seqs(events: Sequence[Event]) -> list[int]:

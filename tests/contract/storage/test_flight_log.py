@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.domain.flight import log_port
+from app.domain.stores import MOST_RUNS
 from tests.contract.storage.conftest import Opener, Stores
 
 
@@ -19,15 +19,15 @@ async def test_parts_of_a_run_are_read_in_order_also_after_a_restart(opener: Ope
 
 
 async def test_the_newest_runs_are_kept(stores: Stores, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("app.storage.flight_log.MOST_RUNS", 2)
+    monkeypatch.setattr("app.storage.events.MOST_RUNS", 2)
     for run_id in ("r1", "r2", "r3"):
         await stores.flight_log.append(run_id, run_id)
     assert [await stores.flight_log.read(run_id) for run_id in ("r1", "r2", "r3")] == ["", "r2", "r3"]
-    assert log_port.MOST_RUNS >= 50
+    assert MOST_RUNS >= 50
 
 
 async def test_a_run_takes_no_more_room_than_it_may(stores: Stores, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("app.storage.flight_log.MOST_BYTES", 30)
+    monkeypatch.setattr("app.storage.events.MOST_BYTES", 30)
     for part in ("first", "second", "third", "fourth"):
         await stores.flight_log.append("r1", part)
     assert await stores.flight_log.read("r1") == "firstsecond"

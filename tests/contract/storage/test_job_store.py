@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from app.domain.jobs.job import JobState, Wish
-from app.domain.jobs.port import ALL_JOBS, JobFilter
-from app.domain.jobs.vehicle_queue import VehicleQueue
+from app.domain.jobs.queue import VehicleQueue
+from app.domain.stores import ALL_JOBS, JobFilter
 from tests.contract.storage.conftest import Opener, Stores
-from tests.contract.storage.samples import event, plan
-from tests.reasons import some
-from tests.unit.domain.jobs.examples import a_job
+from tests.support.job_examples import a_job
+from tests.support.reasons import some
+from tests.support.stored_samples import event, plan
 
 
 async def ids(stores: Stores, wanted: JobFilter = ALL_JOBS, limit: int = 50) -> list[str]:

@@ -8,7 +8,7 @@ import pytest
 
 from app.domain.errors import StorageError
 from tests.contract.storage.conftest import Opener, Stores
-from tests.contract.storage.samples import plan
+from tests.support.stored_samples import plan
 
 
 async def test_an_unknown_plan_is_none(stores: Stores) -> None:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from app.domain.run import Run, RunState
-from app.domain.run_filter import ALL_RUNS, RunFilter
+from app.domain.run.run import Run, RunState
+from app.domain.stores import ALL_RUNS, RunFilter
 from tests.contract.storage.conftest import Opener, Stores
-from tests.contract.storage.samples import plan, run
+from tests.support.stored_samples import plan, run
 
 
 async def store(stores: Stores, *runs: Run) -> None:

@@ -7,9 +7,9 @@ from dataclasses import replace
 import pytest
 
 from app.domain.errors import StorageError
-from app.domain.ports import StoredToken
+from app.domain.stores import StoredToken
 from tests.contract.storage.conftest import Opener, Stores
-from tests.contract.storage.samples import token
+from tests.support.stored_samples import token
 
 
 async def test_an_unknown_hash_finds_nothing(stores: Stores) -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from app.domain.errors import StorageError
-from app.domain.webhooks.hook import Progress, StoredWebhook, Webhook
 from app.domain.webhooks.lifecycle import DeliveryEvent
+from app.domain.webhooks.webhook import Progress, StoredWebhook, Webhook
 from tests.contract.storage.conftest import Opener, Stores
 
 

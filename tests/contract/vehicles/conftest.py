@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from app.domain.ports import VehicleLink
-from tests.contract.vehicles.driving import opened_link
-from tests.simulated import SimulatedFleet
+from app.domain.vehicle.link import VehicleLink
+from tests.support.driving import opened_link
+from tests.support.simulated import SimulatedFleet
 
 THREADS_END_S = 5.0
 

@@ -8,8 +8,8 @@ from contextlib import asynccontextmanager, suppress
 from typing import Any
 
 from app.simulator.dialect import mavlink
-from tests.contract.vehicles.driving import until
-from tests.simulated import free_udp_ports
+from tests.support.driving import until
+from tests.support.simulated import free_udp_ports
 
 HEARD_WITHIN_S = 15.0
 

@@ -8,12 +8,12 @@ from collections.abc import Iterator
 
 import pytest
 
-from app.domain.commands import CommandAck, CommandRequest, MavResult
 from app.domain.errors import ConflictError, LinkError, LinkTimeoutError
-from app.domain.mission import NAN, MavCmd
-from app.domain.ports import GripperOutput, VehicleLink
-from tests.contract.vehicles.driving import Heard, armed, opened, until
-from tests.simulated import SimulatedFleet
+from app.domain.mission.mission import NAN, MavCmd
+from app.domain.vehicle.commands import CommandAck, CommandRequest, MavResult
+from app.domain.vehicle.link import GripperOutput, VehicleLink
+from tests.support.driving import Heard, armed, opened, until
+from tests.support.simulated import SimulatedFleet
 
 RELEASE, GRAB = 0.0, 1.0
 

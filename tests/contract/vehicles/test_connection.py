@@ -9,10 +9,10 @@ from contextlib import suppress
 import pytest
 
 from app.domain.errors import LinkTimeoutError, VehicleQuarantinedError
-from app.domain.ports import DuplicateSystem, LinkLost, LinkRestored, Rebooted, StatusText, VehicleLink
-from app.domain.vehicle import FlightMode, GnssFix, VehicleType
-from tests.contract.vehicles.driving import Heard, flying, mission, opened, opened_link, until, uploaded
-from tests.simulated import SimulatedFleet
+from app.domain.vehicle.link import DuplicateSystem, LinkLost, LinkRestored, Rebooted, StatusText, VehicleLink
+from app.domain.vehicle.state import FlightMode, GnssFix, VehicleType
+from tests.support.driving import Heard, flying, mission, opened, opened_link, until, uploaded
+from tests.support.simulated import SimulatedFleet
 
 
 @pytest.fixture

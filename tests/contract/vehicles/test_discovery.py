@@ -10,12 +10,12 @@ import time
 import pytest
 
 from app.domain.errors import LinkError, VehicleQuarantinedError
-from app.domain.ports import DuplicateSystem, VehicleLink
-from app.domain.vehicle import VehicleType
+from app.domain.vehicle.link import DuplicateSystem, VehicleLink
+from app.domain.vehicle.state import VehicleType
 from app.vehicles import MavsdkLinkSource
-from app.vehicles.mavsdk_instance import MAX_INSTANCES
-from tests.contract.vehicles.driving import Heard, mission, opened, until, uploaded
-from tests.simulated import SimulatedFleet, free_udp_ports
+from app.vehicles.native import MAX_INSTANCES
+from tests.support.driving import Heard, mission, opened, until, uploaded
+from tests.support.simulated import SimulatedFleet, free_udp_ports
 
 
 async def test_vehicles_that_share_one_port_are_found_each_by_its_system_id() -> None:

@@ -10,10 +10,10 @@ from typing import Any
 import pytest
 
 from app.domain.errors import LinkTimeoutError, VehicleTakenError
-from app.domain.mission import MavCmd
+from app.domain.mission.mission import MavCmd
 from app.vehicles import LinkSettings
-from tests.contract.vehicles.driving import opened_link
 from tests.contract.vehicles.listening_vehicle import ListeningVehicle, listening_vehicle
+from tests.support.driving import opened_link
 
 ARMED, DISARMED = 0x81, 0x01
 POSITION, TAKEOFF, OFFBOARD, HOLD = 3 << 16, 4 << 16 | 2 << 24, 6 << 16, 4 << 16 | 3 << 24

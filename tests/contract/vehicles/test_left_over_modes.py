@@ -8,14 +8,14 @@ from contextlib import asynccontextmanager, suppress
 
 import pytest
 
-from app.domain.mission import NAN, MavCmd
-from app.domain.ports import VehicleLink
-from app.domain.setpoint.encode import encode
-from app.domain.vehicle import FlightMode
+from app.domain.mission.mission import NAN, MavCmd
+from app.domain.offboard.encode import encode
+from app.domain.vehicle.link import VehicleLink
+from app.domain.vehicle.state import FlightMode
 from app.vehicles.command_sender import command
-from tests.contract.vehicles.driving import armed, opened_link, until
-from tests.simulated import SimulatedFleet
-from tests.unit.domain.setpoint.examples import example, follower
+from tests.support.driving import armed, opened_link, until
+from tests.support.setpoint_examples import example, follower
+from tests.support.simulated import SimulatedFleet
 
 STREAM_S = 0.05
 

@@ -6,12 +6,12 @@ from collections.abc import AsyncIterator, Iterator
 
 import pytest
 
-from app.domain.mission import MissionType
-from app.domain.ports import VehicleLink
-from app.domain.vehicle import MissionState
+from app.domain.mission.mission import MissionType
+from app.domain.vehicle.link import VehicleLink
+from app.domain.vehicle.state import MissionState
 from app.vehicles.mission_wire import first_difference
-from tests.contract.vehicles.driving import armed, mission, opened_link, until, uploaded
-from tests.simulated import SimulatedFleet
+from tests.support.driving import armed, mission, opened_link, until, uploaded
+from tests.support.simulated import SimulatedFleet
 
 
 @pytest.fixture(scope="module")

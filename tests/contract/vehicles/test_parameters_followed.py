@@ -10,10 +10,10 @@ from typing import NamedTuple
 import pytest
 
 from app.domain.errors import LinkTimeoutError
-from app.domain.ports import LinkLost, LinkRestored, ParametersChanged, VehicleLink
-from tests.contract.vehicles.driving import Heard, opened_link, until
-from tests.second_station import SecondStation
-from tests.simulated import SimulatedFleet
+from app.domain.vehicle.link import LinkLost, LinkRestored, ParametersChanged, VehicleLink
+from tests.support.driving import Heard, opened_link, until
+from tests.support.second_station import SecondStation
+from tests.support.simulated import SimulatedFleet
 
 
 class Stage(NamedTuple):

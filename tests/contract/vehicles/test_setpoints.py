@@ -12,19 +12,19 @@ from typing import Any
 import pytest
 
 from app.domain.errors import SetpointRefusedError, VehicleRefusedError
-from app.domain.mission import NAN, MavCmd
-from app.domain.ports import VehicleLink
-from app.domain.setpoint.capability import FirmwareProfile, FlightKind
-from app.domain.setpoint.encode import encode
-from app.domain.setpoint.message import AttitudeTarget, LocalTarget, SetpointMessage
-from app.domain.setpoint.table import capabilities
-from app.domain.vehicle import FlightMode
+from app.domain.mission.mission import NAN, MavCmd
+from app.domain.offboard.capability import FirmwareProfile, FlightKind
+from app.domain.offboard.control_method import capabilities
+from app.domain.offboard.encode import encode
+from app.domain.offboard.messages import AttitudeTarget, LocalTarget, SetpointMessage
+from app.domain.vehicle.link import VehicleLink
+from app.domain.vehicle.state import FlightMode
 from app.vehicles.command_sender import command
-from app.vehicles.setpoint_encoders import SetpointOut
-from tests.contract.vehicles.driving import armed, opened_link, until
+from app.vehicles.encoders import SetpointOut
 from tests.contract.vehicles.listening_vehicle import listening_vehicle
-from tests.simulated import SimulatedFleet
-from tests.unit.domain.setpoint.examples import example, follower
+from tests.support.driving import armed, opened_link, until
+from tests.support.setpoint_examples import example, follower
+from tests.support.simulated import SimulatedFleet
 
 PROFILES = (FirmwareProfile.FLOWN, FirmwareProfile.DOCUMENTED)
 RATE_S = 0.05

@@ -8,16 +8,16 @@ from contextlib import asynccontextmanager
 
 import pytest
 
-from app.domain.mission import NAN, MavCmd
-from app.domain.ports import VehicleLink
-from app.domain.setpoint.capability import FlightKind
-from app.domain.setpoint.encode import encode
-from app.domain.setpoint.message import SetpointMessage
-from app.domain.vehicle import FlightMode, GlobalPosition, LandedState
+from app.domain.mission.mission import NAN, MavCmd
+from app.domain.offboard.capability import FlightKind
+from app.domain.offboard.encode import encode
+from app.domain.offboard.messages import SetpointMessage
+from app.domain.vehicle.link import VehicleLink
+from app.domain.vehicle.state import FlightMode, GlobalPosition, LandedState
 from app.vehicles.command_sender import command
-from tests.contract.vehicles.driving import armed, opened, until
-from tests.simulated import SimulatedFleet
-from tests.unit.domain.setpoint.examples import example, follower
+from tests.support.driving import armed, opened, until
+from tests.support.setpoint_examples import example, follower
+from tests.support.simulated import SimulatedFleet
 
 RATE_S = 0.05
 

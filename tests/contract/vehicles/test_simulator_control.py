@@ -7,8 +7,7 @@ from collections.abc import AsyncIterator
 import pytest
 
 from app.domain.errors import SimulatorRefusedError, SimulatorSilentError
-from app.simulator.control_server import ControlServer
-from app.simulator.fault_control import FaultControl
+from app.simulator.fault_control import ControlServer, FaultControl
 from app.simulator.fleet import Fleet
 from app.simulator.options import Options, VehicleOptions
 from app.vehicles import SimulatorControlSocket

@@ -9,10 +9,10 @@ from dataclasses import replace
 import pytest
 
 from app.domain.errors import UploadError
-from app.domain.mission import MavCmd, MavFrame, Mission, MissionItem, MissionType
-from app.domain.ports import VehicleLink
+from app.domain.mission.mission import MavCmd, MavFrame, Mission, MissionItem, MissionType
+from app.domain.vehicle.link import VehicleLink
 from app.vehicles.mission_wire import first_difference
-from tests.contract.vehicles.driving import mission, rally_point, square_fence, until, uploaded
+from tests.support.driving import mission, rally_point, square_fence, until, uploaded
 
 
 @pytest.mark.parametrize("count", [1, 10, 100, 1000])

@@ -9,21 +9,12 @@ from contextlib import aclosing
 import pytest
 
 from app.domain.errors import LinkError, UploadError
-from app.domain.mission import Mission, MissionType
-from app.domain.ports import VehicleLink
+from app.domain.mission.mission import Mission, MissionType
+from app.domain.vehicle.link import VehicleLink
 from app.vehicles import LinkSettings
 from app.vehicles.mission_wire import first_difference
-from tests.contract.vehicles.driving import (
-    collected,
-    mission,
-    opened,
-    opened_link,
-    rally_point,
-    square_fence,
-    until,
-    uploaded,
-)
-from tests.simulated import SimulatedFleet
+from tests.support.driving import collected, mission, opened, opened_link, rally_point, square_fence, until, uploaded
+from tests.support.simulated import SimulatedFleet
 
 
 @pytest.fixture(autouse=True)

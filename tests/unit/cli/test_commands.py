@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import asyncio
 import json
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from app.cli.main import main
 from app.domain.events import NewEvent
 from app.domain.events.service import ServiceStarted
 from app.storage import open_storage
+from tests.support.commands import Capture, status_of
+from tests.support.paths import ROOT
 
-ROOT = Path(__file__).resolve().parents[3]
 GOOD = ROOT / "plans" / "clinic-run.json"
 
 
@@ -28,22 +27,12 @@ def _wide_and_plain(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.delenv(name, raising=False)
 
 
-def status_of(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> int:
-    monkeypatch.setattr(sys, "argv", ["waydrop", *arguments])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    return int(ended.value.code or 0)
-
-
 def plan_file(folder: Path, **changes: Any) -> Path:
     document = json.loads(GOOD.read_text())
     document.update(changes)
     file = folder / "plan.json"
     file.write_text(json.dumps(document))
     return file
-
-
-Capture = pytest.CaptureFixture[str]
 
 
 def test_a_good_plan_ends_with_0_and_a_timeline_of_every_item(monkeypatch: pytest.MonkeyPatch, capsys: Capture) -> None:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from rich.console import Console
 
-from app.cli.comparison_table import show_comparison
-from app.domain.comparison import Comparison, DropComparison, ItemComparison
-from app.domain.reason import Reason
-from tests.reasons import some
+from app.cli.run_view import show_comparison
+from app.domain.reasons import Reason
+from app.domain.run.comparison import Comparison, DropComparison, ItemComparison
+from tests.support.reasons import some
 
 
 def shown(comparison: Comparison) -> list[str]:

@@ -12,18 +12,19 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from app.cli.consent import answer, consent_line
-from app.cli.exit_status import ExitStatus, ServerRefusedError, status_of
+from app.cli.run_changes import answer, consent_line
 from app.cli.runs import runs_app
 from app.cli.service_client import ServiceClient, service_client
-from app.domain.consent import Answer, ConsentRecord, ConsentState
-from app.domain.drop import DropRecord
+from app.cli.terminal import ExitStatus, ServerRefusedError, status_of
+from app.domain.drop.consent import Answer, ConsentRecord, ConsentState
+from app.domain.drop.record import DropRecord
 from app.domain.errors import ConsentNotAskedError
-from tests.api.service import Service, run_service
-from tests.api.test_consents import asked
-from tests.api.test_runs import create, reaches
+from tests.support.asking_drop import asked
+from tests.support.paths import PLANS
+from tests.support.runs_api import create, reaches
+from tests.support.service_in_process import Service, run_service
 
-PLAN = Path(__file__).resolve().parents[3] / "plans" / "clinic-run.json"
+PLAN = PLANS / "clinic-run.json"
 GRANT, REFUSE = Answer(grant=True, question=1, comment="clear"), Answer(grant=False)
 
 

@@ -10,8 +10,8 @@ import pytest
 
 from app.cli.main import main
 from app.domain.plan import parse_plan
+from tests.support.paths import ROOT
 
-ROOT = Path(__file__).resolve().parents[3]
 CLINIC = ROOT / "plans" / "clinic-run.json"
 FILES = ROOT / "tests" / "data" / "interchange"
 Capture = pytest.CaptureFixture[str]

@@ -6,11 +6,10 @@ from contextlib import AsyncExitStack, aclosing
 
 import pytest
 
-from app.cli.event_stream import EventStream, Snapshot, StreamCut, StreamItem, Telemetry
-from app.cli.exit_status import ServerRefusedError, ServerUnreachableError
-from app.cli.service_client import service_client
+from app.cli.service_client import EventStream, Snapshot, StreamCut, StreamItem, Telemetry, service_client
+from app.cli.terminal import ServerRefusedError, ServerUnreachableError
 from app.domain.events import Event
-from tests.unit.cli.scripted_service import CUT, ScriptedService, event
+from tests.support.scripted_service import CUT, ScriptedService, event
 
 
 async def read(service: ScriptedService, last_seq: int, *, after: int | None = None) -> list[StreamItem]:

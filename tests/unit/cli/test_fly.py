@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-from app.cli.exit_status import ServerRefusedError
-from app.cli.fly import fly_and_follow
-from app.cli.run_following import StartFailedError
-from app.cli.verdict import STRICT, Verdict
-from app.domain.drop import Certainty, DropOutcome, DropRecord
+from app.cli.fly import StartFailedError, fly_and_follow
+from app.cli.run_view import STRICT, Verdict
+from app.cli.terminal import ServerRefusedError
+from app.domain.drop.record import Certainty, DropOutcome, DropRecord
 from app.domain.events import Event, EventKind
 from app.domain.events.run import RunDrop
 from app.domain.plan import Plan, parse_plan
-from app.domain.run import Run, RunState
-from tests.reasons import some
-from tests.unit.cli.scripted_service import CUT, ScriptedService, changed, event
-from tests.unit.cli.test_verdict import ACKNOWLEDGED, INFERRED, a_drop, a_run
-
-ROOT = Path(__file__).resolve().parents[3]
+from app.domain.run.run import Run, RunState
+from tests.support.paths import ROOT
+from tests.support.reasons import some
+from tests.support.scripted_service import CUT, ScriptedService, changed, event
+from tests.support.verdicts import ACKNOWLEDGED, INFERRED, a_drop, a_run
 
 
 class Recorded:

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from app.cli.exit_status import ServerRefusedError
-from app.cli.hold import hold_vehicle
 from app.cli.service_client import service_client
-from app.domain.vehicle import FlightMode, LandedState
-from tests.api.service import run_service
+from app.cli.terminal import ServerRefusedError
+from app.cli.vehicles import hold_vehicle
+from app.domain.vehicle.state import FlightMode, LandedState
+from tests.support.service_in_process import run_service
 
 
 async def test_a_vehicle_without_a_run_is_told_to_hold_and_offboard_control_ends(tmp_path: Path) -> None:

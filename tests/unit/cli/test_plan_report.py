@@ -8,9 +8,9 @@ import pytest
 from rich.console import Console
 
 from app.cli.plan_report import show_timeline
-from app.domain.default_facts import default_facts
 from app.domain.prediction import CALM, Wind, predict
-from tests.unit.domain.plan_pieces import multicopter, waypoint
+from app.domain.vehicle.declared import default_facts
+from tests.support.plan_pieces import multicopter, waypoint
 
 
 @pytest.mark.parametrize(("wind", "told"), [(CALM, True), (Wind(), False), (Wind(3.0, 4.0), False)])

@@ -11,9 +11,9 @@ import pytest
 
 from app.domain.flight.recording import Line, as_text
 from app.storage import open_storage
-from tests.unit.cli.test_commands import Capture, status_of
-from tests.unit.domain.flight.flown import Flown
-from tests.unit.domain.flight.test_recording import recorded
+from tests.support.commands import Capture, status_of
+from tests.support.flown_flights import Flown
+from tests.support.recorded_flight import recorded
 
 
 def journal_with(folder: Path, lines: Iterable[Line]) -> None:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from app.cli.run_lines import run_line
-from app.domain.consent import ConsentState
-from app.domain.drop import Certainty, DropOutcome, DropRecord, OutputEvidence
+from app.cli.run_view import run_line
+from app.domain.drop.consent import ConsentState
+from app.domain.drop.record import Certainty, DropOutcome, DropRecord, OutputEvidence
 from app.domain.events.run import DropConsentAsked, DropConsentClosed, RunDrop
 from app.domain.events.service import SimulatorFault
-from tests.unit.cli.scripted_service import event
+from tests.support.scripted_service import event
 
 
 @pytest.mark.parametrize(

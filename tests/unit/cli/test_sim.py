@@ -15,7 +15,6 @@ from app.cli.main import main
     [
         (["--fleet", "quad", "--speed", "4"], "app.simulator", ["--fleet", "quad", "--speed", "4"]),
         (["--help"], "app.simulator", ["--help"]),
-        (["compare", "recordings", "--only", "06"], "app.simulator.compare", ["recordings", "--only", "06"]),
     ],
 )
 def test_the_rest_of_the_command_line_goes_to_it(

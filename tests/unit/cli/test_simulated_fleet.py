@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.cli.simulated_fleet import FLEET, SimulatedFleet
+from app.cli.simulator_process import FLEET, SimulatedFleet
 from app.config import SettingsError, expand_connection
 
 

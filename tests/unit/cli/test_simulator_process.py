@@ -15,8 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from app.cli.simulated_fleet import FLEET, SimulatedFleet
-from app.cli.simulator_process import SimulatorError, SimulatorProcess
+from app.cli.simulator_process import FLEET, SimulatedFleet, SimulatorError, SimulatorProcess
 
 ARGUMENTS = SimulatedFleet(port=25900, shared_port=False, speed=1.0, seed=0).arguments()
 STARTER = """

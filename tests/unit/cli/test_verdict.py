@@ -4,33 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from app.cli.verdict import STRICT, verdict
-from app.domain.drop import Certainty, DropOutcome, DropRecord, OutputEvidence
-from app.domain.reason import Reason
-from app.domain.run import Run, RunState
-from tests.reasons import some
+from app.cli.run_view import STRICT, verdict
+from app.domain.drop.record import Certainty, DropOutcome, DropRecord, OutputEvidence
+from app.domain.run.run import RunState
+from tests.support.reasons import some
+from tests.support.verdicts import ACKNOWLEDGED, INFERRED, a_drop, a_run
 
-
-def a_run(state: RunState = RunState.COMPLETED, *drops: DropRecord, reason: Reason | None = None) -> Run:
-    return Run(
-        id="r1",
-        plan_id="p1",
-        plan_hash="h",
-        vehicle_id="v1",
-        state=state,
-        reason=reason,
-        drops=drops,
-        created_at=1.0,
-        updated_at=2.0,
-    )
-
-
-def a_drop(outcome: DropOutcome, certainty: Certainty = Certainty.NONE, reason: Reason | None = None) -> DropRecord:
-    return DropRecord(plan_item_id="clinic", supervised=True, outcome=outcome, certainty=certainty, reason=reason)
-
-
-INFERRED = a_drop(DropOutcome.RELEASED, Certainty.INFERRED)
-ACKNOWLEDGED = a_drop(DropOutcome.RELEASED, Certainty.ACKNOWLEDGED)
 SENSED = a_drop(DropOutcome.RELEASED, Certainty.SENSED)
 
 

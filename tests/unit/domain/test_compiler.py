@@ -6,12 +6,12 @@ import math
 
 import pytest
 
-from app.domain.compiler import compile_plan
-from app.domain.default_facts import default_facts
 from app.domain.errors import PlanRejectedError
-from app.domain.mission import MavCmd, MavFrame, Mission, MissionItem, MissionType
+from app.domain.mission.compiler import compile_plan
+from app.domain.mission.mission import MavCmd, MavFrame, Mission, MissionItem, MissionType
 from app.domain.plan import Plan
-from tests.unit.domain.plan_pieces import (
+from app.domain.vehicle.declared import default_facts
+from tests.support.plan_pieces import (
     RETURN,
     airship,
     at,

@@ -10,14 +10,22 @@ from hypothesis import strategies as st
 
 from app.domain.geo import LocalProjection, distance_m
 from app.domain.items.fields import Point
-from app.domain.moving_target.aim import LONGEST_AHEAD_S, SETTLE_S, Aim, NoAim, aim
-from app.domain.moving_target.intercept import intercept_s
-from app.domain.moving_target.moved_plan import follower_at, moved, speed_towards_m_s
-from app.domain.moving_target.report import STALE_S, TargetFix, TargetReport
 from app.domain.plan import Target, parse_plan
 from app.domain.rules import check_plan
-from tests.unit.domain.plan_pieces import HOME, at, facts, multicopter, waypoint
-from tests.unit.domain.rules.target_cases import RIGHT, chase
+from app.domain.targets.intercept import (
+    LONGEST_AHEAD_S,
+    SETTLE_S,
+    Aim,
+    NoAim,
+    aim,
+    follower_at,
+    intercept_s,
+    moved,
+    speed_towards_m_s,
+)
+from app.domain.targets.report import STALE_S, TargetFix, TargetReport
+from tests.support.plan_pieces import HOME, at, facts, multicopter, waypoint
+from tests.support.target_cases import RIGHT, chase
 
 SHIP = Target(feed="ship-1", max_move_m=200, max_speed_m_s=5)
 PLANNED = Point(**at(300, 0))

@@ -8,13 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.domain.default_facts import default_facts
 from app.domain.geo import distance_m
-from app.domain.in_flight import InFlight
 from app.domain.plan import Plan
 from app.domain.prediction import CALM, PredictedDrop, Timeline, Wind, predict
-from app.domain.prediction.smooth_speed import Limits, travel_s
-from tests.unit.domain.plan_pieces import (
+from app.domain.prediction.rotary import TrajectoryLimits, travel_s
+from app.domain.vehicle.declared import default_facts
+from app.domain.vehicle.state import InFlight
+from tests.support.plan_pieces import (
     HOME,
     RETURN,
     Json,
@@ -278,7 +278,7 @@ def test_what_cannot_be_predicted_is_said() -> None:
 
 @given(st.floats(1, 2000), st.floats(0.5, 12), st.floats(0, 12), st.floats(0, 12))
 def test_a_longer_way_never_takes_less_time(way_m: float, top_m_s: float, start_m_s: float, final_m_s: float) -> None:
-    limits = Limits(top_m_s, 3.0, 4.0)
+    limits = TrajectoryLimits(top_m_s, 3.0, 4.0)
     start, final = min(start_m_s, top_m_s), min(final_m_s, top_m_s)
     times = [travel_s(way_m * share, limits, start_m_s=start, final_m_s=final) for share in (0.25, 0.5, 1.0)]
     assert all(seconds >= 0.0 for seconds in times)

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from app.domain.reason import Reason, ReasonCode, because, because_of_error, in_words
-from app.domain.reason_document import reason_words, reasons_page
-from tests.unit.domain.golden_mission import REASON_WORDS, REASONS_PAGE
+from app.domain.reasons import Reason, ReasonCode, because, because_of_error, in_words, reason_words, reasons_page
+from tests.support.golden_mission import REASON_WORDS, REASONS_PAGE
+from tests.support.paths import ROOT
 
-APP = Path(__file__).parents[3] / "app"
+APP = ROOT / "app"
 MADE = ("because", "because_of_error")
 ALWAYS_MORE = {"error", "code"}
 """Parameters beside the words: the code of an error, or of a refusal, that stands behind."""
@@ -83,6 +83,6 @@ def test_braces_in_what_a_vehicle_said_are_its_own() -> None:
 
 
 def test_the_page_and_the_browsers_words_are_up_to_date() -> None:
-    promise = "docs/reasons.md is generated: python -m tests.unit.domain.regenerate"
+    promise = "docs/reasons.md is generated: python -m tests.support.regenerate_golden_missions"
     assert REASONS_PAGE.read_text(encoding="utf-8") == reasons_page(), promise
     assert REASON_WORDS.read_text(encoding="utf-8") == reason_words(), promise

@@ -9,8 +9,8 @@ import pytest
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, RootModel, ValidationError, field_validator
 from pydantic_core import PydanticCustomError
 
-from app.domain.finding import Finding
 from app.domain.validation import document_of, findings_of
+from app.domain.validation.finding import Finding
 
 
 class Part(BaseModel):

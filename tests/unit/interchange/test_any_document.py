@@ -9,14 +9,14 @@ from typing import Any
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from app.domain.finding import Finding
 from app.domain.items import FORMS
 from app.domain.plan import Plan, PlanInvalid
+from app.domain.validation.finding import Finding
 from app.interchange.findings import ConversionFinding, ConversionRefused
+from app.interchange.formats import convert_to_plan
 from app.interchange.qgc_writer import qgc_document, qgc_text
-from app.interchange.source import convert_to_plan
-from tests.unit.domain.plan_strategies import JSON_SCRAP
-from tests.unit.interchange.files import Json, document, meaning, raw
+from tests.support.interchange_files import Json, document, meaning, raw
+from tests.support.plan_strategies import JSON_SCRAP
 
 FILES = ["multicopter-delivery.plan", "vtol-delivery.plan", "fixed-wing-delivery.plan", "multicopter-patrol.plan"]
 SLOW_DATA = settings(suppress_health_check=[HealthCheck.too_slow], deadline=None)

@@ -12,8 +12,8 @@ from app.interchange.findings import ConversionRefused, FindingKind, Report
 from app.interchange.plan_draft import finish
 from app.interchange.qgc_reader import Unsaid, read_qgc
 from app.interchange.qgc_writer import qgc_document
-from tests.unit.domain.plan_pieces import at, gripper, multicopter, waypoint
-from tests.unit.interchange.files import Json
+from tests.support.interchange_files import Json
+from tests.support.plan_pieces import at, gripper, multicopter, waypoint
 
 PLAN = multicopter(
     waypoint(100, 0, id="door", speed_m_s=6),

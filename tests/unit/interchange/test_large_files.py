@@ -10,15 +10,14 @@ from typing import Any
 import pytest
 
 from app.domain.plan import Plan, parse_plan
-from app.domain.plan.size_limits import MAX_ITEMS
-from app.domain.vehicle import VehicleType
-from app.interchange.file_item import FileItem
+from app.domain.plan.json_tree import MAX_ITEMS
+from app.domain.vehicle.state import VehicleType
 from app.interchange.findings import MAX_TOLD, ConversionRefused, FindingKind, Report
+from app.interchange.formats import TargetFormat, convert_to_plan, export_plan
+from app.interchange.item_draft import FileItem
 from app.interchange.item_reader import ItemReader
-from app.interchange.qgc_items import MAX_FILE_ITEMS
-from app.interchange.source import convert_to_plan
-from app.interchange.target import TargetFormat, export_plan
-from tests.unit.interchange.files import document
+from app.interchange.qgc_reader import MAX_FILE_ITEMS
+from tests.support.interchange_files import document
 
 GOOD = document("multicopter-delivery.plan")
 CAMERA, LOITER_TO_ALT = 2001, 31

@@ -12,11 +12,11 @@ from hypothesis import HealthCheck, given, settings
 
 from app.domain.plan import Plan
 from app.interchange.findings import ConversionFinding, FindingKind
+from app.interchange.formats import TargetFormat, file_name
 from app.interchange.geojson_writer import geojson_text
 from app.interchange.kml_writer import kml_text
-from app.interchange.target import TargetFormat, file_name
-from tests.unit.domain.plan_pieces import HOME, at, circle, delay, gripper, multicopter, square, waypoint
-from tests.unit.domain.plan_strategies import PLANS
+from tests.support.plan_pieces import HOME, at, circle, delay, gripper, multicopter, square, waypoint
+from tests.support.plan_strategies import PLANS
 
 KML = "{http://www.opengis.net/kml/2.2}"
 SLOW_DATA = settings(suppress_health_check=[HealthCheck.too_slow], deadline=None, max_examples=60)

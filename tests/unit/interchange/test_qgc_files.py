@@ -6,13 +6,13 @@ import json
 
 import pytest
 
-from app.domain.finding import Severity
 from app.domain.rules import check_plan
-from app.domain.vehicle import VehicleType
+from app.domain.validation.finding import Severity
+from app.domain.vehicle.state import VehicleType
 from app.interchange.findings import ConversionFinding, ConversionRefused, FindingKind
+from app.interchange.formats import Conversion, SourceFormat, convert_to_plan
 from app.interchange.qgc_writer import qgc_document
-from app.interchange.source import Conversion, SourceFormat, convert_to_plan
-from tests.unit.interchange.files import FOLDER, document, meaning, raw
+from tests.support.interchange_files import FOLDER, document, meaning, raw
 
 DELIVERIES = {
     "multicopter-delivery.plan": VehicleType.MULTICOPTER,

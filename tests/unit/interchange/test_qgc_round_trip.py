@@ -8,12 +8,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 
 from app.domain.plan import Plan, parse_plan
+from app.interchange.formats import SourceFormat, convert_to_plan
 from app.interchange.qgc_writer import qgc_text
-from app.interchange.source import SourceFormat, convert_to_plan
-from tests.unit.domain.plan_pieces import gripper, land, multicopter, waypoint
-from tests.unit.domain.plan_strategies import PLANS, sensible_plans
+from tests.support.paths import ROOT
+from tests.support.plan_pieces import gripper, land, multicopter, waypoint
+from tests.support.plan_strategies import PLANS, sensible_plans
 
-EXAMPLES = sorted((Path(__file__).parents[3] / "plans").glob("*.json"))
+EXAMPLES = sorted((ROOT / "plans").glob("*.json"))
 SLOW_DATA = settings(suppress_health_check=[HealthCheck.too_slow], deadline=None)
 
 

@@ -9,11 +9,11 @@ from typing import Any
 
 import pytest
 
-from app.domain.finding import Finding
-from app.domain.plan.size_limits import MAX_BODY_BYTES
+from app.domain.plan.json_tree import MAX_BODY_BYTES
+from app.domain.validation.finding import Finding
 from app.interchange.findings import ConversionRefused
-from app.interchange.source import SourceFormat, convert_to_plan
-from tests.unit.interchange.files import Json, document, raw
+from app.interchange.formats import SourceFormat, convert_to_plan
+from tests.support.interchange_files import Json, document, raw
 
 GOOD = document("multicopter-delivery.plan")
 ITEM = "/mission/items/1"

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from app.domain.finding import Severity
 from app.domain.rules import check_plan
-from app.domain.vehicle import VehicleType
+from app.domain.validation.finding import Severity
+from app.domain.vehicle.state import VehicleType
 from app.interchange.findings import ConversionRefused
-from app.interchange.source import Conversion, SourceFormat, convert_to_plan
-from tests.unit.interchange.files import raw
+from app.interchange.formats import Conversion, SourceFormat, convert_to_plan
+from tests.support.interchange_files import raw
 
 HOME = "0 1 0 16 0 0 0 0 47.397742 8.545594 488 1"
 TAKEOFF = "1 0 3 22 0 0 0 0 0 0 20 1"

@@ -11,9 +11,9 @@ from dataclasses import replace
 import pytest
 
 from app.domain.errors import InvalidInputError, NotFoundError
-from app.domain.ports import StoredToken
+from app.domain.stores import StoredToken
 from app.services.access import CACHED_FOR_S, CACHED_TOKENS, Access, Principal, Role
-from tests.unit.services.fakes import ManualClock
+from tests.support.fakes import ManualClock
 
 BOOTSTRAP = "a-bootstrap-token-of-32-chars..."
 

@@ -7,8 +7,8 @@ import asyncio
 import pytest
 
 from app.domain.events import Event, NewEvent
-from app.services.fanout import Fanout, SubscriptionClosedError, SubscriptionOverflowError
-from tests.events import item
+from app.services.journal import Fanout, SubscriptionClosedError, SubscriptionOverflowError
+from tests.support.events import item
 
 
 def events(*seqs: int) -> list[Event]:

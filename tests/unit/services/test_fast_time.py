@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from app.domain.drop import DropPhase, DropRecord
+from app.domain.drop.record import DropPhase, DropRecord
 from app.domain.errors import SimulatorRefusedError
-from app.domain.run import PlanChange, Run, RunState
-from app.services.fast_time import refuse_unsafe_speed
+from app.domain.run.run import PlanChange, Run, RunState
+from app.services.simulation import refuse_unsafe_speed
 
 
 def run(state: RunState, *, supervised: bool = True, phase: DropPhase = DropPhase.WAITING) -> Run:

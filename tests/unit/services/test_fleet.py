@@ -11,17 +11,17 @@ import pytest
 
 from app.domain.errors import ConflictError, NotFoundError, VehicleQuarantinedError, VehicleRefusedError
 from app.domain.events import EventKind
-from app.domain.ports import DuplicateSystem, LinkLost, LinkRestored, StatusText, Unsubscribe, VehicleLink
-from app.domain.reason import ReasonCode, because
-from app.domain.vehicle import FlightMode, LandedState
+from app.domain.reasons import ReasonCode, because
+from app.domain.vehicle.link import DuplicateSystem, LinkLost, LinkRestored, StatusText, Unsubscribe, VehicleLink
+from app.domain.vehicle.state import FlightMode, LandedState
 from app.services.clock import SystemClock
 from app.services.fleet import Fleet
 from app.services.journal import Journal
 from app.services.telemetry import TelemetryFeed
 from app.services.vehicle_commands import VehicleCommands
-from tests.events import data_of
-from tests.unit.services.fakes import MemoryEventStore
-from tests.unit.services.runs.scripted import ScriptedVehicle
+from tests.support.events import data_of
+from tests.support.fakes import MemoryEventStore
+from tests.support.scripted_link import ScriptedVehicle
 
 TWICE = DuplicateSystem(because(ReasonCode.TWO_CLOCKS))
 

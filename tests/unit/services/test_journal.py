@@ -9,11 +9,10 @@ import pytest
 
 from app.domain.errors import InvalidInputError, StorageError
 from app.domain.events import EventKind, NewEvent
-from app.domain.run import Run
-from app.services.fanout import SubscriptionClosedError, SubscriptionOverflowError
-from app.services.journal import Journal
-from tests.events import data_of, item
-from tests.unit.services.fakes import ManualClock, MemoryEventStore
+from app.domain.run.run import Run
+from app.services.journal import Journal, SubscriptionClosedError, SubscriptionOverflowError
+from tests.support.events import data_of, item
+from tests.support.fakes import ManualClock, MemoryEventStore
 
 RUN = Run(id="run-1", plan_id="plan-1", plan_hash="0", vehicle_id="v1", created_at=0.0, updated_at=0.0)
 

@@ -12,14 +12,13 @@ import pytest
 from app.domain.errors import NotFoundError, PlanRejectedError, StorageError
 from app.domain.events import EventKind
 from app.domain.plan import Plan, parse_plan, plan_hash
-from app.domain.ports import StoredPlan
 from app.domain.rules import default_facts
-from app.domain.vehicle import VehicleType
+from app.domain.stores import StoredPlan
+from app.domain.vehicle.state import VehicleType
 from app.services.journal import Journal
-from app.services.known_plans import KnownPlans
-from app.services.plans import CACHED_VIEWS, Plans
-from tests.events import data_of
-from tests.unit.services.fakes import ManualClock, MemoryEventStore
+from app.services.plans import CACHED_VIEWS, KnownPlans, Plans
+from tests.support.events import data_of
+from tests.support.fakes import ManualClock, MemoryEventStore
 
 DOCUMENT: dict[str, Any] = {
     "version": 1,

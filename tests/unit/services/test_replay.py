@@ -13,11 +13,9 @@ from hypothesis import strategies as st
 
 from app.domain.errors import InvalidInputError
 from app.domain.events import Event, NewEvent
-from app.services.fanout import SubscriptionClosedError, SubscriptionOverflowError
-from app.services.journal import Journal
-from app.services.replay import follow
-from tests.events import item
-from tests.unit.services.fakes import ManualClock, MemoryEventStore
+from app.services.journal import Journal, SubscriptionClosedError, SubscriptionOverflowError, follow
+from tests.support.events import item
+from tests.support.fakes import ManualClock, MemoryEventStore
 
 
 def event(number: int = 0) -> NewEvent:

@@ -13,7 +13,7 @@ from app.simulator.dynamics.model import Wind
 from app.simulator.params import Params
 from app.simulator.setpoint import Setpoint, SetpointKind
 from app.simulator.state import Body
-from tests.unit.simulator.cockpit import Cockpit, takeoff, waypoint
+from tests.support.simulated_vehicle import Cockpit, takeoff, waypoint
 
 SWITCH_M = 30.0
 

@@ -8,7 +8,7 @@ import pytest
 
 from app.simulator.dialect import mavlink
 from app.simulator.wire import Cmd, Mode, Result
-from tests.unit.simulator.cockpit import RETURN, Cockpit, do, land, takeoff, waypoint
+from tests.support.simulated_vehicle import RETURN, Cockpit, do, land, takeoff, waypoint
 
 NAN = math.nan
 ARM, DISARM, FORCE = 1, 0, 21196

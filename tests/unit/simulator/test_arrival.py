@@ -11,7 +11,7 @@ from app.simulator.navigator.arrival import Arrival
 from app.simulator.navigator.target import Target, target_of
 from app.simulator.setpoint import SetpointKind
 from app.simulator.wire import Cmd, VtolState
-from tests.unit.simulator.cockpit import Cockpit, Plan, do, land, takeoff, waypoint
+from tests.support.simulated_vehicle import Cockpit, Plan, do, land, takeoff, waypoint
 
 POINT = (500.0, 0.0)
 UP_M = 40.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from app.simulator.wire import Cmd, Mode
-from tests.unit.simulator.cockpit import RETURN, Cockpit, takeoff, waypoint
+from tests.support.simulated_vehicle import RETURN, Cockpit, takeoff, waypoint
 
 
 def flying(**params: float) -> Cockpit:

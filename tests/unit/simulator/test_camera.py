@@ -6,7 +6,7 @@ import pytest
 
 from app.simulator.external.camera import CAMERA_COMPONENT
 from app.simulator.wire import Cmd
-from tests.unit.simulator.cockpit import METRES_PER_DEGREE, Cockpit, do, takeoff, waypoint
+from tests.support.simulated_vehicle import METRES_PER_DEGREE, Cockpit, do, takeoff, waypoint
 
 PHOTO = do(Cmd.IMAGE_START_CAPTURE, 0.0, 0.0, 1.0, 0.0)
 

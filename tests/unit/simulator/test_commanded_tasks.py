@@ -8,15 +8,13 @@ from functools import cache
 import pytest
 
 from app.domain.autopilot import behaviour_of
-from app.domain.tasks.commanded import CircleAt, FlyTo, Order, Wing, order
-from app.domain.tasks.course import CircleCourse, Course, LegsCourse
-from app.domain.tasks.guidance import Fix, Wish
-from app.domain.tasks.order_request import CIRCLE_HERE, order_request
-from app.domain.tasks.origin import EkfOrigin
-from app.domain.vehicle import FirmwareVersion, VehicleType
+from app.domain.offboard.tasks.commanded import CIRCLE_HERE, CircleAt, FlyTo, Order, Wing, order, order_request
+from app.domain.offboard.tasks.course import CircleCourse, Course, EkfOrigin, LegsCourse
+from app.domain.offboard.tasks.guidance import Fix, SetpointRequest
+from app.domain.vehicle.state import FirmwareVersion, VehicleType
 from app.simulator.dialect import mavlink
 from app.simulator.wire import Cmd, Mode
-from tests.unit.simulator.cockpit import Cockpit
+from tests.support.simulated_vehicle import Cockpit
 
 UP_M = 50.0
 LOOK_S = 0.5
@@ -61,7 +59,7 @@ class Flight:
         before: Order | None = None
         leg = 0
         for _ in range(round(seconds / LOOK_S)):
-            found = order(Wish(course, UP_M, leg), self.fix(), self.wing, before)
+            found = order(SetpointRequest(course, UP_M, leg), self.fix(), self.wing, before)
             leg = found.reference.leg
             if found.arrived:
                 return beside

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from app.simulator.wire import LandedState, Mode, Result
-from tests.unit.simulator.airborne import Airborne
+from tests.support.airborne_vehicle import Airborne
 
 
 def standing(**params: float) -> Airborne:

@@ -9,7 +9,7 @@ import pytest
 from app.simulator.commander import Commander
 from app.simulator.state import Home
 from app.simulator.wire import Mode, Result, SystemStatus
-from tests.unit.simulator.airborne import Airborne
+from tests.support.airborne_vehicle import Airborne
 
 DENIED = "Arming denied: Resolve system health failures first"
 COMMANDS: list[tuple[Callable[[Commander], Result], Mode, str, str]] = [

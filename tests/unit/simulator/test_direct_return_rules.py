@@ -8,12 +8,12 @@ import pytest
 
 from app.simulator.mission.geofence import Geofence
 from app.simulator.mission.item import Item
-from app.simulator.navigator.direct_return import DirectReturn
+from app.simulator.navigator.return_mode import DirectReturn
 from app.simulator.params import Value
 from app.simulator.setpoint import SetpointKind
 from app.simulator.state import Home
 from app.simulator.wire import Cmd, VtolState
-from tests.unit.simulator.airborne import GROUND_AMSL_M, Airborne, Place
+from tests.support.airborne_vehicle import GROUND_AMSL_M, Airborne, Place
 
 GOAL = (200.0, 100.0)
 """Where they return to; home's ground is 5 m above that of the frame."""

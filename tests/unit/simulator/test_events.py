@@ -9,7 +9,7 @@ import pytest
 
 from app.simulator.events import EVENTS, event_id
 from app.simulator.mission import feasibility
-from tests.unit.simulator.cockpit import RETURN, Cockpit, Plan, land, takeoff, waypoint
+from tests.support.simulated_vehicle import RETURN, Cockpit, Plan, land, takeoff, waypoint
 
 RECORDED = {
     "commander_arm_denied_resolve_failures": 16910493,

@@ -9,7 +9,7 @@ import pytest
 from app.simulator.dialect import mavlink
 from app.simulator.external.gripper import GRIPPER_COMPONENT, MOVING_S
 from app.simulator.wire import Cmd, Result
-from tests.unit.simulator.cockpit import GROUND, RELEASE, Cockpit, takeoff, waypoint
+from tests.support.simulated_vehicle import GROUND, RELEASE, Cockpit, takeoff, waypoint
 
 GRAB_IT, RELEASE_IT = 1.0, 0.0
 

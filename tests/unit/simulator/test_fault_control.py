@@ -12,8 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.simulator.control_server import ControlServer
-from app.simulator.fault_control import FaultControl
+from app.simulator.fault_control import ControlServer, FaultControl
 from app.simulator.fleet import Fleet
 from app.simulator.options import Options, VehicleOptions
 

@@ -8,7 +8,7 @@ import pytest
 
 from app.simulator.params import Value
 from app.simulator.wire import Cmd, Mode, Result
-from tests.unit.simulator.cockpit import RELEASE, RETURN, Cockpit, Plan, do, land, takeoff, waypoint
+from tests.support.simulated_vehicle import RELEASE, RETURN, Cockpit, Plan, do, land, takeoff, waypoint
 
 TAKEOFF = takeoff(15)
 PATTERN = [do(Cmd.DO_LAND_START), Plan(Cmd.NAV_LOITER_TO_ALT, 80, 300, 20, (1, 60, 0, 1)), land()]

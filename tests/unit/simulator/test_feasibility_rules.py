@@ -15,7 +15,7 @@ from app.simulator.mission.item import Item
 from app.simulator.params import Params
 from app.simulator.state import Home
 from app.simulator.wire import Cmd
-from tests.unit.simulator.cockpit import RELEASE, RETURN, Cockpit, Plan, do, land, takeoff, waypoint
+from tests.support.simulated_vehicle import RELEASE, RETURN, Cockpit, Plan, do, land, takeoff, waypoint
 
 FRAME = LocalFrame(47.397742, 8.545594, 488.0)
 HOME = Home(0.0, 0.0, 0.0)

@@ -7,7 +7,7 @@ import pytest
 from app.simulator.dialect import mavlink
 from app.simulator.firmware import PROFILES
 from app.simulator.wire import Cmd, MissionAck, Result
-from tests.unit.simulator.cockpit import RELEASE, RETURN, Cockpit, Plan, do, land, takeoff, waypoint
+from tests.support.simulated_vehicle import RELEASE, RETURN, Cockpit, Plan, do, land, takeoff, waypoint
 
 ALL = tuple(PROFILES)
 OLD = tuple(name for name in PROFILES if name != "px4-main")

@@ -9,7 +9,7 @@ import pytest
 from app.simulator.dialect import mavlink
 from app.simulator.fleet import Fleet
 from app.simulator.options import Options, VehicleOptions, parse
-from tests.unit.simulator.cockpit import RELEASE, RETURN, Cockpit, takeoff, waypoint
+from tests.support.simulated_vehicle import RELEASE, RETURN, Cockpit, takeoff, waypoint
 
 
 def test_the_command_line_names_the_vehicles() -> None:

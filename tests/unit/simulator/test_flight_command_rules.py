@@ -10,15 +10,14 @@ from app.simulator.commands.flight import FlightCommands
 from app.simulator.commands.link import Request
 from app.simulator.dialect import Message
 from app.simulator.mission.geofence import Geofence
-from app.simulator.navigator.deployment import Deployment
-from app.simulator.navigator.hold_mode import HoldMode
+from app.simulator.navigator.context import Deployment
 from app.simulator.navigator.mission_mode import MissionMode
+from app.simulator.navigator.modes import HoldMode, TakeoffMode
 from app.simulator.navigator.orbit_mode import TANGENT, OrbitMode
-from app.simulator.navigator.takeoff_mode import TakeoffMode
 from app.simulator.setpoint import SetpointKind
 from app.simulator.wire import Cmd, Mode, Result, VtolState
-from tests.unit.simulator.airborne import FRAME, GROUND_AMSL_M, Airborne
-from tests.unit.simulator.cockpit import GROUND, NAN, waypoint
+from tests.support.airborne_vehicle import FRAME, GROUND_AMSL_M, Airborne
+from tests.support.simulated_vehicle import GROUND, NAN, waypoint
 
 FORCE = 21196.0
 THERE = FRAME.to_global(60.0, 30.0)

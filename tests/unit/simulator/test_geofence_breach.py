@@ -5,41 +5,17 @@ from __future__ import annotations
 import pytest
 
 from app.simulator.events import EVENTS
-from app.simulator.mission.fence_item import (
-    CIRCLE_EXCLUSION,
-    CIRCLE_INCLUSION,
-    POLYGON_EXCLUSION,
-    POLYGON_INCLUSION,
-)
+from app.simulator.mission.geofence import CIRCLE_EXCLUSION, CIRCLE_INCLUSION, POLYGON_EXCLUSION, POLYGON_INCLUSION
 from app.simulator.params import Value
 from app.simulator.wire import Cmd, LandedState, Mode, Result
-from tests.unit.simulator.cockpit import Cockpit, Plan, takeoff, waypoint
+from tests.support.breaching_vehicle import BORDER_M, FENCE, INCLUSION, UP_M, northwards, polygon
+from tests.support.simulated_vehicle import Cockpit, Plan
 
-FENCE, BORDER_M, UP_M = 1, 40.0, 15.0
 TEXT = "Geofence: approaching or outside geofence"
-
-
-def polygon(command: int, south_m: float, north_m: float) -> list[Plan]:
-    corners = ((south_m, -60.0), (north_m, -60.0), (north_m, 60.0), (south_m, 60.0))
-    return [Plan(command, north, east, params=(4.0, 0.0, 0.0, 0.0)) for north, east in corners]
 
 
 def circle(command: int, north_m: float, radius_m: float) -> list[Plan]:
     return [Plan(command, north_m, 0.0, params=(radius_m, 0.0, 0.0, 0.0))]
-
-
-INCLUSION = polygon(POLYGON_INCLUSION, -60.0, BORDER_M)
-
-
-def northwards(fence: list[Plan], airframe: str = "quad", firmware: str = "px4-main", **params: Value) -> Cockpit:
-    """Holding south of the border at 15 m, with the fence in force; nothing was breached yet."""
-    cockpit = Cockpit(airframe, firmware=firmware, params={"GF_ACTION": 2, "MIS_TKO_LAND_REQ": 0, **params})
-    assert cockpit.upload(fence, FENCE) == 0
-    cockpit.fly(1.0)
-    cockpit.start([takeoff(UP_M), waypoint(15.0, 0.0, UP_M, 600.0, 2.0)])
-    cockpit.until(lambda: cockpit.vehicle.state.body.north_m > 13.0)
-    assert not cockpit.vehicle.state.status.fence_breached
-    return cockpit
 
 
 def send_north(cockpit: Cockpit, up_m: float = UP_M, north_m: float = 120.0) -> None:

@@ -5,11 +5,10 @@ from __future__ import annotations
 import pytest
 
 from app.simulator.geofence_breach import GeofenceBreach
-from app.simulator.mission.fence_item import CIRCLE_INCLUSION
-from app.simulator.mission.geofence import Geofence
+from app.simulator.mission.geofence import CIRCLE_INCLUSION, Geofence
 from app.simulator.mission.item import Item
 from app.simulator.wire import Mode
-from tests.unit.simulator.airborne import FRAME, Airborne
+from tests.support.airborne_vehicle import FRAME, Airborne
 
 RADIUS_M, INSIDE, OUTSIDE = 50.0, (0.0, 30.0, 20.0), (0.0, 60.0, 20.0)
 OUT = "Geofence: approaching or outside geofence"

@@ -8,7 +8,7 @@ import pytest
 
 from app.simulator.dialect import mavlink
 from app.simulator.wire import Cmd, Mode, Result
-from tests.unit.simulator.cockpit import RELEASE, Cockpit, takeoff, waypoint
+from tests.support.simulated_vehicle import RELEASE, Cockpit, takeoff, waypoint
 
 OTHER = (246, 191)
 

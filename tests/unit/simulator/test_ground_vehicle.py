@@ -6,7 +6,7 @@ import pytest
 
 from app.simulator.events import EVENTS
 from app.simulator.wire import Cmd, Result
-from tests.unit.simulator.cockpit import Cockpit, takeoff, waypoint
+from tests.support.simulated_vehicle import Cockpit, takeoff, waypoint
 
 REFUSED = EVENTS["commander_disarm_denied_not_landed"][0]
 

@@ -9,7 +9,7 @@ import pytest
 from app.simulator.airframe import AIRFRAMES
 from app.simulator.dynamics.hovering_wing import air_force
 from app.simulator.wire import Cmd, VtolState
-from tests.unit.simulator.cockpit import Cockpit, Plan, do, land, takeoff, waypoint
+from tests.support.simulated_vehicle import Cockpit, Plan, do, land, takeoff, waypoint
 
 CHANGE, TO_WING, TO_HOVER = Cmd.DO_CHANGE_SPEED, do(Cmd.DO_VTOL_TRANSITION, 4), do(Cmd.DO_VTOL_TRANSITION, 3)
 LAND = land(command=Cmd.NAV_VTOL_LAND)

@@ -7,9 +7,9 @@ import math
 import pytest
 
 from app.simulator.mission.item import Item
-from app.simulator.navigator.jumps import JumpCounter
+from app.simulator.navigator.mission_mode import JumpCounter
 from app.simulator.wire import Cmd
-from tests.unit.simulator.cockpit import Cockpit, do, land, takeoff, waypoint
+from tests.support.simulated_vehicle import Cockpit, do, land, takeoff, waypoint
 
 
 def items(*jumps: tuple[int, float, float]) -> list[Item]:

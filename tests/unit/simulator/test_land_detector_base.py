@@ -9,11 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.simulator.land_detector.hysteresis import Hysteresis
-from app.simulator.land_detector.landed_state import landed_state
+from app.simulator.land_detector.base import Hysteresis, landed_state
 from app.simulator.setpoint import SetpointKind
 from app.simulator.wire import LandedState, Mode
-from tests.unit.simulator.landing_cockpit import FLYING, STANDING, Bench
+from tests.support.landing_vehicle import FLYING, STANDING, Bench
 
 DISARMED = replace(STANDING, armed=False)
 

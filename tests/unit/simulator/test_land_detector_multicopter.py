@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from app.simulator.land_detector.sample import TakeoffState
+from app.simulator.land_detector.sensing import TakeoffState
 from app.simulator.wire import Mode
-from tests.unit.simulator.landing_cockpit import FLYING, STANDING, Bench
+from tests.support.landing_vehicle import FLYING, STANDING, Bench
 
 THIRD_S = 1.0 / 3.0
 CYCLE_S = 0.041

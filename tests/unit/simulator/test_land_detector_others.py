@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from app.simulator.wire import Mode
-from tests.unit.simulator.landing_cockpit import FLYING, STANDING, Bench
+from tests.support.landing_vehicle import FLYING, STANDING, Bench
 
 BLIND = {"airspeed_m_s": None}
 

@@ -7,8 +7,8 @@ from collections.abc import Callable
 import pytest
 
 from app.simulator.wire import Cmd, LandedState, Mode
-from tests.unit.simulator.cockpit import Cockpit, Plan, do, land, takeoff, waypoint
-from tests.unit.simulator.landing_cockpit import Recording, recording
+from tests.support.landing_vehicle import Recording, recording
+from tests.support.simulated_vehicle import Cockpit, Plan, do, land, takeoff, waypoint
 
 PERIOD_S = 0.2
 """EXTENDED_SYS_STATE comes at 5 Hz."""

@@ -6,8 +6,7 @@ import pytest
 
 from app.simulator.airframe import AIRFRAMES
 from app.simulator.faults import VehicleFaults
-from app.simulator.land_detector.sample import LandSample
-from app.simulator.land_detector.sensing import Sensing
+from app.simulator.land_detector.sensing import LandSample, Sensing
 from app.simulator.params import Params
 from app.simulator.state import Body, VehicleState
 

@@ -8,14 +8,12 @@ from typing import Any
 
 import pytest
 
-from app.domain.simulated_faults import FAULT_KINDS, FaultOrder
-from app.simulator.fault_control import FaultControl
+from app.domain.vehicle.simulated import FAULT_KINDS, FaultOrder
+from app.simulator.fault_control import DEEDS, FaultControl, lasting_faults
 from app.simulator.fleet import Fleet
-from app.simulator.lasting_faults import lasting_faults
 from app.simulator.options import Options, VehicleOptions
-from app.simulator.second_ground import DEEDS
 from app.simulator.wire import MissionAck, Mode
-from tests.unit.simulator.cockpit import Cockpit
+from tests.support.simulated_vehicle import Cockpit
 
 LASTING: dict[str, tuple[Any, Any]] = {
     "loss": (0.25, 0.0),

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from app.simulator.wire import Cmd, MissionState, Mode, Result
-from tests.unit.simulator.airborne import Airborne
-from tests.unit.simulator.cockpit import RETURN, Cockpit, takeoff
-from tests.unit.simulator.offboard_sender import Sender
+from tests.support.airborne_vehicle import Airborne
+from tests.support.offboard_sender import Sender
+from tests.support.simulated_vehicle import RETURN, Cockpit, takeoff
 
 DENIED = "Arming denied: Resolve system health failures first"
 NOT_AVAILABLE = "Switching to Mission is currently not available"

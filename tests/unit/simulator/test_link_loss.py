@@ -6,7 +6,7 @@ import pytest
 
 from app.simulator.dialect import mavlink
 from app.simulator.wire import Cmd, Mode, Result
-from tests.unit.simulator.cockpit import RETURN, Cockpit, takeoff, waypoint
+from tests.support.simulated_vehicle import RETURN, Cockpit, takeoff, waypoint
 
 GCS, ONBOARD = 6, 18
 LOST_S = 12.4

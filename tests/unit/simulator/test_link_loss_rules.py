@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from app.simulator.link_loss import LinkLossFailsafe
+from app.simulator.failsafes import LinkLossFailsafe
 from app.simulator.wire import Mode
-from tests.unit.simulator.airborne import Airborne
+from tests.support.airborne_vehicle import Airborne
 
 LOST_S = 12.4
 ACTIVATED, REGAINED = "Failsafe activated", "GCS connection regained"

@@ -7,10 +7,9 @@ from dataclasses import replace
 import pytest
 
 from app.simulator.mission.item import Item
-from app.simulator.navigator.jumps import JumpCounter
-from app.simulator.navigator.lookahead import brakes, next_target
+from app.simulator.navigator.mission_mode import JumpCounter, brakes, next_target
 from app.simulator.wire import Cmd, VtolState
-from tests.unit.simulator.cockpit import RELEASE, RETURN, Cockpit, Plan, do, takeoff, waypoint
+from tests.support.simulated_vehicle import RELEASE, RETURN, Cockpit, Plan, do, takeoff, waypoint
 
 ON = waypoint(60, 30, 10)
 DELAY, WINCH = do(Cmd.NAV_DELAY, 5), do(Cmd.DO_WINCH, 1, 4)

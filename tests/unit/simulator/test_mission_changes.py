@@ -7,7 +7,7 @@ import pytest
 from app.simulator.dialect import mavlink
 from app.simulator.setpoint import SetpointKind
 from app.simulator.wire import Cmd, Mode, Result
-from tests.unit.simulator.cockpit import RETURN, Cockpit, Plan, takeoff, waypoint
+from tests.support.simulated_vehicle import RETURN, Cockpit, Plan, takeoff, waypoint
 
 LONG = [takeoff(15), waypoint(60, 0, 15), waypoint(60, 60, 15), waypoint(0, 60, 15), RETURN]
 

@@ -6,8 +6,8 @@ import pytest
 
 from app.simulator.dialect import Message, mavlink
 from app.simulator.wire import MissionAck
-from tests.unit.simulator.cockpit import Cockpit
-from tests.unit.simulator.mission_steps import TEN, acks, count, requests
+from tests.support.mission_steps import TEN, acks, count, requests
+from tests.support.simulated_vehicle import Cockpit
 
 
 @pytest.fixture

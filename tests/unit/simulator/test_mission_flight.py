@@ -7,7 +7,7 @@ import itertools
 import pytest
 
 from app.simulator.wire import Cmd, LandedState, Mode
-from tests.unit.simulator.cockpit import RELEASE, RETURN, Cockpit, Plan, do, land, takeoff, waypoint
+from tests.support.simulated_vehicle import RELEASE, RETURN, Cockpit, Plan, do, land, takeoff, waypoint
 
 GROUND, AIR, UP, DOWN = LandedState.ON_GROUND, LandedState.IN_AIR, LandedState.TAKEOFF, LandedState.LANDING
 LANDING_DETECTED, DISARMED_BY, MISSION_EXECUTE = 26622124, 32794487, 32375217

@@ -10,8 +10,8 @@ from app.simulator.dialect import mavlink
 from app.simulator.mission.item import Item
 from app.simulator.mission.store import plan_of
 from app.simulator.wire import Cmd, MissionAck
-from tests.unit.simulator.cockpit import Cockpit, Plan, do, takeoff
-from tests.unit.simulator.mission_steps import acks, count
+from tests.support.mission_steps import acks, count
+from tests.support.simulated_vehicle import Cockpit, Plan, do, takeoff
 
 
 @pytest.fixture

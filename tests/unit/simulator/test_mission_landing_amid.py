@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from app.simulator.wire import Cmd, LandedState
-from tests.unit.simulator.cockpit import RELEASE, RETURN, Cockpit, do, land, takeoff, waypoint
+from tests.support.simulated_vehicle import RELEASE, RETURN, Cockpit, do, land, takeoff, waypoint
 
 AMID = [takeoff(10.0), waypoint(30.0, 0.0, 10.0), land(30.0), RELEASE, do(Cmd.NAV_DELAY, 3.0, -1, -1)]
 

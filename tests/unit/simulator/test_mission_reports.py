@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from app.simulator.wire import Cmd, MissionState, Mode
-from tests.unit.simulator.cockpit import RETURN, Cockpit, land, takeoff, waypoint
+from tests.support.simulated_vehicle import RETURN, Cockpit, land, takeoff, waypoint
 
 
 def shown(cockpit: Cockpit) -> tuple[int, int]:

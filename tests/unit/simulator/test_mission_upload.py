@@ -6,8 +6,8 @@ import pytest
 
 from app.simulator.dialect import mavlink
 from app.simulator.wire import Cmd, MissionAck
-from tests.unit.simulator.cockpit import RETURN, Cockpit, Plan, Wire, takeoff
-from tests.unit.simulator.mission_steps import OTHER, TEN, acks, begin, count, go_on, requests
+from tests.support.mission_steps import OTHER, TEN, acks, begin, count, go_on, requests
+from tests.support.simulated_vehicle import RETURN, Cockpit, Plan, Wire, takeoff
 
 
 @pytest.fixture

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from app.simulator.mode_warning import ModeWarning
+from app.simulator.failsafes import ModeWarning
 from app.simulator.wire import Mode
-from tests.unit.simulator.airborne import Airborne
+from tests.support.airborne_vehicle import Airborne
 
 AUTO = (Mode.MISSION, Mode.LOITER, Mode.RTL, Mode.LAND, Mode.TAKEOFF, Mode.ORBIT)
 STICKS = (Mode.MANUAL, Mode.ALTCTL, Mode.ACRO, Mode.STABILIZED)

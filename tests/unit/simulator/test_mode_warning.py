@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from app.simulator.events import EVENTS
 from app.simulator.wire import Mode
-from tests.unit.simulator.cockpit import Cockpit
-from tests.unit.simulator.offboard_sender import Sender
+from tests.support.offboard_sender import Sender
+from tests.support.simulated_vehicle import Cockpit
 
 WARNING = EVENTS["commander_failsafe_enter_generic_warn"][0]
 

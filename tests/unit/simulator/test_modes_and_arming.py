@@ -6,7 +6,7 @@ import pytest
 
 from app.simulator.dialect import mavlink
 from app.simulator.wire import Cmd, Mode, Result
-from tests.unit.simulator.cockpit import RETURN, Cockpit, takeoff, waypoint
+from tests.support.simulated_vehicle import RETURN, Cockpit, takeoff, waypoint
 
 LONG = [takeoff(15), waypoint(60, 0, 15), waypoint(60, 60, 15), waypoint(0, 60, 15), RETURN]
 

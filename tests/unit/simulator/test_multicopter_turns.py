@@ -11,7 +11,7 @@ from app.simulator.dynamics.multicopter import Multicopter
 from app.simulator.params import Params
 from app.simulator.setpoint import Setpoint, SetpointKind
 from app.simulator.state import Body, Status
-from tests.unit.simulator.cockpit import Cockpit, land, takeoff, waypoint
+from tests.support.simulated_vehicle import Cockpit, land, takeoff, waypoint
 
 DT_S = 0.02
 

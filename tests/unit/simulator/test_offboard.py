@@ -9,8 +9,8 @@ import pytest
 from app.simulator.dialect import mavlink
 from app.simulator.events import EVENTS
 from app.simulator.wire import Cmd, Mode, Result
-from tests.unit.simulator.cockpit import Cockpit
-from tests.unit.simulator.offboard_sender import POSITION, ZERO, Sender, attitude, local, world
+from tests.support.offboard_sender import POSITION, ZERO, Sender, attitude, local, world
+from tests.support.simulated_vehicle import Cockpit
 
 VELOCITY, ACCELERATION, BOTH, NOTHING, LOITER = 3527, 3135, 3520, 4095, 12288
 """Type masks."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from app.simulator.wire import Mode
-from tests.unit.simulator.offboard_sender import Sender, local
+from tests.support.offboard_sender import Sender, local
 
 
 def hovering() -> Sender:

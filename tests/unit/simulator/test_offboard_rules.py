@@ -8,11 +8,9 @@ import pytest
 
 from app.simulator.dialect import Message, mavlink
 from app.simulator.offboard.mode import OffboardMode
-from app.simulator.offboard.receiver import OffboardReceiver
-from app.simulator.offboard.stream import OffboardStream
-from app.simulator.offboard.target import OffboardTarget, Vector
+from app.simulator.offboard.receiver import OffboardReceiver, OffboardStream, OffboardTarget, Vector
 from app.simulator.wire import Mode
-from tests.unit.simulator.cockpit import Cockpit
+from tests.support.simulated_vehicle import Cockpit
 
 NAN = math.nan
 POSITION, ACCELERATION = 3576, 3135

@@ -9,7 +9,7 @@ import pytest
 
 from app.simulator.dialect import Message, mavlink
 from app.simulator.wire import Cmd, Mode, Result
-from tests.unit.simulator.cockpit import NAN, Cockpit
+from tests.support.simulated_vehicle import NAN, Cockpit
 
 CENTRE = (60.0, 0.0)
 NO_PLACE = 2147483647

@@ -8,28 +8,8 @@ from contextlib import contextmanager
 import pytest
 
 from app.simulator.clock import VehicleClock
-from app.simulator.pace import MAX_BEHIND_S, Pace
-from app.simulator.pace_watch import PaceWatch
-
-
-class Machine:
-    """Takes `step_cost_s` of wall time for each step that is due."""
-
-    def __init__(self, speed: float) -> None:
-        self.wall_s = 100.0
-        self.steps = 0
-        self.step_cost_s = 0.0
-        self.pace = Pace(speed, lambda: self.wall_s)
-        self.pace.begin()
-
-    def run(self, seconds: float) -> Machine:
-        end_s = self.wall_s + seconds
-        while self.wall_s < end_s:
-            while self.pace.take() and self.wall_s < end_s:
-                self.steps += 1
-                self.wall_s += self.step_cost_s
-            self.wall_s += max(self.pace.wait_s(), 1e-6)
-        return self
+from app.simulator.pace import MAX_BEHIND_S, Pace, PaceWatch
+from tests.support.paced import Machine
 
 
 @pytest.mark.parametrize("speed", [1.0, 4.0, 50.0])

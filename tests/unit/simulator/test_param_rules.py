@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import pytest
 
 from app.simulator.dialect import Message, mavlink
-from tests.unit.simulator.cockpit import RETURN, Cockpit, takeoff
+from tests.support.simulated_vehicle import RETURN, Cockpit, takeoff
 
 READ, SET, LIST = "read", "set", "list"
 UNREAD = 65535

@@ -8,7 +8,7 @@ import pytest
 
 from app.simulator.dialect import mavlink
 from app.simulator.wire import Cmd, Result
-from tests.unit.simulator.cockpit import Cockpit, takeoff, waypoint
+from tests.support.simulated_vehicle import Cockpit, takeoff, waypoint
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import pytest
 from app.simulator.params import Value
 from app.simulator.setpoint import SetpointKind
 from app.simulator.wire import Cmd, Mode, VtolState
-from tests.unit.simulator.cockpit import RELEASE, Cockpit, Plan, do, land, takeoff, waypoint
+from tests.support.simulated_vehicle import RELEASE, Cockpit, Plan, do, land, takeoff, waypoint
 
 NORTH, EAST, GARDEN = (60.0, 0.0), (60.0, 60.0), (0.0, 60.0)
 TO_GARDEN = [

@@ -4,17 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from app.simulator.navigator.return_destination import Way
+from app.simulator.navigator.return_plan import Way
 from app.simulator.setpoint import SetpointKind
 from app.simulator.wire import Cmd, VtolState
-from tests.unit.simulator.along_mission import (
-    GARDEN,
-    HOME,
-    PLANS,
-    TO_WING,
-    Along,
-)
-from tests.unit.simulator.cockpit import RELEASE, Plan, do, land, takeoff, waypoint
+from tests.support.along_mission import GARDEN, HOME, PLANS, TO_WING, Along
+from tests.support.simulated_vehicle import RELEASE, Plan, do, land, takeoff, waypoint
 
 # back -------------------------------------------------------------------------------------------------------
 

@@ -8,16 +8,8 @@ import pytest
 
 from app.simulator.setpoint import SetpointKind
 from app.simulator.wire import Cmd, VtolState
-from tests.unit.simulator.along_mission import (
-    GARDEN,
-    HOME_UP_M,
-    LOITER_DOWN,
-    PLANS,
-    TO_HOVER,
-    WAIT,
-    Along,
-)
-from tests.unit.simulator.cockpit import RELEASE, Plan, land, takeoff, waypoint
+from tests.support.along_mission import GARDEN, HOME_UP_M, LOITER_DOWN, PLANS, TO_HOVER, WAIT, Along
+from tests.support.simulated_vehicle import RELEASE, Plan, land, takeoff, waypoint
 
 
 def test_it_begins_as_a_mission_that_has_reached_nothing_yet() -> None:

@@ -7,8 +7,8 @@ import math
 import pytest
 
 from app.simulator.wire import Cmd, LandedState, Mode, Result
-from tests.unit.simulator.cockpit import RETURN, Cockpit, takeoff, waypoint
-from tests.unit.simulator.offboard_sender import Sender, attitude, local
+from tests.support.offboard_sender import Sender, attitude, local
+from tests.support.simulated_vehicle import RETURN, Cockpit, takeoff, waypoint
 
 GPS_HEALTH = 0x20
 RECKONS_S = 5.0

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from app.simulator.position_loss import PositionLossFailsafe
+from app.simulator.failsafes import PositionLossFailsafe
 from app.simulator.wire import Mode
-from tests.unit.simulator.airborne import Airborne
+from tests.support.airborne_vehicle import Airborne
 
 ENTERED = ("commander_failsafe_enter_generic", Mode.MISSION, 8)
 

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from app.simulator.dynamics.flight_track import FlightTrack
+from app.simulator.dynamics.multicopter import FlightTrack
 from app.simulator.dynamics.position_smoothing import Leg, Point, PositionSmoothing
 from app.simulator.params import Params
 from app.simulator.setpoint import Setpoint, SetpointKind

@@ -7,13 +7,13 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 
+from app.domain.airspace.rally import AT_HOME_M, ReturnSight
 from app.domain.autopilot import behaviour
 from app.domain.errors import RallyRefusedError
-from app.domain.rally import AT_HOME_M, ReturnSight
-from app.domain.vehicle import GlobalPosition, VehicleFacts, VehicleState, VehicleType
-from app.simulator.navigator.return_destination import ReturnDestination, ReturnPlan, Way
-from tests.unit.simulator.airborne import FRAME, Airborne
-from tests.unit.simulator.cockpit import Plan, land, takeoff, waypoint
+from app.domain.vehicle.state import GlobalPosition, VehicleProfile, VehicleState, VehicleType
+from app.simulator.navigator.return_plan import ReturnDestination, ReturnPlan, Way
+from tests.support.airborne_vehicle import FRAME, Airborne
+from tests.support.simulated_vehicle import Plan, land, takeoff, waypoint
 
 AWAY_M = st.integers(-400, 400).map(float)
 PLACES = st.tuples(AWAY_M, AWAY_M).filter(lambda place: abs(math.hypot(*place) - AT_HOME_M) > 0.1)
@@ -53,7 +53,7 @@ def test_the_vehicle_goes_where_the_order_says_or_not_to_a_rally_point(
         vtol_state=kind[2],
     )
     landings = [FRAME.to_global(150.0, 40.0)] if garden else []
-    does = behaviour(VehicleFacts(kind[1], parameters={"RTL_TYPE": rtl_type, "RTL_LAND_DELAY": 0.0}))
+    does = behaviour(VehicleProfile(kind[1], parameters={"RTL_TYPE": rtl_type, "RTL_LAND_DELAY": 0.0}))
     places = [FRAME.to_global(*point) for point in rally]
     sight = ReturnSight(kind[1], state, places, landings, does.returns, does.rally_return)
     try:

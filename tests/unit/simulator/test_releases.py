@@ -8,7 +8,7 @@ from __future__ import annotations
 import pytest
 
 from app.simulator.wire import Cmd, VtolState
-from tests.unit.simulator.cockpit import RELEASE, RETURN, Cockpit, Plan, do, land, takeoff, waypoint
+from tests.support.simulated_vehicle import RELEASE, RETURN, Cockpit, Plan, do, land, takeoff, waypoint
 
 LOITER_DOWN = Plan(Cmd.NAV_LOITER_TO_ALT, 80, 300, 20, (1, 60, 0, 1))
 

@@ -7,8 +7,8 @@ import pytest
 from app.simulator.events import EVENTS
 from app.simulator.params import Value
 from app.simulator.wire import Cmd, Mode, Result
-from tests.unit.simulator.cockpit import NAN, Cockpit
-from tests.unit.simulator.test_geofence_breach import INCLUSION, northwards
+from tests.support.breaching_vehicle import INCLUSION, northwards
+from tests.support.simulated_vehicle import NAN, Cockpit
 
 OUTSIDE = "Reposition is outside geofence"
 EVENT = EVENTS["navigator_reposition_outside_geofence"][0]

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import pytest
 
-from app.simulator.navigator.return_destination import ReturnDestination, Way
+from app.simulator.navigator.return_plan import ReturnDestination, Way
 from app.simulator.wire import Cmd
-from tests.unit.simulator.airborne import Airborne
-from tests.unit.simulator.cockpit import Cockpit, Plan, do, land, takeoff, waypoint
+from tests.support.airborne_vehicle import Airborne
+from tests.support.simulated_vehicle import Cockpit, Plan, do, land, takeoff, waypoint
 
 HOME, GARDEN, RALLY = (0.0, 0.0), (60.0, 0.0), (40.0, 30.0)
 

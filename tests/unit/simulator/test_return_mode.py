@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from app.simulator.mission.fence_item import POLYGON_EXCLUSION
-from app.simulator.mission.geofence import Geofence
+from app.simulator.mission.geofence import POLYGON_EXCLUSION, Geofence
 from app.simulator.mission.item import Item
-from app.simulator.navigator.direct_return import DirectReturn
+from app.simulator.navigator.return_mode import DirectReturn
 from app.simulator.params import Value
 from app.simulator.setpoint import SetpointKind
 from app.simulator.state import Home, LandDetected
 from app.simulator.wire import Cmd, VtolState
-from tests.unit.simulator.cockpit import Cockpit, takeoff, waypoint
+from tests.support.simulated_vehicle import Cockpit, takeoff, waypoint
 
 
 def returning(airframe: str, north_m: float, up_m: float, **params: float) -> tuple[Cockpit, DirectReturn]:

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import pytest
 
-from app.simulator.mission.fence_item import CIRCLE_INCLUSION, POLYGON_INCLUSION
-from app.simulator.mission.geofence import Geofence
+from app.simulator.mission.geofence import CIRCLE_INCLUSION, POLYGON_INCLUSION, Geofence
 from app.simulator.mission.item import Item
-from app.simulator.navigator.jumps import JumpCounter
-from app.simulator.navigator.return_check import ReturnCheck
+from app.simulator.navigator.mission_mode import JumpCounter
 from app.simulator.navigator.return_mode import ReturnMode
+from app.simulator.navigator.return_plan import ReturnCheck
 from app.simulator.setpoint import SetpointKind
 from app.simulator.state import Home
 from app.simulator.wire import Cmd, Mode
-from tests.unit.simulator.airborne import FRAME, Airborne, Place
-from tests.unit.simulator.cockpit import RELEASE, do, land, takeoff, waypoint
+from tests.support.airborne_vehicle import FRAME, Airborne, Place
+from tests.support.simulated_vehicle import RELEASE, do, land, takeoff, waypoint
 
 PLANS = [takeoff(15), waypoint(100, 0, 15), RELEASE, waypoint(0, 100, 15), do(Cmd.DO_LAND_START), land(0, 200)]
 BREACH = ["RTL destination breaches geofence, will fly directly"]

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from app.simulator.mission.fence_item import CIRCLE_EXCLUSION, POLYGON_EXCLUSION, POLYGON_INCLUSION
+from app.simulator.mission.geofence import CIRCLE_EXCLUSION, POLYGON_EXCLUSION, POLYGON_INCLUSION
 from app.simulator.wire import LandedState, Mode
-from tests.unit.simulator.cockpit import Cockpit, Plan, waypoint
+from tests.support.simulated_vehicle import Cockpit, Plan, waypoint
 
 FENCE = 1
 BREACH = "RTL destination breaches geofence, will fly directly"

@@ -14,7 +14,7 @@ from app.simulator.fleet import Fleet
 from app.simulator.options import Options, VehicleOptions
 from app.simulator.vehicle import Vehicle
 from app.simulator.wire import Cmd, Mode
-from tests.unit.simulator.cockpit import RELEASE, RETURN, Plan, do, takeoff, waypoint
+from tests.support.simulated_vehicle import RELEASE, RETURN, Plan, do, takeoff, waypoint
 
 START_S = 6.0
 DEADLINE_S = 60.0

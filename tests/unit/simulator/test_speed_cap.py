@@ -5,22 +5,12 @@ from __future__ import annotations
 import pytest
 
 from app.simulator.__main__ import main
-from app.simulator.dialect import mavlink
 from app.simulator.fault_control import FaultControl
 from app.simulator.fleet import Fleet, build_vehicle
 from app.simulator.options import Options, VehicleOptions
 from app.simulator.wire import Cmd, Mode, Result
-from tests.unit.simulator.cockpit import Cockpit, takeoff, waypoint
-
-SETPOINT = mavlink.MAVLink_set_position_target_local_ned_message(
-    0, 1, 1, 1, 3576, 20.0, 0.0, -10.0, 0, 0, 0, 0, 0, 0, 0, 0
-)
-
-
-def stream(cockpit: Cockpit, seconds: float) -> None:
-    for _ in range(round(seconds * 10)):
-        cockpit.send(SETPOINT)
-        cockpit.fly(0.1)
+from tests.support.simulated_vehicle import Cockpit, takeoff, waypoint
+from tests.support.speed_caps import stream
 
 
 @pytest.mark.parametrize("speed", [1.0, 4.0])

@@ -8,9 +8,9 @@ from app.simulator.fault_control import FaultControl
 from app.simulator.fleet import Fleet
 from app.simulator.options import Options, VehicleOptions
 from app.simulator.wire import Cmd, Mode, Result
-from tests.unit.simulator.cockpit import RELEASE, Cockpit, takeoff, waypoint
-from tests.unit.simulator.test_pace import Machine
-from tests.unit.simulator.test_speed_cap import SETPOINT, stream
+from tests.support.paced import Machine
+from tests.support.simulated_vehicle import RELEASE, Cockpit, takeoff, waypoint
+from tests.support.speed_caps import SETPOINT, stream
 
 ROUND = [takeoff(10), waypoint(60, 0, 10), RELEASE, waypoint(0, 30, 10)]
 

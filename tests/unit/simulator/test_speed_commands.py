@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from app.simulator.dialect import mavlink
 from app.simulator.wire import Cmd, Mode
-from tests.unit.simulator.cockpit import NAN, Cockpit, takeoff, waypoint
+from tests.support.simulated_vehicle import NAN, Cockpit, takeoff, waypoint
 
 CHANGES_MODE = 1
 

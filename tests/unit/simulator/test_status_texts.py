@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from app.simulator.dialect import mavlink
 from app.simulator.wire import Severity
-from tests.unit.simulator.cockpit import Cockpit, waypoint
+from tests.support.simulated_vehicle import Cockpit, waypoint
 
 OTHER = (246, 191)
 

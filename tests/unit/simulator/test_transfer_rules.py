@@ -6,8 +6,8 @@ import pytest
 
 from app.simulator.dialect import mavlink
 from app.simulator.wire import Cmd, MissionAck
-from tests.unit.simulator.cockpit import Cockpit, Plan, takeoff, waypoint
-from tests.unit.simulator.mission_steps import OTHER, TEN, acks, begin, count, go_on, requests
+from tests.support.mission_steps import OTHER, TEN, acks, begin, count, go_on, requests
+from tests.support.simulated_vehicle import Cockpit, Plan, takeoff, waypoint
 
 MISSION, FENCE, RALLY, ALL = 0, 1, 2, 255
 SQUARE = [Plan(5001, n, e, 0, (4, 0, 0, 0)) for n, e in ((-50, -50), (50, -50), (50, 50), (-50, 50))]

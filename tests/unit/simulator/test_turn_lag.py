@@ -6,10 +6,10 @@ import math
 
 import pytest
 
-from app.domain.setpoint.forms import PositionNed, VelocityNed
-from app.domain.tasks.course import CircleCourse
+from app.domain.offboard.setpoints import PositionNed, VelocityNed
+from app.domain.offboard.tasks.course import CircleCourse
 from app.simulator.wire import Mode
-from tests.unit.simulator.test_task_guidance import TICK_S, Flight
+from tests.support.guided_vehicle import TICK_S, Flight
 
 SPEED_M_S, LEAD_S, BACK_PER_S = 5.0, 0.4, 0.9
 """What was flown there: a velocity along the tangent, and 0.9/s of the way back; nothing that makes up for the lag."""

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.simulator.dynamics.velocity_smoothing import VelocitySmoothing, synchronize
+from app.simulator.dynamics.position_smoothing import VelocitySmoothing, synchronize
 
 DT_S = 0.02
 JERK, ACCELERATION, SPEED = 4.0, 3.0, 12.0

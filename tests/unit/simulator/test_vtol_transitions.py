@@ -7,7 +7,7 @@ import math
 import pytest
 
 from app.simulator.wire import Cmd, VtolState
-from tests.unit.simulator.cockpit import Cockpit, Plan, do, land, takeoff, waypoint
+from tests.support.simulated_vehicle import Cockpit, Plan, do, land, takeoff, waypoint
 
 EAST_UP = Plan(Cmd.NAV_VTOL_TAKEOFF, 0, 80, 20, (0, 0, 0, math.nan))
 HOVER, FLY = do(Cmd.DO_VTOL_TRANSITION, 3), do(Cmd.DO_VTOL_TRANSITION, 4)

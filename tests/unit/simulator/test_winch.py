@@ -7,10 +7,9 @@ import math
 import pytest
 
 from app.simulator.dialect import Message, mavlink
-from app.simulator.external.winch import Action, Winch
-from app.simulator.external.winch_legs import FULL_LENGTH_M, Flag
+from app.simulator.external.winch import FULL_LENGTH_M, Action, Flag, Winch
 from app.simulator.wire import Cmd, Result
-from tests.unit.simulator.cockpit import GROUND, RETURN, Cockpit, do, takeoff, waypoint
+from tests.support.simulated_vehicle import GROUND, RETURN, Cockpit, do, takeoff, waypoint
 
 NAN = math.nan
 OTHER = (246, 191)

@@ -12,7 +12,7 @@ from pathlib import Path
 from app.services.clock import SystemClock
 from app.services.journal import Journal
 from app.storage import open_storage
-from tests.events import item
+from tests.support.events import item
 
 TASKS = 8
 

@@ -16,7 +16,7 @@ from app.domain.errors import StorageError
 from app.services.clock import SystemClock
 from app.services.journal import Journal
 from app.storage import open_storage
-from tests.events import item
+from tests.support.events import item
 
 BALLAST_BYTES = 256 * 1024
 

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from app.domain.attachment import Attachment
 from app.domain.errors import AttachmentAlteredError, AttachmentsFullError, StorageError
 from app.domain.events import NewEvent
 from app.domain.events.run import RunAttachment
+from app.domain.run.attachment import Attachment
 from app.storage import open_storage, verify_journal
 from app.storage.attachments import attachments_folder, file_path
 

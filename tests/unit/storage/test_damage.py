@@ -10,7 +10,7 @@ import pytest
 
 from app.domain.errors import StorageError
 from app.storage import open_storage
-from tests.contract.storage.samples import event, plan, run
+from tests.support.stored_samples import event, plan, run
 
 PAGE_BYTES = 4096
 

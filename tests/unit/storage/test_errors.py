@@ -9,7 +9,7 @@ import pytest
 from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 
 from app.domain.errors import StorageError
-from app.storage.errors import storage_errors
+from app.storage.database import storage_errors
 
 PATH = Path("journal.db")
 

@@ -16,7 +16,7 @@ from app.domain.errors import StorageError
 from app.storage.database import Database
 from app.storage.events import SqliteEventStore
 from app.storage.migrate import migrate
-from tests.contract.storage.samples import event
+from tests.support.stored_samples import event
 
 NAMESPACE = ["unshare", "--user", "--map-root-user", "--mount"]
 MOUNT = 'mount -t tmpfs -o size=2m waydrop "$0"'

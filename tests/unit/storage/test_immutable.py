@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from app.storage import open_storage
-from tests.contract.storage.samples import event, plan
+from tests.support.stored_samples import event, plan
 
 INSERT = "INTO events (seq, kind, version, time, data, hash) VALUES ({}, 'run.item', 1, 0, '{{}}', '')"
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from app.domain.events import Event
 from app.storage import open_storage
-from tests.contract.storage.samples import event
-from tests.events import data_of
+from tests.support.events import data_of
+from tests.support.stored_samples import event
 
 ROUNDS = 4
 

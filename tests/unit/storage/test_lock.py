@@ -12,7 +12,7 @@ import pytest
 
 from app.domain.errors import StorageError
 from app.storage import open_storage
-from app.storage.lock import exclusive_lock, lock_path
+from app.storage.database import exclusive_lock, lock_path
 
 HOLDER = """
 import asyncio, sys

@@ -17,7 +17,7 @@ from app.domain.errors import StorageError
 from app.storage import open_storage
 from app.storage.migrate import APPLICATION_ID, MIGRATIONS, migrate
 from app.storage.schema import BY_HAND, METADATA
-from tests.contract.storage.samples import event
+from tests.support.stored_samples import event
 
 STEP = """
 import sqlalchemy as sa

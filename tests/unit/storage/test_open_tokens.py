@@ -10,7 +10,7 @@ import pytest
 
 from app.domain.errors import StorageError
 from app.storage import open_storage, open_tokens
-from tests.contract.storage.samples import event, token
+from tests.support.stored_samples import event, token
 
 
 @pytest.fixture

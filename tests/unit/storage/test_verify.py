@@ -7,27 +7,20 @@ import json
 import shutil
 import sqlite3
 from contextlib import closing
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from app.domain.drop import DropOutcome
 from app.domain.errors import StorageError
-from app.domain.events import AnyPayload, NewEvent
-from app.domain.events.dispatch import PlanCreated
-from app.domain.events.run import RunCreated, RunDrop
-from app.domain.journal_chain import GENESIS, JournalHead
-from app.domain.plan.identity import document_hash
-from app.domain.ports import StoredPlan
+from app.domain.events.event import GENESIS, JournalHead
+from app.domain.plan.document import document_hash
 from app.storage import Verification, open_storage, verify_journal
 from app.storage.verify import _HASHED
-from tests.contract.storage.samples import event, plan, run
+from tests.support.stored_samples import event
+from tests.support.verified_journal import DOCUMENT, alter, write_journal
 
-DOCUMENT = {"version": 1, "name": "clinic run 1", "vehicle_type": "multicopter"}
 OTHER = DOCUMENT | {"version": 2}
 OTHER_PLAN = json.dumps(OTHER)
-TRIGGERS = ("events_are_gapless", "events_never_change", "events_never_go", "plans_never_change", "plans_never_go")
 
 
 _WRITTEN: list[bytes] = []
@@ -43,44 +36,6 @@ async def journal(tmp_path: Path) -> Path:
         _WRITTEN.append(await asyncio.to_thread(path.read_bytes))
     await asyncio.to_thread(path.write_bytes, _WRITTEN[0])
     return path
-
-
-async def write_journal(path: Path) -> None:
-    stored = replace(plan(), hash=document_hash(DOCUMENT), document=DOCUMENT)
-    flown = run().model_copy(update={"plan_hash": stored.hash})
-    done = flown.drops[0].model_copy(update={"outcome": DropOutcome.RELEASED})
-    async with open_storage(path) as storage:
-        await storage.events.append([event(1), event(2, item_id="größe ☂"), event(3)])
-        await storage.events.append([told(announced(stored))], plans=[stored])
-        await storage.events.append([told(RunCreated(flown))], [flown])
-        await storage.events.append([told(RunDrop(done))], [flown.with_drop(done, now=2000.0)])
-
-
-def announced(stored: StoredPlan) -> PlanCreated:
-    """As services/plans.py does it."""
-    return PlanCreated(
-        plan_id=stored.id,
-        hash=stored.hash,
-        name=stored.name,
-        vehicle_type=stored.vehicle_type,
-        created_at=stored.created_at,
-        created_by=stored.created_by,
-    )
-
-
-def told(payload: AnyPayload) -> NewEvent:
-    run_id = None if isinstance(payload, PlanCreated) else "run-1"
-    return NewEvent.of(payload, 1000.25, vehicle_id="v1", run_id=run_id)
-
-
-def alter(path: Path, *statements: str) -> None:
-    """As somebody with a SQLite shell would."""
-    with closing(sqlite3.connect(path)) as connection:
-        for trigger in TRIGGERS:
-            connection.execute(f"DROP TRIGGER IF EXISTS {trigger}")
-        for statement in statements:
-            connection.execute(statement)
-        connection.commit()
 
 
 async def head(path: Path) -> JournalHead:

@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 
 from app.domain.events import NewEvent
-from app.domain.events.dispatch import JobChanged
+from app.domain.events.service import JobChanged
 from app.storage import open_storage, verify_journal
-from tests.contract.storage.samples import plan
-from tests.unit.domain.jobs.examples import a_job
-from tests.unit.storage.test_verify import alter
+from tests.support.job_examples import a_job
+from tests.support.stored_samples import plan
+from tests.support.verified_journal import alter
 
 
 @pytest.fixture

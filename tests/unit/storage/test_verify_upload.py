@@ -6,7 +6,7 @@ from pathlib import Path
 
 from app.domain.events.run import RunUploadProgress
 from app.storage import open_storage, verify_journal
-from tests.unit.storage.test_verify import told, write_journal
+from tests.support.verified_journal import told, write_journal
 
 
 async def test_a_run_in_the_middle_of_its_upload_is_as_written(tmp_path: Path) -> None:

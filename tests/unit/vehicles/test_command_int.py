@@ -6,12 +6,11 @@ import json
 
 import pytest
 
-from app.domain.mission import MavCmd
-from app.domain.tasks.commanded import CircleAt, FlyTo
-from app.domain.tasks.order_request import CIRCLE_HERE, order_request
+from app.domain.mission.mission import MavCmd
+from app.domain.offboard.tasks.commanded import CIRCLE_HERE, CircleAt, FlyTo, order_request
 from app.vehicles.command_sender import _encoded
 from app.vehicles.encoders import CommandInt, CommandLong
-from tests.unit.domain.tasks.examples import ORIGIN
+from tests.support.task_examples import ORIGIN
 
 RECORDED = {
     "target_system": 6,

@@ -9,11 +9,10 @@ from collections.abc import Mapping
 import pytest
 
 from app.domain.errors import LinkError
-from app.domain.vehicle import GlobalPosition
+from app.domain.vehicle.state import GlobalPosition
 from app.vehicles.decoders import AutopilotVersion, Heartbeat
 from app.vehicles.encoders import Outgoing, ParamRequestRead
-from app.vehicles.fact_reader import FactReader
-from app.vehicles.identity import Identity
+from app.vehicles.facts import FactReader, Identity
 from app.vehicles.inbox import Inbox
 from app.vehicles.measurements import Measurements
 from app.vehicles.parameters import ParameterReader, Value

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from app.domain.mode_sign import ModeSign
-from app.domain.vehicle import FlightMode, GnssFix
+from app.domain.vehicle.modes import ModeTracker
+from app.domain.vehicle.state import FlightMode, GnssFix
 from app.vehicles.decoders import CurrentMode, GlobalPositionInt, GpsRawInt, Heartbeat
 from app.vehicles.measurements import Measurements
 
@@ -58,7 +58,7 @@ def test_a_failsafe_is_known_with_the_mode_that_it_chose_and_not_a_heartbeat_lat
 
 
 def test_a_pilot_who_takes_over_from_a_failsafe_is_no_failsafe_though_the_heartbeat_comes_later() -> None:
-    measurements, sign = Measurements(), ModeSign()
+    measurements, sign = Measurements(), ModeTracker()
     measurements.take_heartbeat(heartbeat(RETURN, failsafe=True), 100.0)
     sign = sign.seen(measurements.state(100.0, connected=True), 100.0)
     measurements.take_mode(CurrentMode(POSITION, POSITION))

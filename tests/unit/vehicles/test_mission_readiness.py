@@ -12,13 +12,12 @@ import pytest
 
 from app.domain.errors import LinkTimeoutError, VehicleRefusedError
 from app.vehicles.decoders import EventReport, GlobalPositionInt, Heartbeat, MissionCurrentReport
-from app.vehicles.event_reasons import reason_of
 from app.vehicles.inbox import Inbox
 from app.vehicles.measurements import Measurements
 from app.vehicles.mission_readiness import MissionReadiness
 from app.vehicles.mission_upload import MissionUploader, UploadRecord
 from app.vehicles.settings import LinkSettings
-from app.vehicles.status_texts import StatusTexts
+from app.vehicles.status_texts import StatusTexts, reason_of
 
 NO_MISSION, NOT_STARTED, ACTIVE = 1, 2, 3
 OURS, BEFORE = 77, 66

@@ -9,11 +9,11 @@ from collections.abc import Callable
 import pytest
 
 from app.domain.errors import LinkTimeoutError, VehicleTakenError
-from app.domain.vehicle import FlightMode
+from app.domain.vehicle.state import FlightMode
 from app.vehicles.command_sender import CommandSender
 from app.vehicles.encoders import Outgoing
 from app.vehicles.inbox import Inbox
-from app.vehicles.mode_switch import ModeSwitch
+from app.vehicles.modes import ModeSwitch
 from app.vehicles.settings import LinkSettings
 from app.vehicles.status_texts import StatusTexts
 

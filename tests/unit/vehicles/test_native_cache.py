@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from app.vehicles.native_cache import provide_cache_directory
+from app.vehicles.native import provide_cache_directory
 
 CACHE = Path(".cache/mavsdk/component_metadata")
 

@@ -17,11 +17,12 @@ from typing import Any, Final
 
 import pytest
 
-from app.domain.mission import MavCmd, MavFrame, Mission, MissionItem
-from app.domain.progress import Progress
-from app.vehicles.item_visits import ItemVisits
+from app.domain.flight.progress import MissionProgress
+from app.domain.mission.mission import MavCmd, MavFrame, Mission, MissionItem
+from app.vehicles.link_watch import ItemVisits
+from tests.support.paths import DATA
 
-TRACES = Path(__file__).parents[2] / "data" / "traces"
+TRACES = DATA / "traces"
 KINDS: Final = {"MISSION_CURRENT": "current", "MISSION_ITEM_REACHED": "reached"}
 DELAYS_S: Final = (0.0, 0.3, 0.6, 0.99)
 SEEDS: Final = 50
@@ -93,7 +94,7 @@ def mission(items: dict[int, dict[str, Any]]) -> Mission:
 def flown(flight: Flight, told: tuple[Told, ...], looks: random.Random | None = None) -> tuple[str, ...]:
     """The flown items; `looks`: now and then the vehicle's state is looked at, which shows the newest current item."""
     returns = flight.mission.items[-1].command is MavCmd.NAV_RETURN_TO_LAUNCH
-    progress, visits, newest = Progress.of(flight.mission), ItemVisits(), None
+    progress, visits, newest = MissionProgress.of(flight.mission), ItemVisits(), None
     for one in told:
         if one.kind == "current":
             visits.now_current(one.seq)

@@ -4,28 +4,26 @@ from __future__ import annotations
 
 import json
 import math
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from app.domain.autopilot.px4.modes import mode_numbers
 from app.domain.errors import SetpointRefusedError
-from app.domain.mission import MavCmd
-from app.domain.setpoint.capability import FirmwareProfile, FlightKind
-from app.domain.setpoint.encode import Follower, encode
-from app.domain.setpoint.forms import Setpoint
-from app.domain.setpoint.means import FORMS
-from app.domain.setpoint.message import Ignore, SetpointFrame
-from app.domain.setpoint.wire_form import WIRE_FORMS
-from app.domain.vehicle import FlightMode
+from app.domain.mission.mission import MavCmd
+from app.domain.offboard.capability import FirmwareProfile, FlightKind
+from app.domain.offboard.control_method import FORMS
+from app.domain.offboard.encode import Follower, encode
+from app.domain.offboard.messages import WIRE_FORMS, Ignore, SetpointFrame
+from app.domain.offboard.setpoints import Setpoint
+from app.domain.vehicle.state import FlightMode
 from app.services.offboard import SLOWEST_HZ, OffboardSettings
 from app.vehicles.command_sender import command
-from app.vehicles.encoders import CommandLong
-from app.vehicles.setpoint_encoders import SetpointOut
-from tests.unit.domain.setpoint.examples import setpoint_of
+from app.vehicles.encoders import CommandLong, SetpointOut
+from tests.support.paths import DATA
+from tests.support.setpoint_examples import setpoint_of
 
-DATA = Path(__file__).parents[2] / "data" / "offboard" / "sent.jsonl"
+DATA = DATA / "offboard" / "sent.jsonl"
 RECORDED: list[dict[str, Any]] = [json.loads(line) for line in DATA.read_text(encoding="utf-8").splitlines()]
 SETPOINTS = [one for one in RECORDED if one["name"] != "COMMAND_LONG"]
 MODES = [one for one in RECORDED if one["name"] == "COMMAND_LONG"]

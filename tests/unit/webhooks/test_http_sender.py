@@ -8,7 +8,7 @@ from contextlib import asynccontextmanager
 
 import pytest
 
-from app.domain.webhooks.port import Reply
+from app.domain.webhooks.webhook import Reply
 from app.webhooks import open_sender
 
 BANNER = b"SSH-2.0-OpenSSH_9.6p1 inside-host"

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from app.webhooks.name_lookup import NameLookup
+from app.webhooks.http_sender import NameLookup
 
 
 class HangingServers:

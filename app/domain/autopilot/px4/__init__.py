@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from app.domain.autopilot.base import Audit, Autopilot
-from app.domain.autopilot.px4 import audit, gripper, modes, parameters, setpoints, settings
+from app.domain.autopilot.px4 import gripper, modes, offboard, parameters
 from app.domain.autopilot.px4.behaviour import Px4Behaviour
 
 PX4: Final = Autopilot(
@@ -14,16 +14,16 @@ PX4: Final = Autopilot(
     behaviour=Px4Behaviour,
     defaults=parameters.DEFAULTS,
     also_read=(*parameters.ALSO_READ, *gripper.function_parameters()),
-    return_parameters=settings.return_parameters,
+    return_parameters=parameters.return_parameters,
     unattended={"COM_OBL_RC_ACT": 5, "COM_LOW_BAT_ACT": 3},
     system_id_name="MAV_SYS_ID",
     flight_mode=modes.flight_mode,
     mode_numbers=modes.mode_numbers,
     arming_obstacle=modes.arming_obstacle,
-    setpoints=setpoints.TABLE,
-    setpoint_profile=setpoints.firmware_profile,
-    audit=Audit(audit.AUDITED, audit.entry),
-    audit_commanded=Audit(audit.AUDITED_COMMANDED, audit.commanded_entry),
+    setpoints=offboard.TABLE,
+    setpoint_profile=offboard.firmware_profile,
+    audit=Audit(offboard.AUDITED, offboard.entry),
+    audit_commanded=Audit(offboard.AUDITED_COMMANDED, offboard.commanded_entry),
     gripper_channel=gripper.gripper_channel,
     gripper_limits=gripper.limit_parameters,
     has_gripper_output=gripper.is_assigned,

@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from app.domain.autopilot.base import GripperOutput, Quantity, Setting, TooOld
+from app.domain.autopilot.base import GripperAssignment, Quantity, Setting, TooOld
 from app.domain.autopilot.px4 import gripper, versions
-from app.domain.autopilot.px4.parameters import NAMES, parameter, usable
-from app.domain.autopilot.px4.settings import Px4Settings
-from app.domain.carried import Carried
-from app.domain.vehicle import VehicleFacts, VehicleType
+from app.domain.autopilot.px4.parameters import NAMES, Px4Settings, parameter, usable
+from app.domain.vehicle.state import FlightRegime, VehicleProfile, VehicleType
 
 ROVER_REACH_M: Final = 1.3
 """A rover at 2.1 m/s reaches its waypoint 1.1 to 1.3 m before it (flown)."""
@@ -32,7 +30,7 @@ class Px4Behaviour(Px4Settings):
     def quantity(self, which: Quantity) -> float:
         return parameter(self.facts, NAMES[which])
 
-    def usable(self) -> VehicleFacts:
+    def usable(self) -> VehicleProfile:
         return usable(self.facts)
 
     def switch_distance_m(self, ground_speed_m_s: float) -> float:
@@ -44,18 +42,20 @@ class Px4Behaviour(Px4Settings):
         seconds = period_s * damping * parameter(self.facts, "NPFG_SW_DST_MLT")
         return max(radius_m, min(MAX_SWITCH_DISTANCE_M, ground_speed_m_s * seconds))
 
-    def reach_m(self, carried: Carried, ground_speed_m_s: float, acceptance_radius_m: float | None = None) -> float:
+    def reach_m(
+        self, carried: FlightRegime, ground_speed_m_s: float, acceptance_radius_m: float | None = None
+    ) -> float:
         """An item's own radius counts for rotary wings."""
         match carried:
-            case Carried.ROTARY_WING:
+            case FlightRegime.ROTARY_WING:
                 return parameter(self.facts, "NAV_ACC_RAD") if acceptance_radius_m is None else acceptance_radius_m
-            case Carried.FIXED_WING:
+            case FlightRegime.FIXED_WING:
                 return self.switch_distance_m(ground_speed_m_s)
-            case Carried.WHEELS:
+            case FlightRegime.WHEELS:
                 return ROVER_REACH_M
-            case Carried.GROUND:
+            case FlightRegime.GROUND:
                 return LANDED_REACH_M
-            case Carried.BUOYANCY:
+            case FlightRegime.BUOYANCY:
                 return parameter(self.facts, "NAV_ACC_RAD")
 
     def name_of(self, which: Quantity) -> str:
@@ -91,7 +91,7 @@ class Px4Behaviour(Px4Settings):
         return None if kind >= 0 else Setting("PD_GRIPPER_TYPE", kind, "set PD_GRIPPER_TYPE to 0")
 
     @property
-    def gripper_output(self) -> GripperOutput:
+    def gripper_output(self) -> GripperAssignment:
         return gripper.output(self.facts)
 
     @property

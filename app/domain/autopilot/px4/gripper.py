@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import Final
 
-from app.domain.autopilot.base import GripperChannel, GripperOutput
-from app.domain.vehicle import VehicleFacts
+from app.domain.autopilot.base import GripperAssignment, GripperChannel
+from app.domain.vehicle.state import VehicleProfile
 
 GRIPPER_FUNCTION: Final = 430
 """PX4's output function (src/lib/mixer_module/output_functions.yaml)."""
@@ -23,11 +23,11 @@ def function_parameters() -> tuple[str, ...]:
     return tuple(f"{prefix}_FUNC{n}" for prefix, (_, count) in OUTPUTS.items() for n in range(1, count + 1))
 
 
-def output(facts: VehicleFacts) -> GripperOutput:
+def output(facts: VehicleProfile) -> GripperAssignment:
     """Parameters that did not answer are not the same as 0."""
     silent = tuple(name for name in function_parameters() if name in facts.unanswered)
     assigned = is_assigned(facts.parameters, facts.unanswered)
-    return GripperOutput(assigned, silent, " or ".join(f"{prefix}_FUNCn" for prefix in OUTPUTS), GRIPPER_FUNCTION)
+    return GripperAssignment(assigned, silent, " or ".join(f"{prefix}_FUNCn" for prefix in OUTPUTS), GRIPPER_FUNCTION)
 
 
 def is_assigned(parameters: Mapping[str, float | int], unanswered: Collection[str]) -> bool | None:

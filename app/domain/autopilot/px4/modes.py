@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from app.domain.vehicle import FlightMode, VehicleType
+from app.domain.vehicle.state import FlightMode, VehicleType
 
 _MAIN: Final = {
     1: FlightMode.MANUAL,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from app.domain.autopilot.base import TooOld
-from app.domain.vehicle import FIRMWARE, FirmwareVersion, VehicleFacts
+from app.domain.vehicle.state import FIRMWARE, FirmwareVersion, VehicleProfile
 
 NPFG_SINCE: Final = FirmwareVersion(1, 14, 0)
 """Guidance of wings; L1 before."""
@@ -21,21 +21,21 @@ ROUND_THE_FENCE_SINCE: Final = FirmwareVersion(1, 19, 0)
 """PR 27145. A build option, on by default; without it a return flies straight."""
 
 
-def is_known_since(facts: VehicleFacts, since: FirmwareVersion) -> bool:
+def is_known_since(facts: VehicleProfile, since: FirmwareVersion) -> bool:
     """Whether the firmware is this one or newer; False if the vehicle does not tell it, which is noted."""
     return facts.firmware >= since if facts.firmware is not None else _unknown(facts)
 
 
-def is_older(facts: VehicleFacts, since: FirmwareVersion) -> bool:
+def is_older(facts: VehicleProfile, since: FirmwareVersion) -> bool:
     """Whether the firmware is older; False if the vehicle does not tell it, which is noted."""
     return facts.firmware < since if facts.firmware is not None else _unknown(facts)
 
 
-def too_old(facts: VehicleFacts, since: FirmwareVersion) -> TooOld | None:
+def too_old(facts: VehicleProfile, since: FirmwareVersion) -> TooOld | None:
     """As `is_older`, for people."""
     return TooOld(f"PX4 {facts.firmware}", f"PX4 {since}") if is_older(facts, since) else None
 
 
-def _unknown(facts: VehicleFacts) -> bool:
+def _unknown(facts: VehicleProfile) -> bool:
     facts.assuming(FIRMWARE)
     return False

@@ -7,7 +7,7 @@ import json
 import pytest
 from pydantic import TypeAdapter, ValidationError
 
-from app.domain.drop import DropRecord
+from app.domain.drop.record import DropRecord
 from app.domain.events import PAYLOADS, Event, EventKind, NewEvent, payload_of
 from app.domain.events.run import CommandOutcome, RunAck, RunCommand, RunDrop
 from app.domain.events.service import SimulatorFault

@@ -7,9 +7,9 @@ import dataclasses
 import pytest
 
 from app.domain.flight.phase import FlightView, how_it_ended, phase_of
-from app.domain.reason import ReasonCode, because, in_words
-from app.domain.run import Asked, RunState
-from app.domain.vehicle import FlightMode, LandedState, VehicleState, VehicleType
+from app.domain.reasons import ReasonCode, because, in_words
+from app.domain.run.run import Asked, RunState
+from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, VehicleType
 
 FLYING = FlightView(
     state=VehicleState(connected=True, mode=FlightMode.MISSION, armed=True, landed=LandedState.IN_AIR),

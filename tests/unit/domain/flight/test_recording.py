@@ -8,23 +8,12 @@ from dataclasses import replace
 import pytest
 from hypothesis import given, settings
 
-from app.domain.flight.flight import Flight
 from app.domain.flight.inputs import FlightInput
-from app.domain.flight.recording import Line, Recorder, as_text, began, from_text, replay
+from app.domain.flight.recording import Recorder, as_text, replay
 from app.domain.flight.step import step
-from tests.unit.domain.flight.flown import Flown, a_flight, a_run
-from tests.unit.domain.flight.test_step import inputs
-
-
-def recorded(heard: list[FlightInput]) -> tuple[list[Line], Flight]:
-    """The lines of a flight, read again from text, and how it ended."""
-    flight = a_flight(a_run())
-    lines, recorder = [began(flight)], Recorder(flight.run)
-    for one in heard:
-        before = flight.run
-        flight, effects = step(flight, one)
-        lines.append(recorder.line(before, one, flight, effects))
-    return list(from_text(as_text(lines))), flight
+from tests.support.flown_flights import Flown
+from tests.support.recorded_flight import recorded
+from tests.support.stepped_flight import inputs
 
 
 def test_a_whole_flight_is_decided_again_as_it_was() -> None:

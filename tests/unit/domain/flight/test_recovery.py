@@ -7,9 +7,9 @@ from typing import Final
 
 import pytest
 
-from app.domain.drop import Certainty, DropOutcome
-from app.domain.run import Run, RunState
-from tests.unit.domain.flight.flown import Flown, prefixes
+from app.domain.drop.record import Certainty, DropOutcome
+from app.domain.run.run import Run, RunState
+from tests.support.flown_flights import Flown, prefixes
 
 SAFE_DIFFERENCES: Final = {
     (RunState.COMPLETED, DropOutcome.RELEASED, Certainty.INFERRED): "the ack was lost: the output alone tells",

@@ -6,84 +6,24 @@ from dataclasses import replace
 from typing import get_args
 
 from hypothesis import given, settings
-from hypothesis import strategies as st
 
-from app.domain.commands import CommandAck, MavResult
-from app.domain.drop import DropOutcome, DropPhase
+from app.domain.drop.record import DropOutcome, DropPhase
 from app.domain.flight.flight import Flight
 from app.domain.flight.inputs import (
-    AskedFor,
-    Ends,
     FlightEffect,
     FlightInput,
     Looked,
-    NotDone,
     Record,
     ReleaseAnswered,
-    ReleaseNotSent,
-    ReleaseUnanswered,
-    Sight,
     TakenUp,
-    Told,
 )
-from app.domain.flight.orders import ReleaseOrder
+from app.domain.flight.look import ReleaseOrder
 from app.domain.flight.step import _STEPS, step
-from app.domain.mission import MavCmd
-from app.domain.ports import ItemReached, MissionCurrent, Rebooted
-from app.domain.reason import ReasonCode, because
-from app.domain.run import TERMINAL, Asked, Run, RunState
-from app.domain.vehicle import FlightMode, LandedState, VehicleState
-from tests.unit.domain.flight.flown import BEGAN_AT, BEGAN_S, DROP, MISSION_ID, Flown, a_flight, a_run
-
-SEQS = st.integers(-1, 5)
-STATES = st.builds(
-    VehicleState,
-    connected=st.sampled_from([True, True, True, False]),
-    mode=st.sampled_from([FlightMode.MISSION] * 4 + [None, *FlightMode]),
-    armed=st.sampled_from([True, True, True, False, None]),
-    landed=st.sampled_from([LandedState.IN_AIR, LandedState.IN_AIR, *LandedState]),
-    in_failsafe=st.sampled_from([False, False, False, True]),
-    latitude_deg=st.sampled_from([DROP.latitude_deg, DROP.latitude_deg, DROP.latitude_deg - 0.001, None]),
-    longitude_deg=st.just(DROP.longitude_deg),
-    velocity_north_m_s=st.sampled_from([0.0, 0.0, 9.0, None]),
-    velocity_east_m_s=st.just(0.0),
-    position_age_s=st.sampled_from([0.1, 0.1, 9.0, None]),
-    boot_time_s=st.floats(0.0, 60.0),
-    mission_seq=st.sampled_from([None, 0, 1, 2, 2, 2, 3]),
-    mission_id=st.sampled_from([MISSION_ID, MISSION_ID, 8, None]),
-    gripper_output_us=st.sampled_from([None, 900, 1000, 2000, 2000]),
-    gripper_output_age_s=st.sampled_from([None, 0.1, 9.0]),
-)
-ACKS = st.builds(CommandAck, st.just(MavCmd.DO_GRIPPER), st.sampled_from(MavResult))
-ATTEMPTS = st.integers(1, 4)
-
-
-@st.composite
-def inputs(draw: st.DrawFn) -> list[FlightInput]:
-    """Anything, in any order; most of it looks."""
-    now_s, heard = BEGAN_S, []
-    for _ in range(draw(st.integers(1, 40))):
-        now_s += draw(st.sampled_from([0.1, 0.1, 0.5, 1.0, 3.0]))
-        sight = Sight(draw(STATES), now_s, BEGAN_AT + now_s - BEGAN_S)
-        about = (0, DROP.plan_item_id, draw(ATTEMPTS))
-        rare = others(sight, draw(SEQS), about, draw(ACKS), draw(st.sampled_from(Asked)))
-        one: FlightInput = draw(st.sampled_from([*[Looked(sight)] * 6, *rare]))
-        heard.append(one)
-    return heard
-
-
-def others(sight: Sight, seq: int, about: tuple[int, str, int], ack: CommandAck, asked: Asked) -> list[FlightInput]:
-    return [
-        Told(sight, ItemReached(seq)),
-        Told(sight, MissionCurrent(seq, mission_id=MISSION_ID)),
-        Told(sight, Rebooted()),
-        ReleaseAnswered(sight, *about, ack),
-        ReleaseUnanswered(sight, *about),
-        ReleaseNotSent(sight, *about),
-        AskedFor(sight, asked),
-        NotDone(sight, asked, None),
-        Ends(sight, RunState.FAILED, because(ReasonCode.NOT_TAKEN_OFF)),
-    ]
+from app.domain.mission.mission import MavCmd
+from app.domain.run.run import TERMINAL, Run, RunState
+from app.domain.vehicle.commands import CommandAck, MavResult
+from tests.support.flown_flights import DROP, Flown, a_flight, a_run
+from tests.support.stepped_flight import inputs
 
 
 def folded(heard: list[FlightInput]) -> list[tuple[Flight, tuple[FlightEffect, ...]]]:

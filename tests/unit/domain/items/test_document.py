@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from app.domain.items.document import item_types
-from tests.unit.domain.golden_mission import ITEM_TYPES_OF_PAGE
+from tests.support.golden_mission import ITEM_TYPES_OF_PAGE
 
 
 def test_the_page_has_the_item_types_of_the_service() -> None:
-    promise = "run `python -m tests.unit.domain.regenerate` and read the difference"
+    promise = "run `python -m tests.support.regenerate_golden_missions` and read the difference"
     assert ITEM_TYPES_OF_PAGE.read_text(encoding="utf-8") == item_types(), promise

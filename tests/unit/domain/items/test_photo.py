@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from app.domain.compiler import compile_plan
-from app.domain.default_facts import default_facts
-from app.domain.drop import MOST_PICTURES, DropRecord
-from app.domain.mission import MavCmd
+from app.domain.drop.record import MOST_PICTURES, DropRecord
+from app.domain.mission.compiler import compile_plan
+from app.domain.mission.mission import MavCmd
 from app.domain.prediction import predict
-from app.domain.vehicle import Picture, VehicleState
-from tests.unit.domain.plan_pieces import gripper, multicopter, waypoint
+from app.domain.vehicle.declared import default_facts
+from app.domain.vehicle.state import Picture, VehicleState
+from tests.support.plan_pieces import gripper, multicopter, waypoint
 
 PHOTO = {"type": "photo"}
 RECORD = DropRecord(plan_item_id="drop", supervised=True)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.domain.jobs.candidate import Candidate, Refusal
-from app.domain.jobs.choice import NEAR_M, choose, chosen_of
+from app.domain.jobs.assignment import NEAR_M, choose, chosen_of
+from app.domain.jobs.job import Candidate, Refusal
 
 REFUSED = (Refusal(code="vehicle.busy", message="it has run r"),)
 CANDIDATES = st.lists(

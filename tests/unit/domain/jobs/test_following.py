@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from app.domain.drop import DropOutcome
-from app.domain.jobs.following import after, must_be_taken_off
-from app.domain.jobs.job import Job, JobState
-from app.domain.jobs.vehicle_queue import VehicleQueue
-from app.domain.jobs.verdict import why_bad
-from app.domain.reason import ReasonCode, because, in_words
-from app.domain.run import Run, RunState
-from tests.reasons import some
-from tests.unit.domain.jobs.examples import a_job, a_run
+from app.domain.drop.record import DropOutcome
+from app.domain.jobs.job import Job, JobState, after, must_be_taken_off, why_bad
+from app.domain.jobs.queue import VehicleQueue
+from app.domain.reasons import ReasonCode, because, in_words
+from app.domain.run.run import Run, RunState
+from tests.support.job_examples import a_job, a_run
+from tests.support.reasons import some
 
 NOW = 100.0
 CANCELLED = because(ReasonCode.JOB_CANCELLED, by="desk")

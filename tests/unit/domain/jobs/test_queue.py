@@ -8,12 +8,11 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
 from app.domain.errors import JobsFullError, JobWrongStateError
-from app.domain.jobs.following import after
-from app.domain.jobs.job import NEXT, OVER, Job, JobState
+from app.domain.jobs.job import NEXT, OVER, Job, JobState, after
 from app.domain.jobs.queue import JobQueue, Place
-from app.domain.run import RunState
-from tests.reasons import some
-from tests.unit.domain.jobs.examples import a_job, a_run
+from app.domain.run.run import RunState
+from tests.support.job_examples import a_job, a_run
+from tests.support.reasons import some
 
 CAPACITY = 4
 VEHICLES = ("v1", "v2")

@@ -6,15 +6,14 @@ from dataclasses import replace
 
 import pytest
 
-from app.domain.finding import Finding, Severity
-from app.domain.jobs.fitness import beginning_of, distance_to, why_unfit
+from app.domain.jobs.assignment import VehicleSight, beginning_of, distance_to, why_not_ready, why_not_wished, why_unfit
 from app.domain.jobs.job import Wish
-from app.domain.jobs.readiness import VehicleSight, why_not_ready, why_not_wished
 from app.domain.plan import parse_plan
-from app.domain.reason import ReasonCode, because
-from app.domain.vehicle import LandedState, VehicleState
-from tests.api.job_plans import ROUTE
-from tests.unit.domain.jobs.examples import READY
+from app.domain.reasons import ReasonCode, because
+from app.domain.validation.finding import Finding, Severity
+from app.domain.vehicle.state import LandedState, VehicleState
+from tests.support.job_examples import READY
+from tests.support.job_plans import ROUTE
 
 
 def sight(**changes: object) -> VehicleSight:

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from app.domain.errors import WaydropError
 from app.domain.events.vehicle import OffboardChanged, OffboardLease
+from app.domain.offboard.control_method import ControlMethod
 from app.domain.offboard.inputs import (
     Commanded,
     Do,
@@ -30,13 +31,11 @@ from app.domain.offboard.inputs import (
     Tell,
     Tick,
 )
-from app.domain.offboard.modes import who_acts
-from app.domain.offboard.state import SENDING, TRANSITIONS, Control, Lease, LeaseChange, OffboardState
+from app.domain.offboard.state import SENDING, TRANSITIONS, Control, Lease, LeaseChange, OffboardState, who_acts
 from app.domain.offboard.step import step
-from app.domain.ports import DuplicateSystem, LinkLost, Rebooted, StateChanged
-from app.domain.reason import ReasonCode, because
-from app.domain.setpoint.means import Means
-from app.domain.vehicle import FlightMode, VehicleState
+from app.domain.reasons import ReasonCode, because
+from app.domain.vehicle.link import DuplicateSystem, LinkLost, Rebooted, StateChanged
+from app.domain.vehicle.state import FlightMode, VehicleState
 
 _S = OffboardState
 STOPS = because(ReasonCode.OFFBOARD_SERVICE_STOPS)
@@ -45,7 +44,7 @@ IDS = st.sampled_from(["a", "b", "c"])
 HOLDERS = st.sampled_from(["ann", "ben"])
 ENDS = st.sampled_from([change for change in LeaseChange if change.ends])
 TO = st.sampled_from(["hold", "mission", "return"])
-MEANS = st.sampled_from(Means)
+MEANS = st.sampled_from(ControlMethod)
 MODES = st.sampled_from(
     [None, FlightMode.HOLD, FlightMode.OFFBOARD, FlightMode.RETURN, FlightMode.LAND, FlightMode.MISSION]
 )
@@ -74,7 +73,7 @@ INPUTS = st.lists(st.tuples(ANY, st.floats(0.0, 6.0), VEHICLES), max_size=40)
 Seen = tuple[Control, Input, Control, tuple[Effect, ...]]
 
 
-def begun(state: OffboardState, means: Means) -> Control:
+def begun(state: OffboardState, means: ControlMethod) -> Control:
     """One with a lease, in any state."""
     lease = None if state is OffboardState.IDLE else Lease("a", "v1", "ann", 10.0)
     return Control("v1", 10.0, state, lease=lease, means=means)
@@ -126,12 +125,12 @@ def test_nothing_leaves_without_a_lease_in_a_state_that_sends(run: list[Seen]) -
         if Do.SEND in effects:
             assert before.lease is not None
             assert before.state in SENDING
-            assert after.means is Means.SETPOINTS
+            assert after.means is ControlMethod.SETPOINTS
         if Do.ORDER in effects:
             assert (before.lease is not None, before.state, before.means) == (
                 True,
                 OffboardState.ACTIVE,
-                Means.COMMANDS,
+                ControlMethod.COMMANDS,
             )
         assert (after.lease is None) == (after.state is OffboardState.IDLE)
 
@@ -214,7 +213,7 @@ def test_what_changes_is_told_and_shown(run: list[Seen]) -> None:
 
 
 @given(st.sampled_from(OffboardState), MEANS, VEHICLES)
-def test_an_end_without_a_word_is_silent(state: OffboardState, means: Means, vehicle: VehicleState) -> None:
+def test_an_end_without_a_word_is_silent(state: OffboardState, means: ControlMethod, vehicle: VehicleState) -> None:
     after, effects = step(begun(state, means), Input(End(LeaseChange.REVOKED, STOPS, False), 0.0, vehicle))
     assert (after.state, after.lease, after.says_hold) == (OffboardState.IDLE, None, False)
     assert Do.SAY_HOLD not in effects

@@ -6,13 +6,13 @@ import pytest
 
 from app.domain.plan import Plan
 from app.domain.prediction import predict
-from app.domain.vehicle import VehicleFacts
-from tests.unit.domain.plan_pieces import Json, facts, multicopter, square, waypoint
+from app.domain.vehicle.state import VehicleProfile
+from tests.support.plan_pieces import Json, facts, multicopter, square, waypoint
 
 WALL: Json = {"polygons": [square("exclusion", 100, 0, 40)]}
 
 
-def returns_s(plan: Plan, vehicle: VehicleFacts) -> tuple[float, float]:
+def returns_s(plan: Plan, vehicle: VehicleProfile) -> tuple[float, float]:
     """Distance (m) and duration (s) of the return."""
     entry = predict(plan, vehicle).entries[-1]
     assert entry.type == "return_to_launch"

@@ -4,34 +4,33 @@ from __future__ import annotations
 
 import pytest
 
-from app.domain.default_facts import default_facts
 from app.domain.prediction import Wind, predict, vtol
-from app.domain.prediction.effort import Flight
-from app.domain.prediction.motion import Motion
-from app.domain.vehicle import VehicleType
-from tests.unit.domain.plan_pieces import HOME, land, plan, takeoff, transition, waypoint
-from tests.unit.domain.plan_pieces import vtol as vtol_plan
+from app.domain.prediction.motion import FlightContext, MotionState
+from app.domain.vehicle.declared import default_facts
+from app.domain.vehicle.state import VehicleType
+from tests.support.plan_pieces import HOME, land, plan, takeoff, transition, waypoint
+from tests.support.plan_pieces import vtol as vtol_plan
 
 FACTS = default_facts(VehicleType.VTOL)
-FLIGHT = Flight(FACTS, HOME)
+FLIGHT = FlightContext(FACTS, HOME)
 
 
 def test_a_transition_after_a_hover_leg_takes_its_turn_too() -> None:
     """Flown 5.4 and 5.5 s, 4.0 had been predicted."""
-    moving = Motion((0.0, 0.0), 30.0, 5.0, 0.0, 0.0)
+    moving = MotionState((0.0, 0.0), 30.0, 5.0, 0.0, 0.0)
     assert vtol.to_wing(FLIGHT, moving, (200.0, 0.0)).duration_s == pytest.approx(5.45, abs=1.0)
 
 
 @pytest.mark.parametrize(("speed_m_s", "flown_s"), [(1.8, 2.2), (1.2, 2.6)])
 def test_a_transition_straight_ahead_takes_what_the_pusher_takes(speed_m_s: float, flown_s: float) -> None:
-    ahead = vtol.to_wing(FLIGHT, Motion((0.0, 0.0), 30.0, speed_m_s, 0.0, 0.0), (0.0, 200.0))
+    ahead = vtol.to_wing(FLIGHT, MotionState((0.0, 0.0), 30.0, speed_m_s, 0.0, 0.0), (0.0, 200.0))
     assert ahead.duration_s == pytest.approx(flown_s, abs=0.4)
     assert ahead.distance_m == pytest.approx(13.0, abs=3.0)
 
 
 @pytest.mark.parametrize(("speed_m_s", "flown_s"), [(8.1, 0.4), (11.3, 0.8)])
 def test_back_to_hover_ends_at_the_speed_of_hover(speed_m_s: float, flown_s: float) -> None:
-    back = vtol.to_hover(FLIGHT, Motion((0.0, 0.0), 30.0, speed_m_s, 0.0, 0.0))
+    back = vtol.to_hover(FLIGHT, MotionState((0.0, 0.0), 30.0, speed_m_s, 0.0, 0.0))
     assert back.duration_s == pytest.approx(flown_s, abs=0.3)
     assert back.end.speed_m_s == pytest.approx(5.0)
 

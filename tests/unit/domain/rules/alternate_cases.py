@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from app.domain.plan import Plan
-from tests.unit.domain.plan_pieces import (
+from tests.support.plan_pieces import (
     Json,
     at,
     delay,
@@ -18,7 +18,7 @@ from tests.unit.domain.plan_pieces import (
     square,
     waypoint,
 )
-from tests.unit.domain.rules.case import Case
+from tests.support.rule_case import Case
 
 SPEED = {"type": "change_speed", "speed_m_s": 4}
 

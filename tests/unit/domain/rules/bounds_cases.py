@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from app.domain.default_facts import default_facts
-from app.domain.vehicle import GlobalPosition, VehicleType
-from tests.unit.domain.plan_pieces import (
+from app.domain.vehicle.declared import default_facts
+from app.domain.vehicle.state import GlobalPosition, VehicleType
+from tests.support.plan_pieces import (
     HOME,
     RETURN,
     Json,
@@ -21,7 +21,7 @@ from tests.unit.domain.plan_pieces import (
     takeoff,
     waypoint,
 )
-from tests.unit.domain.rules.case import Case
+from tests.support.rule_case import Case
 from tests.unit.domain.rules.fence_cases import NEAR_FENCE
 
 FLIGHT = multicopter(waypoint())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from tests.unit.domain.plan_pieces import (
+from tests.support.plan_pieces import (
     RETURN,
     airship,
     delay,
@@ -23,7 +23,7 @@ from tests.unit.domain.plan_pieces import (
     winch,
     wing_takeoff,
 )
-from tests.unit.domain.rules.case import Case
+from tests.support.rule_case import Case
 
 SPEED = {"type": "change_speed", "speed_m_s": 4}
 DELIVERY = multicopter(waypoint(), gripper())

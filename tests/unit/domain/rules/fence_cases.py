@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tests.unit.domain.plan_pieces import (
+from tests.support.plan_pieces import (
     Json,
     at,
     circle,
@@ -16,7 +16,7 @@ from tests.unit.domain.plan_pieces import (
     takeoff,
     waypoint,
 )
-from tests.unit.domain.rules.case import Case
+from tests.support.rule_case import Case
 
 FLIGHT = multicopter(waypoint())
 WING_FLIGHT = plan("fixed_wing", takeoff(40, **at(160, 0)), waypoint(200, 0), waypoint(200, 90), land())

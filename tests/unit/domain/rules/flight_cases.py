@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tests.unit.domain.plan_pieces import (
+from tests.support.plan_pieces import (
     RETURN,
     Json,
     at,
@@ -21,7 +21,7 @@ from tests.unit.domain.plan_pieces import (
     waypoint,
     wing_takeoff,
 )
-from tests.unit.domain.rules.case import Case
+from tests.support.rule_case import Case
 
 FLIGHT = multicopter(waypoint())
 WING_FLIGHT = fixed_wing(waypoint(400))

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from app.domain.performance import Performance
 from app.domain.prediction import Wind
-from app.domain.vehicle import VehicleFacts
-from tests.unit.domain.plan_pieces import airship, facts, fixed_wing, gripper, multicopter, waypoint, winch
-from tests.unit.domain.rules.case import Case
+from app.domain.vehicle.performance import Performance
+from app.domain.vehicle.state import VehicleProfile
+from tests.support.plan_pieces import airship, facts, fixed_wing, gripper, multicopter, waypoint, winch
+from tests.support.rule_case import Case
 
 SMALL = Performance(payload_max_kg=2.0, battery_percent_per_min=4.0)
 FAR = multicopter(waypoint(2000), gripper())
 """Fifteen minutes: 60 % at 4 % a minute."""
 
 
-def declared(performance: Performance = SMALL, charge: float | None = 100.0, **parameters: float) -> VehicleFacts:
+def declared(performance: Performance = SMALL, charge: float | None = 100.0, **parameters: float) -> VehicleProfile:
     return replace(facts(**parameters), performance=performance, battery_percent=charge)
 
 

@@ -11,17 +11,17 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import app.domain
-from app.domain.finding import Finding
 from app.domain.plan import Plan, parse_plan
 from app.domain.rules import RULES, check_plan
-from app.domain.vehicle import GlobalPosition, VehicleFacts
-from tests.contract.feasibility.plans_and_vehicles import PARAMS
-from tests.unit.domain.plan_pieces import RETURN, at, facts, plan, takeoff, waypoint
-from tests.unit.domain.plan_strategies import PLANS as ANY_PLANS
-from tests.unit.domain.plan_strategies import sensible_plans, vehicle_facts
-from tests.unit.domain.rules.case import codes, errors
-from tests.unit.domain.rules.near_the_limits import PLANS, VEHICLES, NearTheLimits
-from tests.unit.domain.rules.test_every_rule import CASES
+from app.domain.validation.finding import Finding
+from app.domain.vehicle.state import GlobalPosition, VehicleProfile
+from tests.support.near_the_limits import PLANS, VEHICLES, NearTheLimits
+from tests.support.plan_pieces import RETURN, at, facts, plan, takeoff, waypoint
+from tests.support.plan_strategies import PLANS as ANY_PLANS
+from tests.support.plan_strategies import sensible_plans, vehicle_facts
+from tests.support.plans_and_vehicles import PARAMS
+from tests.support.rule_case import codes, errors
+from tests.support.rule_cases import CASES
 
 DEPENDENT = {
     "drop.offset_not_reachable",
@@ -155,6 +155,6 @@ def _home(checked: Plan) -> GlobalPosition:
     return GlobalPosition(home.latitude_deg, home.longitude_deg, home.absolute_altitude_m)
 
 
-def _only(checked: Plan, vehicle: VehicleFacts | None, code: str) -> Finding:
+def _only(checked: Plan, vehicle: VehicleProfile | None, code: str) -> Finding:
     (finding,) = (found for found in check_plan(checked, vehicle) if found.code == code)
     return finding

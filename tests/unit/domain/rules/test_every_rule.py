@@ -5,38 +5,10 @@ from __future__ import annotations
 import pytest
 
 from app.domain.rules import RULES, Severity, check_plan
-from tests.unit.domain.rules.alternate_cases import ALTERNATE_CASES, DETOUR_CASES
-from tests.unit.domain.rules.bounds_cases import LIMIT_CASES, VEHICLE_CASES
-from tests.unit.domain.rules.case import Case, codes
-from tests.unit.domain.rules.drop_cases import BRAKING_CASES, CONSENT_CASES, POSITION_CASES
-from tests.unit.domain.rules.fence_cases import GEOFENCE_CASES
-from tests.unit.domain.rules.flight_cases import (
-    COMMAND_CASES,
-    FIXED_WING_CASES,
-    TAKEOFF_LANDING_CASES,
-    VTOL_CASES,
-)
-from tests.unit.domain.rules.payload_cases import BATTERY_CASES, PAYLOAD_CASES, WIND_CASES
-from tests.unit.domain.rules.target_cases import TARGET_CASES
+from tests.support.rule_case import Case, codes
+from tests.support.rule_cases import CASES
+from tests.unit.domain.rules.drop_cases import POSITION_CASES
 
-CASES = [
-    *POSITION_CASES,
-    *BRAKING_CASES,
-    *CONSENT_CASES,
-    *TARGET_CASES,
-    *ALTERNATE_CASES,
-    *DETOUR_CASES,
-    *TAKEOFF_LANDING_CASES,
-    *VTOL_CASES,
-    *FIXED_WING_CASES,
-    *COMMAND_CASES,
-    *GEOFENCE_CASES,
-    *LIMIT_CASES,
-    *VEHICLE_CASES,
-    *PAYLOAD_CASES,
-    *BATTERY_CASES,
-    *WIND_CASES,
-]
 BY_CASE = pytest.mark.parametrize("case", CASES, ids=str)
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from app.domain.geo import LocalProjection
 from app.domain.plan import parse_plan
-from tests.unit.domain.rules.case import codes
+from tests.support.rule_case import codes
 
 PLACES = {"equator and antimeridian": (0.0, 180.0), "Fiji": (-17.0, -179.9999), "near a pole": (89.9995, 0.0)}
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from app.domain.errors import InvalidInputError
-from app.domain.webhooks.address import checked_url, host_of, is_loopback
+from app.domain.webhooks.webhook import checked_url, host_of, is_loopback
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.domain.webhooks.backoff import Backoff
+from app.domain.webhooks.webhook import Backoff
 
 chances = st.floats(0.0, 1.0, exclude_max=True)
 failures = st.integers(1, 10**9)

@@ -5,14 +5,12 @@ from __future__ import annotations
 import pytest
 
 from app.domain.events import AnyPayload, Event, NewEvent
-from app.domain.events.dispatch import JobChanged, JobQueueChanged
-from app.domain.events.service import ServiceStopped
-from app.domain.jobs.change import JobChangeWord
-from app.domain.jobs.job import JobState
-from app.domain.jobs.vehicle_queue import VehicleQueue
-from app.domain.webhooks.job_news import job_messages
-from tests.reasons import some
-from tests.unit.domain.jobs.examples import a_job
+from app.domain.events.service import JobChanged, JobQueueChanged, ServiceStopped
+from app.domain.jobs.job import JobChangeWord, JobState
+from app.domain.jobs.queue import VehicleQueue
+from app.domain.webhooks.message import job_messages
+from tests.support.job_examples import a_job
+from tests.support.reasons import some
 
 
 def event_of(payload: AnyPayload) -> Event:

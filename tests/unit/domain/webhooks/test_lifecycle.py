@@ -5,16 +5,16 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.domain.attachment import Attachment
-from app.domain.consent import ConsentState
-from app.domain.drop import Certainty, DropOutcome
+from app.domain.drop.consent import ConsentState
+from app.domain.drop.record import Certainty, DropOutcome
 from app.domain.events import Event
 from app.domain.events.run import RunAttachment, RunUploadProgress
-from app.domain.run import RunState
+from app.domain.run.attachment import Attachment
+from app.domain.run.run import RunState
 from app.domain.webhooks.lifecycle import Lifecycle
 from app.domain.webhooks.message import messages_of
-from tests.reasons import some
-from tests.unit.domain.webhooks.stories import Teller, new_run
+from tests.support.reasons import some
+from tests.support.story_events import Teller, new_run
 
 
 def types(events: list[Event]) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import hmac
 
-from app.domain.webhooks.signature import signature
+from app.domain.webhooks.webhook import signature
 
 
 def test_it_covers_the_time_and_every_byte_of_the_body() -> None:

@@ -4,25 +4,22 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, cast
 
 import pytest
 
-from app.domain.default_facts import default_facts
-from app.domain.jobs.candidate import Candidate
-from app.domain.jobs.choice import hopeless
-from app.domain.jobs.job import Wish
-from app.domain.jobs.readiness import VehicleSight
-from app.domain.performance import Performance
+from app.domain.jobs.assignment import VehicleSight, hopeless
+from app.domain.jobs.job import Candidate, Wish
 from app.domain.plan import Plan, parse_plan
 from app.domain.plan.walk import reference_home
 from app.domain.prediction import CALM, Wind, predict
-from app.domain.vehicle import LandedState, VehicleFacts, VehicleState, VehicleType
+from app.domain.vehicle.declared import default_facts
+from app.domain.vehicle.performance import Performance
+from app.domain.vehicle.state import LandedState, VehicleProfile, VehicleState, VehicleType
 from app.services.fleet import Fleet
-from app.services.jobs.assessment import Assessment
+from app.services.jobs.availability import Assessment
+from tests.support.paths import PLANS
 
-PLANS = Path(__file__).parents[4] / "plans"
 STRONG = Wind(north_m_s=8.0)
 READY = VehicleState(connected=True, armed=False, landed=LandedState.ON_GROUND, battery_percent=100.0)
 
@@ -30,10 +27,10 @@ READY = VehicleState(connected=True, armed=False, landed=LandedState.ON_GROUND, 
 class OneWing:
     """The fleet, as far as an assessment asks it."""
 
-    def __init__(self, facts: VehicleFacts) -> None:
+    def __init__(self, facts: VehicleProfile) -> None:
         self.told = facts
 
-    async def facts(self, _vehicle_id: str) -> VehicleFacts:
+    async def facts(self, _vehicle_id: str) -> VehicleProfile:
         return self.told
 
 
@@ -42,7 +39,7 @@ def wing_plan() -> Plan:
     return parse_plan(document)
 
 
-def wing(plan: Plan, **changes: Any) -> VehicleFacts:
+def wing(plan: Plan, **changes: Any) -> VehicleProfile:
     """A wing at the plan's home whose full battery lasts for the plan in calm air, and for little more."""
     facts = replace(default_facts(VehicleType.FIXED_WING), home=reference_home(plan, None), battery_percent=100.0)
     minutes = predict(plan, facts, CALM).duration_s / 60.0
@@ -50,13 +47,13 @@ def wing(plan: Plan, **changes: Any) -> VehicleFacts:
     return replace(facts, performance=lasts, **changes)
 
 
-async def look(facts: VehicleFacts, plan: Plan, wind: Wind = CALM, **sight: Any) -> Candidate:
+async def look(facts: VehicleProfile, plan: Plan, wind: Wind = CALM, **sight: Any) -> Candidate:
     seen = VehicleSight(vehicle_id="v1", state=READY, **sight)
     (candidate,) = await assess(facts, plan, wind, seen)
     return candidate
 
 
-async def assess(facts: VehicleFacts, plan: Plan, wind: Wind, *sights: VehicleSight) -> tuple[Candidate, ...]:
+async def assess(facts: VehicleProfile, plan: Plan, wind: Wind, *sights: VehicleSight) -> tuple[Candidate, ...]:
     assessment = Assessment(cast(Fleet, OneWing(facts)), facts_s=10.0)
     return await assessment.candidates(plan, Wish(vehicle="any"), sights, wind)
 

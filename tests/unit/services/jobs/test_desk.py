@@ -4,41 +4,21 @@ from __future__ import annotations
 
 import asyncio
 from dataclasses import replace
-from datetime import UTC, datetime
 from typing import Any
 
 import pytest
 
 from app.domain.errors import JobWrongStateError, LinkTimeoutError, VehicleBusyError
 from app.domain.jobs.job import Job, JobState
-from app.domain.offboard.state import OffboardState
-from app.domain.reason import in_words
-from app.domain.run import Run, RunState
-from app.domain.vehicle import LandedState, VehicleFacts
-from app.services.offboard_view import LeaseView, OffboardView
-from tests.events import data_of
-from tests.unit.services.jobs.yard import Yard, a_yard
+from app.domain.reasons import in_words
+from app.domain.run.run import Run, RunState
+from app.domain.vehicle.state import LandedState, VehicleProfile
+from tests.support.events import data_of
+from tests.support.job_fleet import Yard, a_yard
+from tests.support.scheduled_jobs import at, lease
 
 SOME_LOOKS_S = 0.1
 """Ten looks of the queue: what must not happen has its chance to."""
-
-
-def at(yard: Yard, in_s: float) -> str:
-    """A time from now on the yard's clock."""
-    return datetime.fromtimestamp(yard.clock.now() + in_s, UTC).isoformat()
-
-
-def lease(vehicle_id: str, yard: Yard, holder: str | None) -> None:
-    """Somebody flies the vehicle by hand, or nobody does any more."""
-    view = OffboardView(
-        state=OffboardState.LEASED,
-        lease=LeaseView(holder=holder or "", expires_in_s=5.0, offered_to=None),
-        reason=None,
-        sent=None,
-        cadence=None,
-        tasks=None,
-    )
-    yard.fleet.vehicle(vehicle_id).offboard = lambda: view if holder else None
 
 
 def changes(yard: Yard, job: Job) -> list[str]:
@@ -148,7 +128,7 @@ async def test_a_vehicle_that_is_silent_holds_up_no_other_and_is_asked_on() -> N
     async with a_yard(2) as yard:
         silent, asked = yard.vehicles[0], asyncio.Event()
 
-        async def read_facts(*, fresh: bool = False) -> VehicleFacts:
+        async def read_facts(*, fresh: bool = False) -> VehicleProfile:
             await asked.wait()
             return silent.facts
 

@@ -11,12 +11,12 @@ import pytest
 
 from app.domain.events import NewEvent
 from app.domain.jobs.job import Job, JobState
-from app.domain.reason import ReasonCode, because, in_words
-from app.domain.run import RunState
-from app.domain.vehicle import VehicleFacts
-from tests.unit.services.jobs.test_desk import at, lease
-from tests.unit.services.jobs.yard import Yard, a_yard
-from tests.unit.services.runs.scripted import ScriptedVehicle
+from app.domain.reasons import ReasonCode, because, in_words
+from app.domain.run.run import RunState
+from app.domain.vehicle.state import VehicleProfile
+from tests.support.job_fleet import Yard, a_yard
+from tests.support.scheduled_jobs import at, lease
+from tests.support.scripted_link import ScriptedVehicle
 
 
 class HeldFacts:
@@ -34,7 +34,7 @@ class HeldFacts:
     def let_go(self) -> None:
         self._gate.set()
 
-    async def _later(self, *, fresh: bool = False) -> VehicleFacts:
+    async def _later(self, *, fresh: bool = False) -> VehicleProfile:
         self.asked = True
         await self._gate.wait()
         return await self._read()

@@ -7,9 +7,9 @@ from collections.abc import Callable
 
 from app.domain.errors import StorageError
 from app.domain.jobs.job import Job, JobState
-from app.domain.reason import ReasonCode, because, in_words
-from app.domain.run import RunState
-from tests.unit.services.jobs.yard import Yard, a_yard
+from app.domain.reasons import ReasonCode, because, in_words
+from app.domain.run.run import RunState
+from tests.support.job_fleet import Yard, a_yard
 
 SOME_LOOKS_S = 0.1
 """Ten looks of the queue and more: what must not happen has its chance to."""

@@ -6,8 +6,8 @@ import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
-from app.domain.vehicle import LandedState
-from tests.unit.services.jobs.yard import Yard, a_yard
+from app.domain.vehicle.state import LandedState
+from tests.support.job_fleet import Yard, a_yard
 
 VEHICLES = 12
 JOBS = 60

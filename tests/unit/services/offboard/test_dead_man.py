@@ -9,13 +9,13 @@ from dataclasses import replace
 import pytest
 
 from app.domain.errors import LeaseLostError, LinkError
+from app.domain.offboard.messages import LocalTarget
 from app.domain.offboard.state import OffboardState
-from app.domain.ports import DuplicateSystem, LinkLost, Rebooted
-from app.domain.reason import ReasonCode, because, in_words
-from app.domain.setpoint.message import LocalTarget
-from app.domain.vehicle import FlightMode, VehicleState, VehicleType
-from tests.reasons import some, words
-from tests.unit.services.offboard.cockpit import SETTINGS, Cockpit, cockpit
+from app.domain.reasons import ReasonCode, because, in_words
+from app.domain.vehicle.link import DuplicateSystem, LinkLost, Rebooted
+from app.domain.vehicle.state import FlightMode, VehicleState, VehicleType
+from tests.support.offboard_fixture import SETTINGS, Cockpit, cockpit
+from tests.support.reasons import some, words
 
 
 async def fly_plane(plane: Cockpit) -> None:

@@ -8,16 +8,15 @@ from collections.abc import Callable
 import pytest
 
 from app.domain.errors import LinkError
-from app.domain.tasks.commanded import FlyTo
-from app.domain.tasks.order_request import CIRCLE_HERE, order_request
-from app.domain.vehicle import FlightMode
-from app.services.offboard.delivery import Delivery
+from app.domain.offboard.tasks.commanded import CIRCLE_HERE, FlyTo, order_request
+from app.domain.vehicle.state import FlightMode
+from app.services.offboard.commands import Delivery
 from app.vehicles.command_sender import CommandSender
 from app.vehicles.decoders import CommandAckReport
 from app.vehicles.encoders import Outgoing
-from tests.unit.domain.tasks.examples import ORIGIN
-from tests.unit.services.fakes import ManualClock
-from tests.unit.services.runs.scripted import ScriptedVehicle
+from tests.support.fakes import ManualClock
+from tests.support.scripted_link import ScriptedVehicle
+from tests.support.task_examples import ORIGIN
 
 CARROT = order_request(FlyTo((3000.0, 0.0), 50.0), ORIGIN)
 

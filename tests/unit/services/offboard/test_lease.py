@@ -6,11 +6,11 @@ import pytest
 
 from app.domain.errors import LeaseHeldError, LeaseLostError, OffboardNotReadyError, VehicleQuarantinedError
 from app.domain.offboard.state import OffboardState
-from app.domain.ports import DuplicateSystem, VehicleIdentity
-from app.domain.reason import ReasonCode, because
-from tests.reasons import some
-from tests.unit.domain.setpoint.examples import example
-from tests.unit.services.offboard.cockpit import cockpit
+from app.domain.reasons import ReasonCode, because
+from app.domain.vehicle.link import DuplicateSystem, VehicleIdentity
+from tests.support.offboard_fixture import cockpit
+from tests.support.reasons import some
+from tests.support.setpoint_examples import example
 
 
 async def test_a_second_client_is_told_who_has_it_and_for_how_long() -> None:

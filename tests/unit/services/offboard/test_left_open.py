@@ -7,13 +7,13 @@ import pytest
 from app.domain.events import AnyPayload, Event, EventKind, NewEvent
 from app.domain.events.vehicle import OffboardChanged, OffboardLease, TaskChange, TasksChanged
 from app.domain.offboard.state import LeaseChange, OffboardState
-from app.domain.reason import Reason, ReasonCode, because
-from app.domain.tasks.forms import Circle, InsertMode, LocalPoint
+from app.domain.offboard.tasks.forms import Circle, InsertMode, LocalPoint
+from app.domain.reasons import Reason, ReasonCode, because
 from app.services.clock import SystemClock
 from app.services.journal import Journal
-from app.services.offboard.left_open import endings, tell_left_open
-from tests.events import data_of
-from tests.unit.services.fakes import MemoryEventStore
+from app.services.offboard.offboard import endings, recover_interrupted
+from tests.support.events import data_of
+from tests.support.fakes import MemoryEventStore
 
 LEASE, CHANGED, TASKS = EventKind.OFFBOARD_LEASE, EventKind.OFFBOARD_CHANGED, EventKind.TASKS_CHANGED
 RESTARTED = because(ReasonCode.OFFBOARD_SERVICE_RESTARTED)
@@ -97,6 +97,6 @@ async def test_a_restart_tells_the_ends_once() -> None:
     for _ in range(2):
         journal = Journal(store, clock)
         await journal.start()
-        await tell_left_open(journal, clock)
+        await recover_interrupted(journal, clock)
         await journal.close()
     assert [(event.kind, data_of(event)["change"]) for event in store.events] == [(LEASE, "taken"), (LEASE, "revoked")]

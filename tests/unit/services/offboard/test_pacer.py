@@ -8,8 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.services.offboard.cadence import KEPT, Cadence
-from app.services.offboard.pacer import Pacer, next_due_s
+from app.services.offboard.stream import KEPT, RateClock, RateStatistics, next_due_s
 
 
 @settings(deadline=None)
@@ -23,7 +22,7 @@ def test_the_next_due_time_is_on_the_grid_and_ahead(due: float, late: float, per
 
 async def test_it_ticks_until_it_is_cancelled() -> None:
     ticks: list[float] = []
-    pacer = Pacer(0.01, 60.0, ticks.append, lambda gap_s: None)
+    pacer = RateClock(0.01, 60.0, ticks.append, lambda gap_s: None)
     task = asyncio.create_task(pacer.run())
     async with asyncio.timeout(10):
         while len(ticks) < 5:
@@ -36,7 +35,7 @@ async def test_a_suspend_that_the_monotonic_clock_does_not_see_is_a_gap() -> Non
     ticks: list[float] = []
     gaps: list[float] = []
     uptime = iter([0.0, 0.0, 0.0, 0.0, 3600.0, 3600.0])
-    pacer = Pacer(0.001, 0.5, ticks.append, gaps.append, uptime=lambda: next(uptime))
+    pacer = RateClock(0.001, 0.5, ticks.append, gaps.append, uptime=lambda: next(uptime))
     async with asyncio.timeout(10):
         await pacer.run()
     assert gaps == [3600.0]
@@ -46,7 +45,7 @@ async def test_a_suspend_that_the_monotonic_clock_does_not_see_is_a_gap() -> Non
 def test_whoever_comes_before_the_tick_notices_the_gap_and_it_is_told_once() -> None:
     gaps: list[float] = []
     now = [0.0]
-    pacer = Pacer(0.05, 0.5, lambda now_s: None, gaps.append, uptime=lambda: now[0])
+    pacer = RateClock(0.05, 0.5, lambda now_s: None, gaps.append, uptime=lambda: now[0])
     assert not pacer.stood_still()
     now[0] = 2.0
     assert pacer.stood_still()
@@ -55,7 +54,7 @@ def test_whoever_comes_before_the_tick_notices_the_gap_and_it_is_told_once() -> 
 
 
 def test_the_cadence_tells_rate_and_intervals_of_the_last_sends() -> None:
-    cadence = Cadence(20.0)
+    cadence = RateStatistics(20.0)
     assert cadence.view().held_hz is None
     for number in range(KEPT + 50):
         cadence.sent(number * 0.05)

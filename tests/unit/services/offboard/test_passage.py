@@ -16,11 +16,11 @@ from app.domain.errors import (
     VehicleRefusedError,
 )
 from app.domain.offboard.state import OffboardState
-from app.domain.reason import ReasonCode, because
-from app.domain.run import RunState
-from app.domain.vehicle import FlightMode, VehicleType
-from app.domain.vehicle_clock import VehicleClock
-from tests.unit.services.offboard.cockpit import SETTINGS, cockpit, paused_run
+from app.domain.reasons import ReasonCode, because
+from app.domain.run.run import RunState
+from app.domain.vehicle.clock import VehicleClock
+from app.domain.vehicle.state import FlightMode, VehicleType
+from tests.support.offboard_fixture import SETTINGS, cockpit, paused_run
 
 
 async def test_hold_comes_before_the_first_setpoint_and_a_second_of_stream_before_the_mode() -> None:

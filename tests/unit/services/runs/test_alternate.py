@@ -8,21 +8,21 @@ from typing import Any
 
 import pytest
 
-from app.domain.commands import MavResult
-from app.domain.consent import Answer
-from app.domain.drop import DropOutcome, DropPhase
+from app.domain.drop.consent import Answer
+from app.domain.drop.record import DropOutcome, DropPhase
 from app.domain.errors import DropInProgressError, LinkTimeoutError
 from app.domain.events import NewEvent
 from app.domain.flight.leg import concluded_drops
-from app.domain.moving_target.report import TargetReport
-from app.domain.reason import ReasonCode, because
-from app.domain.run import RunState
-from app.domain.vehicle import FlightMode
-from tests.events import data_of
-from tests.unit.domain.plan_pieces import at
-from tests.unit.services.fakes import ManualClock
-from tests.unit.services.runs.desk import Desk, desk, restarted
-from tests.unit.services.runs.scripted import FAST
+from app.domain.reasons import ReasonCode, because
+from app.domain.run.run import RunState
+from app.domain.targets.report import TargetReport
+from app.domain.vehicle.commands import MavResult
+from app.domain.vehicle.state import FlightMode
+from tests.support.events import data_of
+from tests.support.fakes import ManualClock
+from tests.support.plan_pieces import at
+from tests.support.runs_fixture import Desk, desk, restarted
+from tests.support.scripted_link import FAST
 
 ALTERNATE = at(0, 120, relative_altitude_m=20, id="locker", hold_s=20)
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from app.domain.drop import DropOutcome, DropPhase, DropRecord
+from app.domain.drop.record import DropOutcome, DropPhase, DropRecord
 from app.domain.errors import (
     ChangeUnderWayError,
     ConflictError,
@@ -20,17 +20,17 @@ from app.domain.errors import (
 )
 from app.domain.events import Event
 from app.domain.events.run import RunAck
-from app.domain.flight.orders import FailureOrder
-from app.domain.mission import MavCmd
+from app.domain.flight.look import FailureOrder
+from app.domain.mission.mission import MavCmd
 from app.domain.plan import parse_plan
-from app.domain.ports import StoredPlan
-from app.domain.run import Run, RunState
-from app.domain.vehicle import FlightMode, LandedState
+from app.domain.run.run import Run, RunState
+from app.domain.stores import StoredPlan
+from app.domain.vehicle.state import FlightMode, LandedState
 from app.services.plans import NewPlan, PlanCheck
-from tests.events import item as an_item
-from tests.unit.services.runs.desk import Desk, desk
-from tests.unit.services.runs.scripted import MEASURED_CLOCK
-from tests.unit.services.runs.test_change import Document, begun, clinic_moved, fly, item, store
+from tests.support.changed_flight import Document, begun, clinic_moved, fly, item, store
+from tests.support.events import item as an_item
+from tests.support.runs_fixture import Desk, desk
+from tests.support.scripted_link import MEASURED_CLOCK
 
 
 def when_the_facts_are_read(at: Desk) -> tuple[asyncio.Event, asyncio.Event]:

@@ -8,15 +8,15 @@ import pytest
 
 from app.domain.errors import PlanRejectedError
 from app.domain.events import EventKind
-from app.domain.performance import Performance
 from app.domain.prediction import Wind
 from app.domain.rules import check_plan
-from app.domain.run import RunState
-from app.domain.vehicle import LandedState, VehicleFacts
-from tests.events import data_of
-from tests.unit.services.runs.desk import Desk, desk
-from tests.unit.services.runs.test_change import Document, clinic_moved, item, store
-from tests.unit.services.runs.test_plan_gate import codes
+from app.domain.run.run import RunState
+from app.domain.vehicle.performance import Performance
+from app.domain.vehicle.state import LandedState, VehicleProfile
+from tests.support.changed_flight import Document, clinic_moved, item, store
+from tests.support.events import data_of
+from tests.support.gated_plans import codes
+from tests.support.runs_fixture import Desk, desk
 
 DECLARED = Performance(battery_percent_per_min=10.0, reserve_percent=20.0, payload_max_kg=2.0)
 WIND = Wind(north_m_s=3.0)
@@ -79,7 +79,7 @@ async def test_a_change_in_flight_is_checked_against_parameters_that_are_read_an
         asked: list[bool] = []
         facts = at.vehicle.facts
 
-        async def read_facts(*, fresh: bool = False) -> VehicleFacts:
+        async def read_facts(*, fresh: bool = False) -> VehicleProfile:
             asked.append(fresh)
             return replace(facts, parameters={**facts.parameters, "MIS_TKO_LAND_REQ": 3}) if fresh else facts
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from app.domain.drop import DropOutcome
+from app.domain.drop.record import DropOutcome
 from app.domain.errors import ChangeUnderWayError, LinkTimeoutError, StorageError
-from tests.events import data_of
-from tests.unit.services.runs.desk import desk, restarted
-from tests.unit.services.runs.test_change import begun, clinic_moved, fly, store
+from tests.support.changed_flight import begun, clinic_moved, fly, store
+from tests.support.events import data_of
+from tests.support.runs_fixture import desk, restarted
 
 
 async def test_no_release_is_sent_while_another_mission_is_on_its_way() -> None:

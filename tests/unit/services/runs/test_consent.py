@@ -9,10 +9,8 @@ from typing import Any
 
 import pytest
 
-from app.domain.compiler import compile_plan
-from app.domain.consent import Answer, ConsentRecord, ConsentState, is_new_answer
-from app.domain.default_facts import default_facts
-from app.domain.drop import DropOutcome, DropPhase, DropRecord
+from app.domain.drop.consent import Answer, ConsentRecord, ConsentState, is_new_answer
+from app.domain.drop.record import DropOutcome, DropPhase, DropRecord
 from app.domain.errors import (
     ConsentAnsweredError,
     ConsentNotAskedError,
@@ -21,16 +19,18 @@ from app.domain.errors import (
     StorageError,
 )
 from app.domain.events import EventKind
-from app.domain.flight.look import Look
-from app.domain.flight.orders import ResumeOrder
+from app.domain.flight.look import ResumeOrder, VehicleSnapshot
+from app.domain.flight.progress import MissionProgress
 from app.domain.flight.supervised_release import SupervisedRelease
+from app.domain.mission.compiler import compile_plan
 from app.domain.plan import parse_plan
-from app.domain.progress import Progress
-from app.domain.reason import in_words
-from app.domain.run import RunState
-from app.domain.vehicle import FlightMode, VehicleState, VehicleType
-from tests.events import data_of
-from tests.unit.services.runs.desk import PLANS, Desk, desk, restarted
+from app.domain.reasons import in_words
+from app.domain.run.run import RunState
+from app.domain.vehicle.declared import default_facts
+from app.domain.vehicle.state import FlightMode, VehicleState, VehicleType
+from tests.support.events import data_of
+from tests.support.paths import PLANS
+from tests.support.runs_fixture import Desk, desk, restarted
 
 MISSION = compile_plan(parse_plan((PLANS / "clinic-run.json").read_text()), default_facts(VehicleType.MULTICOPTER))
 COMPILED = MISSION.drops[0]
@@ -126,13 +126,13 @@ async def test_one_answer_counts_and_the_same_again_changes_nothing() -> None:
         assert (await at.runs.answer_consent(at.run_id, "drop", GRANT, "bert")).is_over
 
 
-def asking_release() -> tuple[SupervisedRelease, Callable[[float], Look]]:
+def asking_release() -> tuple[SupervisedRelease, Callable[[float], VehicleSnapshot]]:
     """A drop whose question was asked at 101 s with 8 s to answer, and how the vehicle looks at any time."""
     compiled = replace(COMPILED, needs_consent=True, consent_timeout_s=8.0)
     record = DropRecord(plan_item_id="drop", supervised=True, consent=ConsentRecord())
     release = SupervisedRelease.of(compiled, record, 2.0, "continue")
 
-    def look(now_s: float, latitude_deg: float = compiled.latitude_deg) -> Look:
+    def look(now_s: float, latitude_deg: float = compiled.latitude_deg) -> VehicleSnapshot:
         state = VehicleState(
             connected=True,
             mode=FlightMode.MISSION,
@@ -145,19 +145,19 @@ def asking_release() -> tuple[SupervisedRelease, Callable[[float], Look]]:
             velocity_north_m_s=0.0,
             velocity_east_m_s=0.0,
         )
-        return Look(state, now_s, 5000.0 + now_s, 1.0)
+        return VehicleSnapshot(state, now_s, 5000.0 + now_s, 1.0)
 
     for seen in (look(100.0, compiled.latitude_deg - 0.0001), look(100.5), look(101.0)):
-        release, _ = release.look(seen, Progress.of(MISSION))
+        release, _ = release.look(seen, MissionProgress.of(MISSION))
     assert release.is_asking
     return release, look
 
 
 def test_no_answer_in_time_is_a_refusal_by_time_and_the_mission_moves_on() -> None:
     release, look = asking_release()
-    release, orders = release.look(look(108.9), Progress.of(MISSION))
+    release, orders = release.look(look(108.9), MissionProgress.of(MISSION))
     assert orders == ()
-    release, (order,) = release.look(look(109.1), Progress.of(MISSION))
+    release, (order,) = release.look(look(109.1), MissionProgress.of(MISSION))
     assert isinstance(order, ResumeOrder)
     assert release.record.consent is not None
     assert release.record.consent.state is ConsentState.TIMED_OUT

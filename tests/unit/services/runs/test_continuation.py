@@ -7,10 +7,10 @@ import asyncio
 import pytest
 
 from app.domain.errors import ConflictError, RunContinuedError, RunNotOverError, StorageError
-from app.domain.run import Run, RunState
-from app.domain.vehicle import LandedState
-from tests.events import data_of
-from tests.unit.services.runs.desk import Desk, desk
+from app.domain.run.run import Run, RunState
+from app.domain.vehicle.state import LandedState
+from tests.support.events import data_of
+from tests.support.runs_fixture import Desk, desk
 
 
 async def ended(at: Desk) -> str:

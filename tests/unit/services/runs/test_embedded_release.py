@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import pytest
 
-from app.domain.drop import Certainty, DropOutcome, DropRecord, OutputEvidence
-from app.domain.mission import MavCmd
-from app.domain.reason import in_words
-from app.domain.vehicle import LandedState
-from tests.unit.services.runs.embedded_flight import EmbeddedFlight, two_parcels
+from app.domain.drop.record import Certainty, DropOutcome, DropRecord, OutputEvidence
+from app.domain.mission.mission import MavCmd
+from app.domain.reasons import in_words
+from app.domain.vehicle.state import LandedState
+from tests.support.embedded_flight import EmbeddedFlight, two_parcels
 
 
 def test_each_of_two_parcels_is_released_by_its_own_item() -> None:

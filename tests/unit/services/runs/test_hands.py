@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from app.domain.events import EventKind
-from app.domain.reason import ReasonCode, because, in_words
-from app.domain.run import RunState
-from app.domain.vehicle import FlightMode, LandedState
-from tests.events import data_of
-from tests.unit.services.runs.desk import desk, restarted
+from app.domain.reasons import ReasonCode, because, in_words
+from app.domain.run.run import RunState
+from app.domain.vehicle.state import FlightMode, LandedState
+from tests.support.events import data_of
+from tests.support.runs_fixture import desk, restarted
 
 
 async def test_who_pauses_a_run_is_said_as_it_is_when_its_vehicle_was_flown_by_hand() -> None:

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from typing import Any
 
-from app.domain.compiler import compile_plan
-from app.domain.default_facts import default_facts
-from app.domain.drop import DropOutcome
+from app.domain.drop.record import DropOutcome
 from app.domain.events import EventKind
 from app.domain.events.run import RunItemEnded
-from app.domain.flight.item_clock import ItemClock
-from app.domain.flight.look import Look
+from app.domain.flight.flight import ItemClock
+from app.domain.flight.look import VehicleSnapshot
+from app.domain.flight.progress import MissionProgress
+from app.domain.mission.compiler import compile_plan
 from app.domain.plan import parse_plan
 from app.domain.prediction import Timeline
-from app.domain.progress import Progress
-from app.domain.vehicle import FlightMode, VehicleState, VehicleType
-from app.services.comparisons import Comparisons
-from tests.events import data_of
-from tests.unit.services.runs.desk import PLANS, Desk, desk
+from app.domain.vehicle.declared import default_facts
+from app.domain.vehicle.state import FlightMode, VehicleState, VehicleType
+from app.services.delivery_reports import Comparisons
+from tests.support.events import data_of
+from tests.support.paths import PLANS
+from tests.support.runs_fixture import Desk, desk
 
 
 def told(at: Desk, kind: EventKind) -> list[dict[str, Any]]:
@@ -52,13 +53,13 @@ async def test_each_item_that_was_flown_is_told_once_in_order_and_without_holes(
 def test_the_time_of_a_pause_is_told_with_the_item_in_which_it_was() -> None:
     plan = parse_plan((PLANS / "clinic-run.json").read_text())
     mission = compile_plan(plan, default_facts(VehicleType.MULTICOPTER))
-    progress, clock = Progress.of(mission).now_current(0), ItemClock.of(mission)
+    progress, clock = MissionProgress.of(mission).now_current(0), ItemClock.of(mission)
     noted: list[RunItemEnded] = []
 
     def look(boot_s: float, mode: FlightMode, *, is_paused: bool = False) -> None:
         nonlocal clock
         state = VehicleState(connected=True, mode=mode, boot_time_s=boot_s, position_age_s=0.0)
-        seen = Look(state, boot_s, boot_s, 1.0)
+        seen = VehicleSnapshot(state, boot_s, boot_s, 1.0)
         clock, ended = clock.look(seen, progress, (), was_airborne=True, is_paused=is_paused)
         noted.extend(ended)
 

@@ -15,12 +15,13 @@ from app.domain.errors import (
     VehicleRefusedError,
     VehicleTakenError,
 )
-from app.domain.reason import ReasonCode, because, in_words
-from app.domain.run import RunState
-from app.domain.vehicle import FlightMode, LandedState
+from app.domain.reasons import ReasonCode, because, in_words
+from app.domain.run.run import RunState
+from app.domain.vehicle.state import FlightMode, LandedState
 from app.services.vehicle_commands import VehicleCommands
-from tests.events import data_of
-from tests.unit.services.runs.desk import FAST, Desk, desk
+from tests.support.events import data_of
+from tests.support.runs_fixture import Desk, desk
+from tests.support.scripted_link import FAST
 
 PATIENT = replace(FAST, armable_s=5.0)
 LEFT_OVER = tuple(mode for mode in FlightMode if mode is not FlightMode.HOLD)

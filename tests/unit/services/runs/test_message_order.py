@@ -6,12 +6,12 @@ from typing import Any
 
 import pytest
 
-from app.domain.ports import ItemReached, MissionCurrent
-from app.domain.reason import in_words
-from app.domain.run import RunState
-from app.domain.vehicle import FlightMode
-from tests.unit.services.runs.desk import Desk, desk
-from tests.unit.services.runs.test_change import fly
+from app.domain.reasons import in_words
+from app.domain.run.run import RunState
+from app.domain.vehicle.link import ItemReached, MissionCurrent
+from app.domain.vehicle.state import FlightMode
+from tests.support.changed_flight import fly
+from tests.support.runs_fixture import Desk, desk
 
 
 def without_drop(plan: dict[str, Any]) -> None:

@@ -6,17 +6,14 @@ import pytest
 
 from app.domain.errors import PlanRejectedError, WrongStateError
 from app.domain.events import EventKind
-from app.domain.performance import Performance
 from app.domain.prediction import Wind
-from app.domain.run import RunState
-from tests.events import data_of
-from tests.unit.services.runs.desk import desk
+from app.domain.run.run import RunState
+from app.domain.vehicle.performance import Performance
+from tests.support.events import data_of
+from tests.support.gated_plans import codes
+from tests.support.runs_fixture import desk
 
 THIRSTY = Performance(battery_percent_per_min=10.0, reserve_percent=20.0)
-
-
-def codes(error: PlanRejectedError) -> set[str]:
-    return {finding["code"] for finding in error.extra["findings"] if finding["severity"] == "error"}
 
 
 async def test_a_run_needs_a_battery_that_lasts() -> None:

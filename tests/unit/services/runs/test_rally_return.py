@@ -7,7 +7,7 @@ from typing import cast
 
 import pytest
 
-from app.domain.drop import DropOutcome
+from app.domain.drop.record import DropOutcome
 from app.domain.errors import (
     ChangeUnderWayError,
     ConflictError,
@@ -16,12 +16,12 @@ from app.domain.errors import (
     VehicleRefusedError,
     WrongStateError,
 )
-from app.domain.reason import in_words
-from app.domain.run import RunState
-from app.domain.vehicle import FlightMode, GlobalPosition, LandedState
-from tests.events import data_of
-from tests.unit.services.runs.desk import Desk, desk
-from tests.unit.services.runs.test_change import clinic_moved, fly, store
+from app.domain.reasons import in_words
+from app.domain.run.run import RunState
+from app.domain.vehicle.state import FlightMode, GlobalPosition, LandedState
+from tests.support.changed_flight import clinic_moved, fly, store
+from tests.support.events import data_of
+from tests.support.runs_fixture import Desk, desk
 
 
 async def near_the_rally_point(at: Desk, **parameters: float) -> None:

@@ -8,10 +8,10 @@ import pytest
 
 from app.domain.errors import PlanRejectedError
 from app.domain.events import EventKind
-from app.domain.reason import in_words
-from app.domain.run import RunState
-from tests.events import data_of
-from tests.unit.services.runs.desk import Desk, desk
+from app.domain.reasons import in_words
+from app.domain.run.run import RunState
+from tests.support.events import data_of
+from tests.support.runs_fixture import Desk, desk
 
 LANDING_REQUIRED = 3
 

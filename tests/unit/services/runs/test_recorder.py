@@ -7,21 +7,21 @@ from collections.abc import Sequence
 
 import pytest
 
-from app.domain.drop import DropOutcome, DropRecord
+from app.domain.drop.record import DropOutcome, DropRecord
 from app.domain.errors import StorageError
 from app.domain.events import Event, EventKind
 from app.domain.events.run import RunChanged, RunCommand, RunDrop
 from app.domain.plan import parse_plan
-from app.domain.ports import StoredPlan
-from app.domain.run import Run, RunState
-from app.domain.vehicle import VehicleType
+from app.domain.run.run import Run, RunState
+from app.domain.stores import StoredPlan
+from app.domain.vehicle.state import VehicleType
 from app.services.journal import Journal
 from app.services.plans import NewPlan, PlanCheck
 from app.services.runs.recorder import MOST_WAITING, RunRecorder
-from tests.events import item
-from tests.reasons import some
-from tests.unit.services.fakes import ManualClock, MemoryEventStore
-from tests.unit.services.runs.desk import PLANS
+from tests.support.events import item
+from tests.support.fakes import ManualClock, MemoryEventStore
+from tests.support.paths import PLANS
+from tests.support.reasons import some
 
 DROP = DropRecord(plan_item_id="drop", supervised=True)
 PLAN = parse_plan((PLANS / "clinic-run.json").read_bytes())

@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import pytest
 
-from app.domain.drop import DropOutcome
+from app.domain.drop.record import DropOutcome
 from app.domain.errors import LinkTimeoutError, WrongStateError
-from app.domain.ports import ItemReached
-from app.domain.reason import in_words
-from app.domain.run import RunState
-from app.domain.vehicle import LandedState
-from tests.unit.services.runs.desk import Desk, desk, restarted
+from app.domain.reasons import in_words
+from app.domain.run.run import RunState
+from app.domain.vehicle.link import ItemReached
+from app.domain.vehicle.state import LandedState
+from tests.support.runs_fixture import Desk, desk, restarted
 
 
 async def land(at: Desk) -> None:

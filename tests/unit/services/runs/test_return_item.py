@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from app.domain.events import EventKind
-from app.domain.ports import ItemReached
-from app.domain.vehicle import FlightMode
-from tests.events import data_of
-from tests.unit.services.runs.desk import desk
-from tests.unit.services.runs.test_change import fly
+from app.domain.vehicle.link import ItemReached
+from app.domain.vehicle.state import FlightMode
+from tests.support.changed_flight import fly
+from tests.support.events import data_of
+from tests.support.runs_fixture import desk
 
 
 async def test_a_return_is_under_way_from_its_beginning_on_and_told_once() -> None:

@@ -6,8 +6,7 @@ import asyncio
 
 import pytest
 
-from app.domain.commands import MavResult
-from app.domain.drop import Certainty, DropOutcome
+from app.domain.drop.record import Certainty, DropOutcome
 from app.domain.errors import (
     ConflictError,
     LinkTimeoutError,
@@ -20,12 +19,13 @@ from app.domain.errors import (
 )
 from app.domain.events import EventKind
 from app.domain.events.run import CommandOutcome, RunAck
-from app.domain.ports import DuplicateSystem, Rebooted
-from app.domain.reason import ReasonCode, because, in_words
-from app.domain.run import RunState
-from app.domain.vehicle import FlightMode, LandedState, MissionState
-from tests.events import data_of
-from tests.unit.services.runs.desk import Desk, desk
+from app.domain.reasons import ReasonCode, because, in_words
+from app.domain.run.run import RunState
+from app.domain.vehicle.commands import MavResult
+from app.domain.vehicle.link import DuplicateSystem, Rebooted
+from app.domain.vehicle.state import FlightMode, LandedState, MissionState
+from tests.support.events import data_of
+from tests.support.runs_fixture import Desk, desk
 
 
 async def land(at: Desk, *, complete: bool = True, over: bool = True) -> None:

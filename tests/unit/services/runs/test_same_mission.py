@@ -7,9 +7,9 @@ import asyncio
 import pytest
 
 from app.domain.errors import ChangeUnderWayError, LinkTimeoutError, StorageError
-from app.domain.flight.pending_change import SETTLED_S
-from tests.unit.services.runs.desk import Desk, desk, restarted
-from tests.unit.services.runs.test_change import Document, fly, item, store
+from app.domain.flight.inputs import SETTLED_S
+from tests.support.changed_flight import Document, fly, item, store
+from tests.support.runs_fixture import Desk, desk, restarted
 
 
 def a_looser_drop(document: Document) -> None:

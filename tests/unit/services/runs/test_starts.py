@@ -7,14 +7,15 @@ from collections.abc import Callable
 
 import pytest
 
-from app.domain.drop import DropOutcome
+from app.domain.drop.record import DropOutcome
 from app.domain.errors import LinkTimeoutError, VehicleRefusedError, VehicleTakenError
-from app.domain.ports import MissionCurrent, Rebooted
-from app.domain.reason import in_words
-from app.domain.run import RunState
-from app.domain.vehicle import FlightMode, LandedState
-from app.domain.vehicle_clock import VehicleClock
-from tests.unit.services.runs.desk import FAST, Desk, desk, restarted
+from app.domain.reasons import in_words
+from app.domain.run.run import RunState
+from app.domain.vehicle.clock import VehicleClock
+from app.domain.vehicle.link import MissionCurrent, Rebooted
+from app.domain.vehicle.state import FlightMode, LandedState
+from tests.support.runs_fixture import Desk, desk, restarted
+from tests.support.scripted_link import FAST
 
 
 async def _uploaded(at: Desk) -> None:

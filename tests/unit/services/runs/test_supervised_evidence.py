@@ -6,24 +6,24 @@ from dataclasses import replace
 
 import pytest
 
-from app.domain.commands import CommandAck, MavResult
-from app.domain.compiler import compile_plan
-from app.domain.default_facts import default_facts
-from app.domain.drop import Certainty, DropOutcome, DropPhase, DropRecord, OutputEvidence
-from app.domain.flight.look import Look, finished, output_evidence
+from app.domain.drop.record import Certainty, DropOutcome, DropPhase, DropRecord, OutputEvidence
+from app.domain.drop.supervised_inputs import Finish
+from app.domain.flight.look import VehicleSnapshot, finished, output_evidence
+from app.domain.flight.progress import MissionProgress
 from app.domain.flight.supervised_release import SupervisedRelease
-from app.domain.mission import CompiledDrop, MavCmd
+from app.domain.mission.compiler import compile_plan
+from app.domain.mission.mission import CompiledDrop, MavCmd
 from app.domain.plan import parse_plan
-from app.domain.progress import Progress
-from app.domain.reason import ReasonCode, because, in_words
-from app.domain.run import Run, RunState
-from app.domain.supervised import Finish
-from app.domain.vehicle import FlightMode, LandedState, VehicleState, VehicleType
+from app.domain.reasons import ReasonCode, because, in_words
+from app.domain.run.run import Run, RunState
+from app.domain.vehicle.commands import CommandAck, MavResult
+from app.domain.vehicle.declared import default_facts
+from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, VehicleType
 from app.services.journal import Journal
-from app.services.runs.closing import close_unseen
-from tests.reasons import some
-from tests.unit.services.fakes import ManualClock, MemoryEventStore
-from tests.unit.services.runs.desk import PLANS
+from app.services.runs.recovery import close_unseen
+from tests.support.fakes import ManualClock, MemoryEventStore
+from tests.support.paths import PLANS
+from tests.support.reasons import some
 
 MISSION = compile_plan(parse_plan((PLANS / "clinic-run.json").read_text()), default_facts(VehicleType.MULTICOPTER))
 DROP = MISSION.drops[0]
@@ -55,7 +55,9 @@ def looked_at(
         gripper_output_us=output_us,
         gripper_output_age_s=age_s,
     )
-    return release.look(Look(state, 100.0, COMMANDED_AT_S + after_s, 1.0), Progress.of(MISSION))[0].record
+    return release.look(VehicleSnapshot(state, 100.0, COMMANDED_AT_S + after_s, 1.0), MissionProgress.of(MISSION))[
+        0
+    ].record
 
 
 def test_the_output_is_noted_with_the_time_at_which_it_was_received() -> None:
@@ -93,8 +95,8 @@ def acknowledged(compiled: CompiledDrop = DROP, **state: object) -> DropRecord:
         seen = {"connected": True, "armed": True, "mode": FlightMode.MISSION, "mission_seq": compiled.hold_seqs[0]}
         still = {"velocity_north_m_s": 0.0, "velocity_east_m_s": 0.0, "position_age_s": 0.1, "boot_time_s": now_s}
         flown = {"landed": LandedState.IN_AIR, **seen, **place, **still, **state}
-        look = Look(VehicleState(**flown), now_s, COMMANDED_AT_S + now_s, 1.0)  # type: ignore[arg-type]
-        release, _ = release.look(look, Progress.of(MISSION))
+        look = VehicleSnapshot(VehicleState(**flown), now_s, COMMANDED_AT_S + now_s, 1.0)  # type: ignore[arg-type]
+        release, _ = release.look(look, MissionProgress.of(MISSION))
         if release.record.attempts and not release.is_over:
             return release.acked(1, CommandAck(MavCmd.DO_GRIPPER, MavResult.ACCEPTED), look)[0].record
     raise AssertionError("no release was sent")
@@ -126,10 +128,10 @@ def test_a_winch_says_nothing_of_an_output() -> None:
 
 def test_before_the_release_it_is_said_that_no_output_is_assigned() -> None:
     release = SupervisedRelease.of(DROP, DropRecord(plan_item_id="drop", supervised=True), 2.0, "continue")
-    unassigned = Look(VehicleState(connected=True, has_gripper_output=False), 1.0, 1.0, 1.0)
-    release, _ = release.look(unassigned, Progress.of(MISSION))
+    unassigned = VehicleSnapshot(VehicleState(connected=True, has_gripper_output=False), 1.0, 1.0, 1.0)
+    release, _ = release.look(unassigned, MissionProgress.of(MISSION))
     assert release.record.output_evidence is OutputEvidence.NOT_ASSIGNED
-    release, _ = release.look(Look(VehicleState(connected=True), 2.0, 2.0, 1.0), Progress.of(MISSION))
+    release, _ = release.look(VehicleSnapshot(VehicleState(connected=True), 2.0, 2.0, 1.0), MissionProgress.of(MISSION))
     assert release.record.output_evidence is OutputEvidence.NOT_ASSIGNED, "after a restart it is not known at first"
 
 

@@ -8,16 +8,16 @@ from dataclasses import replace
 import pytest
 from shapely import Polygon
 
+from app.domain.airspace.geofence import FenceArea
 from app.domain.errors import OffboardNotReadyError, SetpointRefusedError, TaskRefusedError
-from app.domain.fence_area import FenceArea
-from app.domain.mission import MavCmd
+from app.domain.mission.mission import MavCmd
 from app.domain.offboard.state import OffboardState
-from app.domain.reason import in_words
-from app.domain.tasks.order_request import CIRCLE_HERE
-from app.domain.vehicle import FlightMode
-from tests.unit.services.offboard.cockpit import cockpit, paused_run
-from tests.unit.services.tasks.commanded import CIRCLE, FAR, flying, gone_on, ordered, plane, say
-from tests.unit.services.tasks.queued import changes, put_at, queue, report
+from app.domain.offboard.tasks.commanded import CIRCLE_HERE
+from app.domain.reasons import in_words
+from app.domain.vehicle.state import FlightMode
+from tests.support.commanded_tasks import CIRCLE, FAR, flying, gone_on, ordered, plane, say
+from tests.support.offboard_fixture import cockpit, paused_run
+from tests.support.queued_tasks import changes, put_at, queue, report
 
 
 async def test_it_stays_in_hold_is_told_the_place_and_says_how_it_is_flown() -> None:

@@ -6,17 +6,17 @@ from typing import Any
 
 import pytest
 
-from app.domain.commands import MavResult
 from app.domain.errors import ConflictError, LinkTimeoutError
-from app.domain.mission import MavCmd
+from app.domain.mission.mission import MavCmd
 from app.domain.offboard.state import OffboardState
-from app.domain.reason import ReasonCode, because, in_words
-from app.domain.tasks.order_request import CIRCLE_HERE
-from app.domain.vehicle import FlightMode, VehicleType
-from tests.reasons import some
-from tests.unit.services.offboard.cockpit import SETTINGS
-from tests.unit.services.tasks.commanded import CIRCLE, FAR, flying, gone_on, ordered, plane
-from tests.unit.services.tasks.queued import changes, queue, report
+from app.domain.offboard.tasks.commanded import CIRCLE_HERE
+from app.domain.reasons import ReasonCode, because, in_words
+from app.domain.vehicle.commands import MavResult
+from app.domain.vehicle.state import FlightMode, VehicleType
+from tests.support.commanded_tasks import CIRCLE, FAR, flying, gone_on, ordered, plane
+from tests.support.offboard_fixture import SETTINGS
+from tests.support.queued_tasks import changes, queue, report
+from tests.support.reasons import some
 
 
 @pytest.mark.parametrize("how", ["silent", "release", "service stops"])

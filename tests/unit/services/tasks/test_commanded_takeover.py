@@ -7,16 +7,15 @@ import asyncio
 import pytest
 
 from app.domain.errors import LinkTimeoutError, WaydropError
-from app.domain.mission import MavCmd
-from app.domain.reason import in_words
-from app.domain.tasks.order_request import CIRCLE_HERE
-from app.domain.vehicle import FlightMode
-from app.services.hold_here import hold_here
-from app.services.vehicle_commands import VehicleCommands
-from tests.reasons import some
-from tests.unit.services.offboard.cockpit import Cockpit, cockpit
-from tests.unit.services.tasks.commanded import CIRCLE, FAR, flying, gone_on, ordered, plane
-from tests.unit.services.tasks.queued import queue, report
+from app.domain.mission.mission import MavCmd
+from app.domain.offboard.tasks.commanded import CIRCLE_HERE
+from app.domain.reasons import in_words
+from app.domain.vehicle.state import FlightMode
+from app.services.vehicle_commands import VehicleCommands, hold_here
+from tests.support.commanded_tasks import CIRCLE, FAR, flying, gone_on, ordered, plane
+from tests.support.offboard_fixture import Cockpit, cockpit
+from tests.support.queued_tasks import queue, report
+from tests.support.reasons import some
 
 NO_ACK = LinkTimeoutError("no final ack")
 

@@ -10,15 +10,15 @@ from typing import Any
 import pytest
 from shapely import Polygon
 
+from app.domain.airspace.geofence import FenceArea
 from app.domain.errors import LeaseLostError, LinkTimeoutError
-from app.domain.fence_area import FenceArea
+from app.domain.offboard.messages import LocalTarget
 from app.domain.offboard.state import OffboardState
-from app.domain.reason import ReasonCode, because, in_words
-from app.domain.setpoint.message import LocalTarget
-from app.domain.vehicle import FlightMode, VehicleType
-from tests.reasons import some
-from tests.unit.services.offboard.cockpit import SETTINGS, Cockpit, cockpit, paused_run
-from tests.unit.services.tasks.queued import author, changes, flying, put_at, queue, report
+from app.domain.reasons import ReasonCode, because, in_words
+from app.domain.vehicle.state import FlightMode, VehicleType
+from tests.support.offboard_fixture import SETTINGS, Cockpit, cockpit, paused_run
+from tests.support.queued_tasks import author, changes, flying, put_at, queue, report
+from tests.support.reasons import some
 
 
 async def pass_s(quad: Cockpit, seconds: float) -> None:

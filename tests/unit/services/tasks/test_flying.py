@@ -12,15 +12,14 @@ from app.domain.errors import (
     TasksFullError,
     TaskUnderWayError,
 )
+from app.domain.offboard.messages import LocalTarget
 from app.domain.offboard.state import OffboardState
-from app.domain.reason import ReasonCode, because, in_words
-from app.domain.setpoint.message import LocalTarget
-from app.domain.tasks.forms import LocalPoint, Motion
-from app.domain.tasks.terms import TaskTerms
-from app.domain.vehicle import FlightMode, VehicleType
-from tests.unit.domain.tasks.examples import task
-from tests.unit.services.offboard.cockpit import cockpit, paused_run
-from tests.unit.services.tasks.queued import author, changes, flying, put_at, queue, report
+from app.domain.offboard.tasks.forms import LocalPoint, Motion, TaskTerms
+from app.domain.reasons import ReasonCode, because, in_words
+from app.domain.vehicle.state import FlightMode, VehicleType
+from tests.support.offboard_fixture import cockpit, paused_run
+from tests.support.queued_tasks import author, changes, flying, put_at, queue, report
+from tests.support.task_examples import task
 
 
 async def test_tasks_wait_for_offboard_control_and_then_the_guidance_speaks() -> None:

@@ -7,11 +7,11 @@ from collections.abc import AsyncGenerator
 
 import pytest
 
-from app.domain.commands import CommandAck, CommandRequest, MavResult
 from app.domain.errors import ConflictError, LinkTimeoutError
-from app.domain.reason import ReasonCode, because, in_words
-from tests.unit.services.offboard.cockpit import cockpit
-from tests.unit.services.tasks.queued import changes, flying, put_at, queue, report
+from app.domain.reasons import ReasonCode, because, in_words
+from app.domain.vehicle.commands import CommandAck, CommandRequest, MavResult
+from tests.support.offboard_fixture import cockpit
+from tests.support.queued_tasks import changes, flying, put_at, queue, report
 
 
 async def test_it_is_released_where_the_vehicle_stands_and_the_final_answer_ends_the_task() -> None:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from app.domain.setpoint.message import LocalTarget
-from tests.unit.services.offboard.cockpit import Cockpit, cockpit
-from tests.unit.services.tasks.queued import flying, put_at, queue
+from app.domain.offboard.messages import LocalTarget
+from tests.support.offboard_fixture import Cockpit, cockpit
+from tests.support.queued_tasks import flying, put_at, queue
 
 
 def north_m_s(quad: Cockpit) -> float:

@@ -10,15 +10,13 @@ import pytest
 
 from app.domain.events import Event
 from app.domain.events.run import RunCreated
-from app.domain.webhooks.hook import Progress, StoredWebhook, Webhook
-from app.domain.webhooks.port import Reply
+from app.domain.webhooks.webhook import Progress, Reply, StoredWebhook, Webhook
 from app.services.journal import Journal
-from app.services.webhooks.delivery import HookDelivery, ReceiverGoneError
-from app.services.webhooks.settings import WebhookSettings
-from app.services.webhooks.stories import Stories
-from tests.unit.domain.webhooks.stories import Teller, new_run
-from tests.unit.services.fakes import ManualClock, MemoryEventStore
-from tests.unit.services.webhooks.test_stories import Plans
+from app.services.webhooks.delivery import DeliveryFeed, HookDelivery, ReceiverGoneError
+from app.services.webhooks.views import WebhookSettings
+from tests.support.delivery_stories import Plans
+from tests.support.fakes import ManualClock, MemoryEventStore
+from tests.support.story_events import Teller, new_run
 
 SETTINGS = WebhookSettings()
 MESSAGES = 300
@@ -98,7 +96,7 @@ async def delivering(clock: ManualClock, receiver: Receiver, disk: Disk) -> Asyn
     hook = Webhook(id="hook-1", url="https://receiver.example/", created_at=1.0, created_by="desk")
     stored = StoredWebhook(hook, "whsec_x", Progress(cursor=0))
     task = asyncio.create_task(
-        HookDelivery(stored, journal, Stories(journal, Plans()), disk, receiver, clock, SETTINGS).run()
+        HookDelivery(stored, journal, DeliveryFeed(journal, Plans()), disk, receiver, clock, SETTINGS).run()
     )
     try:
         yield task

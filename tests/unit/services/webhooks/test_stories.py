@@ -9,31 +9,12 @@ import pytest
 from app.domain.errors import StorageError
 from app.domain.events import Event
 from app.domain.events.run import RunChanged, RunCreated
-from app.domain.ports import StoredPlan
-from app.domain.run import RunState
-from app.domain.vehicle import VehicleType
+from app.domain.run.run import RunState
 from app.services.journal import Journal
-from app.services.webhooks.stories import KEPT, Stories
-from tests.unit.domain.webhooks.stories import Teller, new_run
-from tests.unit.services.fakes import ManualClock, MemoryEventStore
-
-PLAN = StoredPlan("plan-1", "ab", "clinic", VehicleType.MULTICOPTER, 1.0, "desk", {"order": {"id": "RX-1"}})
-
-
-class Plans:
-    """PlanStore of one plan, on a disk that fails for as often as it is told."""
-
-    def __init__(self, failures: int = 0) -> None:
-        self.failures = failures
-
-    async def get(self, plan_id: str) -> StoredPlan | None:
-        if self.failures:
-            self.failures -= 1
-            raise StorageError("the disk failed to read or write")
-        return PLAN if plan_id == PLAN.id else None
-
-    async def list_plans(self, *, limit: int) -> Sequence[StoredPlan]:
-        return [PLAN]
+from app.services.webhooks.delivery import KEPT, DeliveryFeed
+from tests.support.delivery_stories import Plans
+from tests.support.fakes import ManualClock, MemoryEventStore
+from tests.support.story_events import Teller, new_run
 
 
 async def journal_of(events: Sequence[Event]) -> Journal:
@@ -48,7 +29,7 @@ async def test_an_event_that_could_not_be_told_for_the_disk_is_told_at_the_next_
     teller = Teller(new_run())
     events = [teller.created(), teller.changed(state=RunState.UPLOADED), teller.changed(state=RunState.ABORTED)]
     journal = await journal_of(events)
-    stories = Stories(journal, Plans(failures=2))
+    stories = DeliveryFeed(journal, Plans(failures=2))
     with pytest.raises(StorageError):
         await stories.messages(events[0])
     with pytest.raises(StorageError):
@@ -69,7 +50,7 @@ async def test_runs_beyond_the_cache_are_read_anew_and_told_as_if_they_had_staye
             told_as = RunCreated if state is RunState.CREATED else RunChanged
             events.append(teller.event(told_as(teller.run)))
     journal = await journal_of(events)
-    stories = Stories(journal, Plans())
+    stories = DeliveryFeed(journal, Plans())
     told = [message.type.value for event in events for message in await stories.messages(event)]
     expected = ["delivery.created", "delivery.ready", "delivery.failed"]
     assert told == [name for name in expected for _ in runs]

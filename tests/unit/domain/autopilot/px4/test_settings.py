@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 
 from app.domain.autopilot import Behaviour, behaviour
-from app.domain.vehicle import VehicleFacts, VehicleType
+from app.domain.vehicle.state import VehicleProfile, VehicleType
 
 
 def as_set(name: str, value: float) -> Behaviour:
-    return behaviour(VehicleFacts(VehicleType.MULTICOPTER, parameters={name: value}))
+    return behaviour(VehicleProfile(VehicleType.MULTICOPTER, parameters={name: value}))
 
 
 @pytest.mark.parametrize(

@@ -1,1 +1,0 @@
-"""The websocket over which a vehicle is flown by hand."""

@@ -1,0 +1,233 @@
+"""Plans in the formats of other software: /plan-conversions reads them, /plans/{plan_id}/exports writes them."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import OrderedDict
+from collections.abc import Awaitable, Callable
+from typing import Annotated, Any, Final
+
+from aiohttp import web
+from pydantic import BaseModel, ConfigDict, Field, RootModel
+
+from app.api.bodies import NO_BODY, Empty, asked_of, etag_of, is_unchanged, json_answer
+from app.api.health import VERSION
+from app.api.models import RequestModel
+from app.api.routing import API, BINARY, BINARY_SCHEMA, JSON, Answer, AnyRoute, Body, Call, NoQuery, Route
+from app.api.services import PLANS
+from app.domain.plan import parse_plan
+from app.domain.stores import StoredPlan
+from app.domain.vehicle.state import VehicleType
+from app.interchange.findings import ConversionFinding
+from app.interchange.formats import (
+    MEDIA_TYPES,
+    Exported,
+    SourceFormat,
+    TargetFormat,
+    convert_to_plan,
+    export_plan,
+    file_name,
+)
+from app.services.access import Role
+
+# /plan-conversions: a plan out of a document of other software. Creates nothing.
+
+
+class ForeignPlan(RootModel[dict[str, Any]]):
+    """A QGroundControl .plan, or a plan of Waydrop's own. A waypoint file is sent as application/octet-stream."""
+
+
+class ConversionQuery(RequestModel):
+    """`format` only makes sure: it is told from the content. The others count where the document says nothing."""
+
+    format: SourceFormat | None = None
+    name: Annotated[str | None, Field(min_length=1, max_length=200, description="of the plan")] = None
+    vehicle_type: VehicleType | None = None
+
+
+class PlanConversion(BaseModel):
+    """The plan, ready for /plan-checks and /plans, and what was lost or assumed on the way to it."""
+
+    model_config = ConfigDict(frozen=True)
+
+    format: SourceFormat
+    plan: dict[str, Any]
+    findings: tuple[ConversionFinding, ...]
+
+
+async def convert_plan(call: Call[ConversionQuery, bytes]) -> web.Response:
+    """POST /plan-conversions."""
+    query = call.query
+    conversion = await asyncio.to_thread(
+        convert_to_plan, call.body, source=query.format, name=query.name, vehicle_type=query.vehicle_type
+    )
+    plan = conversion.plan.model_dump(mode="json")
+    return json_answer(PlanConversion(format=conversion.source, plan=plan, findings=conversion.findings))
+
+
+CONVERSION_ROUTES: tuple[AnyRoute, ...] = (
+    Route(
+        method="POST",
+        path=f"{API}/plan-conversions",
+        handler=convert_plan,
+        summary="Read a QGroundControl .plan or a waypoint file as a plan",
+        tag="plans",
+        role=Role.DISPATCHER,
+        query=ConversionQuery,
+        body=Body(model=ForeignPlan, parse=bytes, codes=("request.malformed",), media=(JSON, BINARY)),
+        answers=(Answer(200, "The plan, and every loss and assumption", PlanConversion),),
+        errors=("conversion.refused", "plan.invalid"),
+    ),
+)
+
+
+# Stored plans written in the formats of other software: each once, kept a while, one at a time.
+
+
+KEPT: Final = 32
+"""Documents kept: a plan of 1000 items makes one of about a megabyte."""
+
+
+class Renderings:
+    """Writes exports in a thread. A plan never changes, so what was written of it holds.
+
+    One at a time: it is a second of pure Python for 1000 items, and the loop that watches drops shares the interpreter
+    with whatever is written meanwhile.
+    """
+
+    def __init__(self, kept: int = KEPT) -> None:
+        self._kept = kept
+        self._documents: OrderedDict[tuple[str, TargetFormat], Exported] = OrderedDict()
+        self._turn = asyncio.Lock()
+
+    async def of(self, stored: StoredPlan, target: TargetFormat) -> Exported:
+        """The plan in this format. Raises PlanInvalid: another version accepted it, and this one cannot read it."""
+        key = (stored.id, target)
+        if key not in self._documents:
+            async with self._turn:
+                if key not in self._documents:  # written while this one waited
+                    self._keep(key, await asyncio.to_thread(_write, stored, target))
+                return self._documents[key]
+        self._documents.move_to_end(key)
+        return self._documents[key]
+
+    def _keep(self, key: tuple[str, TargetFormat], written: Exported) -> None:
+        self._documents[key] = written
+        if len(self._documents) > self._kept:
+            self._documents.popitem(last=False)
+
+
+def _write(stored: StoredPlan, target: TargetFormat) -> Exported:
+    return export_plan(parse_plan(stored.document), target)
+
+
+# /plans/{plan_id}/exports: a stored plan in the formats of other software.
+
+
+_ERRORS = ("not_found", "plan.invalid", "storage.failed")
+_WHAT = {
+    TargetFormat.QGC: "A plan as a QGroundControl .plan",
+    TargetFormat.GEOJSON: "A plan and its prediction as GeoJSON",
+    TargetFormat.KML: "A plan and its predicted route as KML",
+}
+
+RENDERINGS: Final = web.AppKey("renderings", Renderings)
+
+
+class ExportView(BaseModel):
+    """One format. `findings` are what the document leaves out, or has in a place that only Waydrop reads."""
+
+    model_config = ConfigDict(frozen=True)
+
+    format: TargetFormat
+    media_type: str
+    path: str
+    findings: tuple[ConversionFinding, ...]
+
+
+class ExportsView(BaseModel):
+    """All formats that a plan can be had in."""
+
+    exports: list[ExportView]
+
+
+async def list_exports(call: Call[NoQuery, Empty]) -> web.Response:
+    """GET /plans/{plan_id}/exports."""
+    stored = await _stored(call)
+    written = [(target, await call.request.app[RENDERINGS].of(stored, target)) for target in TargetFormat]
+    views = [
+        ExportView(
+            format=target,
+            media_type=MEDIA_TYPES[target],
+            path=f"{API}/plans/{call.path_value('plan_id')}/exports/{target}",
+            findings=exported.findings,
+        )
+        for target, exported in written
+    ]
+    return json_answer(ExportsView(exports=views))
+
+
+def _exporter(target: TargetFormat) -> Callable[[Call[NoQuery, Empty]], Awaitable[web.Response]]:
+    async def export(call: Call[NoQuery, Empty]) -> web.Response:
+        stored = await _stored(call)
+        headers = {
+            "ETag": etag_of(f"{stored.hash}-{target}-{call.request.app[VERSION]}"),  # known before anything is written
+            "Cache-Control": "private, no-cache",
+            "Content-Disposition": f'attachment; filename="{file_name(stored.name, target)}"',
+            "Vary": "Accept",
+        }
+        if is_unchanged(call.request, headers["ETag"]):
+            return web.Response(status=304, headers=headers)
+        exported = await call.request.app[RENDERINGS].of(stored, target)
+        media = asked_of(call.request, MEDIA_TYPES[target], *_also(target))
+        return web.Response(body=exported.text.encode(), content_type=media, headers=headers)
+
+    export.__name__ = f"export_{target}"
+    return export
+
+
+def _also(target: TargetFormat) -> tuple[str, ...]:
+    """KML's own media type is nothing that a generated client can read."""
+    return (BINARY,) if target is TargetFormat.KML else ()
+
+
+async def _stored(call: Call[NoQuery, Empty]) -> StoredPlan:
+    return await call.request.app[PLANS].stored(call.path_value("plan_id"))
+
+
+def _route(target: TargetFormat) -> AnyRoute:
+    schema = {"type": "string"} if target is TargetFormat.KML else {"type": "object"}
+    headers = ("ETag", "Content-Disposition")
+    return Route(
+        method="GET",
+        path=f"{API}/plans/{{plan_id}}/exports/{target}",
+        handler=_exporter(target),
+        summary=_WHAT[target],
+        tag="plans",
+        role=Role.VIEWER,
+        query=NoQuery,
+        body=NO_BODY,
+        answers=(
+            Answer(200, "The document", media=MEDIA_TYPES[target], schema=schema, headers=headers),
+            *(Answer(200, "as plain bytes if asked for", media=m, schema=BINARY_SCHEMA) for m in _also(target)),
+            Answer(304, "The client has it already (If-None-Match)"),
+        ),
+        errors=_ERRORS,
+    )
+
+
+EXPORT_ROUTES: tuple[AnyRoute, ...] = (
+    Route(
+        method="GET",
+        path=f"{API}/plans/{{plan_id}}/exports",
+        handler=list_exports,
+        summary="The formats that a plan can be had in, and what each leaves out",
+        tag="plans",
+        role=Role.VIEWER,
+        query=NoQuery,
+        body=NO_BODY,
+        answers=(Answer(200, "The formats", ExportsView),),
+        errors=_ERRORS,
+    ),
+    *(_route(target) for target in TargetFormat),
+)

@@ -1,0 +1,147 @@
+"""Metrics for Prometheus, and one structured log line for each request."""
+
+from __future__ import annotations
+
+import re
+import secrets
+import time
+from collections import Counter as Tally
+from collections.abc import Iterator
+from typing import Final
+
+import structlog
+from aiohttp import web
+from aiohttp.typedefs import Handler, Middleware
+from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, generate_latest
+from prometheus_client.core import GaugeMetricFamily, Metric
+from prometheus_client.registry import Collector
+
+from app.domain.run.run import RunState
+from app.services.access import Principal
+from app.services.fleet import Fleet
+from app.services.runs import Runs
+
+# What /metrics tells Prometheus. One registry per application, so that two in a process do not mix.
+
+
+CONTENT_TYPE: Final = "text/plain; version=0.0.4; charset=utf-8"
+
+
+class Metrics:
+    """Counts what the API does, and looks at fleet and runs when asked."""
+
+    def __init__(self, fleet: Fleet, runs: Runs) -> None:
+        self._registry = CollectorRegistry()
+        self._requests = Counter(
+            "waydrop_http_requests", "Requests answered", ("method", "route", "status"), registry=self._registry
+        )
+        self._seconds = Histogram("waydrop_http_request_seconds", "Time to answer", ("route",), registry=self._registry)
+        self.sockets = Gauge("waydrop_websocket_clients", "Open websockets", registry=self._registry)
+        self._closed = Counter(
+            "waydrop_websocket_closed", "Websockets closed by us, by close code", ("code",), registry=self._registry
+        )
+        self._events = Counter("waydrop_events", "Events sent out", ("kind",), registry=self._registry)
+        self._registry.register(_Snapshot(fleet, runs))
+
+    def count_request(self, method: str, route: str, status: int, took_s: float) -> None:
+        """One request answered. Odd methods count as one, so that nobody can fill the memory with names."""
+        known = method if method in {"GET", "HEAD", "POST", "DELETE", "PUT", "PATCH", "OPTIONS"} else "other"
+        self._requests.labels(known, route, str(status)).inc()
+        self._seconds.labels(route).observe(took_s)
+
+    def count_close(self, code: int) -> None:
+        """One websocket closed by us."""
+        self._closed.labels(str(code)).inc()
+
+    def count_event(self, kind: str) -> None:
+        """One event on its way to all sockets."""
+        self._events.labels(kind).inc()
+
+    def exposition(self) -> bytes:
+        """The text that Prometheus reads."""
+        return generate_latest(self._registry)
+
+
+class _Snapshot(Collector):
+    """Gauges that are read off the services at the moment of asking."""
+
+    def __init__(self, fleet: Fleet, runs: Runs) -> None:
+        self._fleet = fleet
+        self._runs = runs
+
+    def describe(self) -> Iterator[Metric]:
+        """Nothing ahead: registering must not look at services that have not started."""
+        return iter(())
+
+    def collect(self) -> Iterator[Metric]:
+        """Runs by state, vehicles by link."""
+        runs = GaugeMetricFamily("waydrop_runs_open", "Runs that are not over, by state", labels=("state",))
+        states = Tally(run.state for run in self._runs.open_runs())
+        for state in RunState:
+            runs.add_metric([state.value], states[state])
+        yield runs
+        vehicles = GaugeMetricFamily("waydrop_vehicles", "Vehicles seen, by link", labels=("link",))
+        links = Tally(
+            "quarantined" if view.quarantined else "connected" if view.state.connected else "lost"
+            for view in self._fleet.vehicles()
+        )
+        for link in ("connected", "lost", "quarantined"):
+            vehicles.add_metric([link], links[link])
+        yield vehicles
+
+
+# One structured log line and one count for each request, with an id that its answer carries too.
+
+
+HEADER: Final = "X-Request-ID"
+_GIVEN_ID: Final = re.compile(r"^[A-Za-z0-9._-]{1,64}$")
+_ID: Final = web.RequestKey("request_id", str)
+_PRINCIPAL: Final = web.RequestKey("principal", str)
+log = structlog.get_logger(__name__)
+
+
+def request_id(request: web.Request) -> str:
+    """The id of this request: the client's own if it is usable, else a new one."""
+    return request[_ID]
+
+
+def note_principal(request: web.Request, principal: Principal) -> None:
+    """Remember who asks, for the log line."""
+    request[_PRINCIPAL] = principal.name
+
+
+def route_of(request: web.Request) -> str:
+    """The route's pattern (`/api/v1/runs/{run_id}`): few values, whatever is asked for."""
+    resource = request.match_info.route.resource
+    return resource.canonical if resource is not None else "unmatched"
+
+
+def request_log(metrics: Metrics) -> Middleware:
+    """The outermost middleware."""
+
+    @web.middleware
+    async def middleware(request: web.Request, handler: Handler) -> web.StreamResponse:
+        given = request.headers.get(HEADER, "")
+        request[_ID] = given if _GIVEN_ID.match(given) else secrets.token_hex(8)
+        begun = time.perf_counter()
+        status = 0  # of a request whose handling was cancelled
+        try:
+            response = await handler(request)
+            status = response.status
+            if not response.prepared:
+                response.headers[HEADER] = request[_ID]
+            return response
+        finally:
+            took_s = time.perf_counter() - begun
+            metrics.count_request(request.method, route_of(request), status, took_s)
+            log.info(
+                "request",
+                id=request[_ID],
+                principal=request.get(_PRINCIPAL, "-"),
+                method=request.method,
+                route=route_of(request),
+                status=status,
+                ms=round(took_s * 1000, 1),
+            )
+
+    return middleware

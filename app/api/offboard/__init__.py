@@ -1,0 +1,1 @@
+"""Offboard control over HTTP and over a websocket."""

@@ -1,0 +1,251 @@
+"""/vehicles/{id}/offboard: the lease, the ways in and out, single setpoints. Streams go over the websocket there."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable
+from typing import Any, Final, Literal, TypeVar
+
+from aiohttp import web
+from pydantic import BaseModel
+
+from app.api.authentication import require_role
+from app.api.bodies import NO_BODY, Empty, json_answer, json_body
+from app.api.offboard.models import (
+    AuditView,
+    CapabilityView,
+    ClampView,
+    EntryCheckQuery,
+    EntryCheckView,
+    EntryRequest,
+    EntryView,
+    HandOverRequest,
+    LeaseGrant,
+    LeaseRequest,
+    LeaseUse,
+    LeaveRequest,
+    OffboardDetail,
+    SetpointRequest,
+    SetpointTaken,
+    TaskMeansView,
+)
+from app.api.routing import BY_HAND_PATH, Answer, AnyRoute, Call, NoQuery, Route
+from app.api.services import FLEET, OFFBOARD
+from app.domain.autopilot import autopilot
+from app.domain.offboard.capability import flight_kind
+from app.domain.offboard.control_method import capabilities
+from app.domain.reasons import ReasonCode, because
+from app.services.access import Role
+from app.services.offboard import OffboardControl
+from app.services.views import OffboardView
+
+# Routes by which a pilot acts on a vehicle: what is asked, and the lease that allows it, come in a JSON body.
+
+
+ModelT = TypeVar("ModelT", bound=BaseModel)
+
+
+def pilot_route(
+    tag: str,
+    path: str,
+    handler: Callable[[Call[NoQuery, ModelT]], Awaitable[web.StreamResponse]],
+    body: type[ModelT],
+    summary: str,
+    *,
+    answer: Answer,
+    errors: tuple[str, ...],
+    method: Literal["POST", "PATCH", "DELETE"] = "POST",
+    idempotent: bool = False,
+) -> Route[NoQuery, ModelT]:
+    """The row of one action, for pilots and administrators."""
+    return Route(
+        method=method,
+        path=path,
+        handler=handler,
+        summary=summary,
+        tag=tag,
+        role=Role.PILOT,
+        query=NoQuery,
+        body=json_body(body),
+        answers=(answer,),
+        errors=errors,
+        idempotent=idempotent,
+    )
+
+
+_PATH: Final = BY_HAND_PATH
+_TAG: Final = "offboard"
+_LEASE: Final = ("not_found", "offboard.lease_lost")
+_LINK: Final = ("vehicle.quarantined", "vehicle.refused", "vehicle.link", "vehicle.timeout", "storage.failed")
+
+
+def _by_hand(call: Call[Any, Any]) -> OffboardControl:
+    return call.request.app[OFFBOARD].vehicle(call.path_value("vehicle_id"))
+
+
+async def get_offboard(call: Call[NoQuery, Empty]) -> web.Response:
+    """GET /vehicles/{vehicle_id}/offboard."""
+    vehicle = call.request.app[FLEET].vehicle(call.path_value("vehicle_id"))
+    offboard = call.request.app[OFFBOARD]
+    who = vehicle.link.identity
+    known, tasks = [], TaskMeansView(flown_by=None, reason="its type is not known yet", hint="wait a moment")
+    if who.vehicle_type is not None:
+        kind = flight_kind(who.vehicle_type, vehicle.link.state().vtol_state)
+        profile = autopilot(who.autopilot).setpoint_profile(who.firmware)
+        known = [CapabilityView.of(row) for row in capabilities(kind, profile)]
+        tasks = TaskMeansView.of(kind, profile)
+    view, limits = offboard.vehicle(vehicle.id).view(), offboard.settings.limits
+    return json_answer(OffboardDetail(offboard=view, capabilities=known, tasks=tasks, limits=limits))
+
+
+async def take_offboard_lease(call: Call[NoQuery, LeaseRequest]) -> web.Response:
+    """POST /vehicles/{vehicle_id}/offboard/lease."""
+    if call.body.override:
+        require_role(call.principal, Role.ADMIN)
+    control = _by_hand(call)
+    rate_hz = call.body.rate_hz or control.settings.rate_hz
+    lease = control.take(call.principal.name, rate_hz=rate_hz, override=call.body.override)
+    return json_answer(
+        LeaseGrant(
+            lease=lease.id,
+            vehicle_id=lease.vehicle_id,
+            holder=lease.holder,
+            expires_in_s=control.settings.lease_s,
+        ),
+        status=201,
+        headers={"Location": call.request.path.removesuffix("/lease")},
+    )
+
+
+async def renew_offboard_lease(call: Call[NoQuery, LeaseUse]) -> web.Response:
+    """POST /vehicles/{vehicle_id}/offboard/lease/renew."""
+    control = _by_hand(call)
+    control.require(call.body.lease)
+    return json_answer(control.view())
+
+
+async def hand_over_offboard_lease(call: Call[NoQuery, HandOverRequest]) -> web.Response:
+    """POST /vehicles/{vehicle_id}/offboard/lease/hand-over."""
+    control = _by_hand(call)
+    control.offer(call.body.lease, call.body.to)
+    return json_answer(control.view())
+
+
+async def release_offboard_lease(call: Call[NoQuery, LeaseUse]) -> web.Response:
+    """POST /vehicles/{vehicle_id}/offboard/lease/release."""
+    control = _by_hand(call)
+    control.release(call.body.lease, because(ReasonCode.OFFBOARD_RELEASED))
+    return json_answer(control.view())
+
+
+async def check_offboard_entry(call: Call[EntryCheckQuery, Empty]) -> web.Response:
+    """GET /vehicles/{vehicle_id}/offboard/entry-check."""
+    call.request.app[FLEET].link(call.path_value("vehicle_id"))  # of a quarantined one nothing could be told for sure
+    outlook = await _by_hand(call).look_ahead(sticks_held=call.query.sticks_held)
+    return json_answer(EntryCheckView.of(outlook))
+
+
+async def enter_offboard(call: Call[NoQuery, EntryRequest]) -> web.Response:
+    """POST /vehicles/{vehicle_id}/offboard/enter."""
+    control = _by_hand(call)
+    entries = await control.enter(call.body.lease, sticks_held=call.body.sticks_held, by=call.body.by)
+    return json_answer(EntryView(audit=[AuditView.of(entry) for entry in entries], offboard=control.view()))
+
+
+async def leave_offboard(call: Call[NoQuery, LeaveRequest]) -> web.Response:
+    """POST /vehicles/{vehicle_id}/offboard/leave."""
+    control = _by_hand(call)
+    await control.leave(call.body.lease, call.body.to)
+    return json_answer(control.view())
+
+
+async def put_setpoint(call: Call[NoQuery, SetpointRequest]) -> web.Response:
+    """POST /vehicles/{vehicle_id}/offboard/setpoint."""
+    clamps = _by_hand(call).put(call.body.lease, call.body.setpoint)
+    return json_answer(SetpointTaken(clamped=[ClampView.of(clamp) for clamp in clamps]))
+
+
+_VIEW: Final = Answer(200, "Offboard control as it is now", OffboardView)
+
+ROUTES: tuple[AnyRoute, ...] = (
+    Route(
+        method="GET",
+        path=_PATH,
+        handler=get_offboard,
+        summary="Who flies the vehicle by hand, which setpoints it follows, how it flies tasks, and the limits",
+        tag=_TAG,
+        role=Role.VIEWER,
+        query=NoQuery,
+        body=NO_BODY,
+        answers=(Answer(200, "Offboard control of the vehicle", OffboardDetail),),
+        errors=("not_found",),
+    ),
+    pilot_route(
+        _TAG,
+        f"{_PATH}/lease",
+        take_offboard_lease,
+        LeaseRequest,
+        "Take the lease",
+        answer=Answer(201, "The lease", LeaseGrant, headers=("Location",)),
+        errors=("not_found", "vehicle.quarantined", "offboard.lease_held", "offboard.not_ready"),
+    ),
+    pilot_route(
+        _TAG, f"{_PATH}/lease/renew", renew_offboard_lease, LeaseUse, "Keep the lease", answer=_VIEW, errors=_LEASE
+    ),
+    pilot_route(
+        _TAG,
+        f"{_PATH}/lease/hand-over",
+        hand_over_offboard_lease,
+        HandOverRequest,
+        "Let another one take the lease over",
+        answer=_VIEW,
+        errors=_LEASE,
+    ),
+    pilot_route(
+        _TAG,
+        f"{_PATH}/lease/release",
+        release_offboard_lease,
+        LeaseUse,
+        "Give the lease back; a vehicle that is flown by hand is told to hold",
+        answer=_VIEW,
+        errors=_LEASE,
+    ),
+    Route(
+        method="GET",
+        path=f"{_PATH}/entry-check",
+        handler=check_offboard_entry,
+        summary="What an entry would find now: the vehicle's state and its parameters; nothing is commanded",
+        tag=_TAG,
+        role=Role.PILOT,
+        query=EntryCheckQuery,
+        body=NO_BODY,
+        answers=(Answer(200, "Whether it could begin, and why not", EntryCheckView),),
+        errors=("not_found", "vehicle.quarantined", "offboard.not_ready", "vehicle.link", "vehicle.timeout"),
+    ),
+    pilot_route(
+        _TAG,
+        f"{_PATH}/enter",
+        enter_offboard,
+        EntryRequest,
+        "Hold, one second of stream, then OFFBOARD mode",
+        answer=Answer(200, "The vehicle is in OFFBOARD mode", EntryView),
+        errors=(*_LEASE, "offboard.not_ready", "offboard.audit_failed", "run.wrong_state", *_LINK),
+    ),
+    pilot_route(
+        _TAG,
+        f"{_PATH}/leave",
+        leave_offboard,
+        LeaveRequest,
+        "Leave to hold, to the paused mission or to a return, and give the lease back",
+        answer=_VIEW,
+        errors=(*_LEASE, "conflict", "run.wrong_state", *_LINK),
+    ),
+    pilot_route(
+        _TAG,
+        f"{_PATH}/setpoint",
+        put_setpoint,
+        SetpointRequest,
+        "One setpoint",
+        answer=Answer(200, "It is sent from the next tick on, for at most 0.4 s", SetpointTaken),
+        errors=(*_LEASE, "setpoint.refused"),
+    ),
+)

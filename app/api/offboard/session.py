@@ -1,0 +1,297 @@
+"""One client that flies a vehicle by hand: its frames are answered one by one, its socket's end ends its lease."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import time
+from collections.abc import Awaitable, Callable
+from contextlib import suppress
+from typing import Any, Final
+
+from aiohttp import WSMsgType, web
+from pydantic import BaseModel, ValidationError
+
+from app.api.authentication import require_role
+from app.api.observability import Metrics
+from app.api.offboard.frames import (
+    CLOSE_REASONS,
+    AnyClientFrame,
+    ByHandCloseCode,
+    ChangeFrame,
+    ClientDocument,
+    DoneFrame,
+    EnterFrame,
+    GrantedFrame,
+    HandOverFrame,
+    LeaveFrame,
+    MoveFrame,
+    QueuedFrame,
+    QueueFrame,
+    ReleaseFrame,
+    RemoveFrame,
+    RenewFrame,
+    SetpointFrame,
+    StateFrame,
+    TakeFrame,
+    TakenFrame,
+    TargetFrame,
+    TaskFrame,
+    TasksFrame,
+)
+from app.api.offboard.models import AuditView, ClampView
+from app.api.settings import ApiSettings
+from app.api.tasks import ACTIONS
+from app.api.websockets import CloseCodes, WebSocketHandshake, refused, require_handshake, unreadable, unspeakable
+from app.domain.errors import ConflictError, LeaseLostError, NotFoundError, WaydropError
+from app.domain.offboard.state import LeaseChange
+from app.domain.reasons import ReasonCode, because
+from app.services.access import Access, Principal, Role
+from app.services.offboard import Offboard, OffboardControl
+from app.services.tasks import TaskQueueService, Tasks
+
+STATE_PERIOD_S: Final = 0.1
+TASKS_PERIOD_S: Final = 1.0
+
+
+class ByHandSession:
+    """Reads, answers and tells. `ended` has the code once the service wants the socket closed."""
+
+    def __init__(
+        self, socket: web.WebSocketResponse, control: OffboardControl, desk: TaskQueueService, principal: Principal
+    ) -> None:
+        self._socket = socket
+        self._desk = desk
+        self._control = control
+        self._principal = principal
+        self._lease_id: str | None = None
+        self._leaving = False
+        self._passing: asyncio.Task[None] | None = None
+        self._news = asyncio.Event()
+        self._news.set()
+        self._task_news = asyncio.Event()
+        self.ended: asyncio.Future[ByHandCloseCode] = asyncio.get_running_loop().create_future()
+
+    def end(self, code: ByHandCloseCode) -> None:
+        """Close the socket with `code`. The first call counts."""
+        if not self.ended.done():
+            self.ended.set_result(code)
+
+    async def run(self) -> ByHandCloseCode | None:
+        """Serve until one side ends it; None if the client has gone."""
+        unsubscribe = self._control.subscribe(self._hear)
+        tasks = [asyncio.create_task(work) for work in (self._read(), self._tell(), self._tell_tasks())]
+        waits: tuple[asyncio.Future[Any], ...] = (*tasks, self.ended)
+        try:
+            await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
+            if self.ended.done():
+                await self._say_last()
+                return self.ended.result()
+            for task in tasks:
+                if task.done():
+                    task.result()
+            return None
+        finally:
+            unsubscribe()
+            self._let_go()
+            if self._passing is not None:
+                tasks.append(self._passing)
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+
+    def _hear(self) -> None:
+        self._news.set()
+        self._task_news.set()
+
+    def _let_go(self) -> None:
+        """The socket's end is the client's end: Hold at once."""
+        if self._lease_id is not None and self._holds():
+            self._control.give_up(LeaseChange.RELEASED, because(ReasonCode.OFFBOARD_SOCKET_CLOSED))
+
+    def _holds(self) -> bool:
+        lease = self._control.lease
+        return lease is not None and lease.id == self._lease_id
+
+    def _has_lost_it(self) -> bool:
+        """Whether a lease of this socket has ended otherwise than asked."""
+        return self._lease_id is not None and not self._leaving and not self._holds()
+
+    # reading --------------------------------------------------------------------------------------------------
+
+    async def _read(self) -> None:
+        while True:
+            message = await self._socket.receive()
+            if message.type is not WSMsgType.TEXT:
+                return None
+            if self._has_lost_it():
+                return self.end(ByHandCloseCode.LEASE_ENDED)  # frames of a lease that ended mean nothing any more
+            await self._answer(message.data)
+
+    async def _answer(self, text: str) -> None:
+        try:
+            frame = ClientDocument.model_validate_json(text).root
+        except ValidationError as error:
+            await self._send(unreadable(text, ClientDocument, error))
+            return
+        try:
+            answer = self._do(frame)
+        except WaydropError as error:
+            answer = refused(frame.id, error)
+        except ValidationError:  # what it asks for cannot be said in a message: no reason to end a flight
+            answer = unspeakable(frame.id)
+        if answer is not None:
+            await self._send(answer)
+
+    def _do(self, frame: AnyClientFrame) -> BaseModel | None:
+        if isinstance(frame, TakeFrame):
+            return self._take(frame)
+        if self._lease_id is None:
+            raise LeaseLostError("this socket has no lease", hint='send {"type": "take"} first')
+        lease_id, control = self._lease_id, self._control
+        match frame:
+            case SetpointFrame():
+                clamps = control.put(lease_id, frame.setpoint)
+                return TakenFrame(id=frame.id, clamped=[ClampView.of(clamp) for clamp in clamps])
+            case TaskFrame():
+                entry = self._desk.insert(lease_id, frame.task, frame.insert, frame.when_empty)
+                return QueuedFrame(id=frame.id, task_id=entry.id)
+            case QueueFrame():
+                ACTIONS[frame.do](self._desk, lease_id)
+            case MoveFrame():
+                self._desk.move(lease_id, frame.task_id, frame.before)
+            case ChangeFrame():
+                self._desk.change(lease_id, frame.task_id, frame.change)
+            case RemoveFrame():
+                self._desk.remove(lease_id, frame.task_id)
+            case TargetFrame():
+                self._desk.retarget(lease_id, frame.task_id, frame.point, frame.motion)
+            case RenewFrame():
+                control.require(lease_id)
+            case HandOverFrame():
+                control.offer(lease_id, frame.to)
+            case EnterFrame() | LeaveFrame():
+                self._pass(lease_id, frame)
+                return None
+            case ReleaseFrame():
+                control.release(lease_id, because(ReasonCode.OFFBOARD_RELEASED))
+                self._lease_id = None
+        return DoneFrame(id=frame.id, what=frame.type)
+
+    def _take(self, frame: TakeFrame) -> GrantedFrame:
+        if self._lease_id is not None:
+            raise ConflictError("this socket has the lease already")
+        if frame.override:
+            require_role(self._principal, Role.ADMIN)
+        rate_hz = frame.rate_hz or self._control.settings.rate_hz
+        lease = self._control.take(self._principal.name, rate_hz=rate_hz, override=frame.override)
+        self._lease_id = lease.id
+        return GrantedFrame(id=frame.id, holder=lease.holder, expires_in_s=self._control.settings.lease_s)
+
+    def _pass(self, lease_id: str, frame: EnterFrame | LeaveFrame) -> None:
+        """Entering and leaving take seconds: setpoints are read meanwhile."""
+        if self._passing is not None and not self._passing.done():
+            raise ConflictError("entering or leaving is under way")
+        work = self._enter(lease_id, frame) if isinstance(frame, EnterFrame) else self._leave(lease_id, frame)
+        self._passing = asyncio.create_task(self._passage(frame.id, lambda: work))
+
+    async def _passage(self, frame_id: int | None, work: Callable[[], Awaitable[BaseModel]]) -> None:
+        try:
+            answer = await work()
+        except WaydropError as error:
+            answer = refused(frame_id, error)
+        await self._send(answer)
+
+    async def _enter(self, lease_id: str, frame: EnterFrame) -> BaseModel:
+        entries = await self._control.enter(lease_id, sticks_held=frame.sticks_held, by=frame.by)
+        return DoneFrame(id=frame.id, what="enter", audit=[AuditView.of(entry) for entry in entries])
+
+    async def _leave(self, lease_id: str, frame: LeaveFrame) -> BaseModel:
+        self._leaving = True  # the lease's end is what was asked for
+        try:
+            await self._control.leave(lease_id, frame.to)
+            self._lease_id = None
+        finally:
+            self._leaving = False
+        return DoneFrame(id=frame.id, what="leave")
+
+    # telling --------------------------------------------------------------------------------------------------
+
+    async def _tell(self) -> None:
+        """The state on every change, and conflated while setpoints are sent. A lost lease ends the socket."""
+        while True:
+            self._news.clear()
+            if self._has_lost_it():
+                return self.end(ByHandCloseCode.LEASE_ENDED)
+            view = self._control.view()
+            await self._send(StateFrame(offboard=view))
+            await asyncio.sleep(STATE_PERIOD_S)
+            if view.sent is None:
+                await self._news.wait()
+
+    async def _tell_tasks(self) -> None:
+        """The queue on every change, and once a second; nothing before the first task."""
+        told, due_s = 0, math.inf
+        while True:
+            self._task_news.clear()
+            if self._desk.changes != told or time.monotonic() >= due_s:
+                told, due_s = self._desk.changes, time.monotonic() + TASKS_PERIOD_S
+                await self._send(TasksFrame(queue=self._desk.view()))
+            with suppress(TimeoutError):
+                async with asyncio.timeout(due_s - time.monotonic() if told else None):
+                    await self._task_news.wait()
+
+    async def _say_last(self) -> None:
+        await self._send(StateFrame(offboard=self._control.view()))
+
+    async def _send(self, frame: BaseModel) -> None:
+        if not self._socket.closed:
+            await self._socket.send_str(frame.model_dump_json())
+
+
+# The offboard websocket's path: who may open one, and what it serves.
+
+
+MAX_SOCKETS: Final = 64
+HEARTBEAT_S: Final = 5.0
+_CODES: Final = CloseCodes(
+    going_away=ByHandCloseCode.GOING_AWAY,
+    unauthorized=ByHandCloseCode.UNAUTHORIZED,
+    role=ByHandCloseCode.ROLE,
+    try_again=ByHandCloseCode.TRY_AGAIN,
+    defect=ByHandCloseCode.DEFECT,
+    reasons=CLOSE_REASONS,
+)
+
+
+class ByHandEndpoint:
+    """GET /api/v1/vehicles/{vehicle_id}/offboard as a websocket. The end of its socket ends a lease."""
+
+    def __init__(
+        self, offboard: Offboard, tasks: Tasks, access: Access, metrics: Metrics, settings: ApiSettings
+    ) -> None:
+        self._offboard = offboard
+        self._tasks = tasks
+        self._door = WebSocketHandshake("offboard socket", _CODES, access, metrics, settings, max_sockets=MAX_SOCKETS)
+        self.close = self._door.close
+
+    async def fly(self, request: web.Request) -> web.StreamResponse:
+        """The handler."""
+        require_handshake(request, hint="open it as a websocket; single setpoints go by POST .../offboard/setpoint")
+        return await self._door.open(
+            request,
+            lambda socket, principal: self._serve(request, socket, principal),
+            role=Role.PILOT,
+            heartbeat_s=HEARTBEAT_S,
+        )
+
+    async def _serve(
+        self, request: web.Request, socket: web.WebSocketResponse, principal: Principal
+    ) -> ByHandCloseCode | None:
+        try:
+            vehicle = self._offboard.vehicle(request.match_info["vehicle_id"])
+            desk = self._tasks.vehicle(request.match_info["vehicle_id"])
+        except NotFoundError:
+            return ByHandCloseCode.NO_VEHICLE
+        session = ByHandSession(socket, vehicle, desk, principal)
+        return await self._door.attend(request, session, session.run)

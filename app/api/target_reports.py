@@ -1,0 +1,179 @@
+"""The path of a target's reports as a websocket: who may open one, and what it serves."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from enum import IntEnum
+from typing import Any, Final, Literal
+
+from aiohttp import WSMsgType, web
+from pydantic import BaseModel, ValidationError
+
+from app.api.observability import Metrics
+from app.api.offboard.models import StrictRequest
+from app.api.settings import ApiSettings
+from app.api.targets import TargetView, require_feed
+from app.api.websockets import (
+    CloseCodes,
+    FrameId,
+    RefusedFrame,
+    WebSocketHandshake,
+    bound_kernel_buffer,
+    refused,
+    require_handshake,
+    unreadable,
+    wait_for_room,
+)
+from app.domain.errors import WaydropError
+from app.domain.targets.report import TargetReport
+from app.services.access import Access, Role
+from app.services.targets import Targets
+
+# What the websocket of a target's reports carries: one JSON object in each text frame, one answer to each frame.
+
+
+class ReportFrame(StrictRequest):
+    """Where the target is, as it is said to POST /targets/{feed}. The feed is the path's."""
+
+    type: Literal["report"]
+    id: FrameId | None = None
+    report: TargetReport
+
+
+class ReportTakenFrame(BaseModel):
+    """The report is taken: the target as it is known now."""
+
+    type: Literal["taken"] = "taken"
+    id: int | None = None
+    target: TargetView
+
+
+REPORTER_FRAMES: Final[tuple[type[BaseModel], ...]] = (ReportFrame,)
+ANSWER_FRAMES: Final[tuple[type[BaseModel], ...]] = (ReportTakenFrame, RefusedFrame)
+
+
+class ReportsCloseCode(IntEnum):
+    """Why the service closed a websocket of reports."""
+
+    GOING_AWAY = 1001
+    DEFECT = 1011
+    TRY_AGAIN = 1013
+    UNAUTHORIZED = 4401
+    ROLE = 4403
+    TOO_SLOW = 4408
+
+
+REPORTS_CLOSE_REASONS: Final[dict[ReportsCloseCode, str]] = {
+    ReportsCloseCode.GOING_AWAY: "the service stops",
+    ReportsCloseCode.DEFECT: "a defect of the service",
+    ReportsCloseCode.TRY_AGAIN: "the token cannot be looked at now",
+    ReportsCloseCode.UNAUTHORIZED: "a valid token is needed",
+    ReportsCloseCode.ROLE: "the role dispatcher is needed",
+    ReportsCloseCode.TOO_SLOW: "the answers are not read",
+}
+"""Told with the code, for people; at most 123 bytes (RFC 6455)."""
+
+
+# One client that reports a target: each frame is answered before the next one is read, so nothing queues up.
+
+
+class ReportsSession:
+    """Reads and answers. A client that takes no answers for `send_timeout_s` is cut."""
+
+    def __init__(
+        self,
+        socket: web.WebSocketResponse,
+        transport: asyncio.WriteTransport,
+        targets: Targets,
+        feed: str,
+        send_timeout_s: float,
+    ) -> None:
+        self._socket = socket
+        self._transport = transport
+        self._targets = targets
+        self._feed = feed
+        self._send_timeout_s = send_timeout_s
+        self._ended: asyncio.Future[ReportsCloseCode] = asyncio.get_running_loop().create_future()
+
+    def end(self, code: ReportsCloseCode) -> None:
+        """Close the socket with `code`. The first call counts."""
+        if not self._ended.done():
+            self._ended.set_result(code)
+
+    async def run(self) -> ReportsCloseCode | None:
+        """Serve until one side ends it; None if the client has gone."""
+        reader = asyncio.create_task(self._read(), name="reports reader")
+        waits: tuple[asyncio.Future[Any], ...] = (reader, self._ended)
+        try:
+            await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
+            return self._ended.result() if self._ended.done() else reader.result()
+        finally:
+            reader.cancel()
+            await asyncio.gather(reader, return_exceptions=True)
+
+    async def _read(self) -> ReportsCloseCode | None:
+        try:
+            while True:
+                message = await self._socket.receive()
+                if message.type is not WSMsgType.TEXT:
+                    return None
+                await self._socket.send_str(self._answer(message.data).model_dump_json())
+                await asyncio.sleep(0)  # frames that wait already are read without a pause: others come in between
+                await wait_for_room(self._transport, self._send_timeout_s)
+        except TimeoutError:
+            return ReportsCloseCode.TOO_SLOW
+        except ConnectionError:
+            return None
+
+    def _answer(self, text: str) -> BaseModel:
+        try:
+            frame = ReportFrame.model_validate_json(text)
+        except ValidationError as error:
+            return unreadable(text, ReportFrame, error)
+        try:
+            return ReportTakenFrame(id=frame.id, target=TargetView.of(self._targets.report(self._feed, frame.report)))
+        except WaydropError as error:
+            return refused(frame.id, error)
+
+
+_CODES: Final = CloseCodes(
+    going_away=ReportsCloseCode.GOING_AWAY,
+    unauthorized=ReportsCloseCode.UNAUTHORIZED,
+    role=ReportsCloseCode.ROLE,
+    try_again=ReportsCloseCode.TRY_AGAIN,
+    defect=ReportsCloseCode.DEFECT,
+    reasons=REPORTS_CLOSE_REASONS,
+)
+
+
+class ReportsEndpoint:
+    """GET /api/v1/targets/{feed}/reports. A target outlives its socket: its last report stays known, and grows old."""
+
+    def __init__(self, targets: Targets, access: Access, metrics: Metrics, settings: ApiSettings) -> None:
+        self._targets = targets
+        self._settings = settings
+        self._door = WebSocketHandshake(
+            "reports socket", _CODES, access, metrics, settings, max_sockets=settings.max_sockets
+        )
+        self.close = self._door.close
+
+    async def report(self, request: web.Request) -> web.StreamResponse:
+        """The handler."""
+        require_handshake(request, hint="open it as a websocket; single reports go by POST to the path above it")
+        feed = require_feed(request.match_info["feed"])
+        return await self._door.open(
+            request,
+            lambda socket, _: self._serve(request, socket, feed),
+            role=Role.DISPATCHER,
+            heartbeat_s=self._settings.heartbeat_s,
+            writer_limit=sys.maxsize,  # never wait inside aiohttp: see write_room
+        )
+
+    async def _serve(self, request: web.Request, socket: web.WebSocketResponse, feed: str) -> ReportsCloseCode | None:
+        transport = request.transport
+        if transport is None:
+            return None
+        bound_kernel_buffer(transport, self._settings.socket_buffer_bytes)
+        session = ReportsSession(socket, transport, self._targets, feed, self._settings.send_timeout_s)
+        return await self._door.attend(request, session, session.run)

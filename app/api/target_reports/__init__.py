@@ -1,1 +1,0 @@
-"""The websocket over which a moving target is reported."""

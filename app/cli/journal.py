@@ -1,0 +1,108 @@
+"""`waydrop verify-journal` and `waydrop replay`: they work on the journal of this machine."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import re
+from typing import Annotated
+
+import typer
+from rich.markup import escape
+
+from app.cli.serve import DataDirOption
+from app.cli.terminal import ExitStatus, count, err, out, show_error, write_json
+from app.config import load_settings
+from app.domain.errors import InvalidInputError, NotFoundError, StorageError
+from app.domain.events.event import JournalHead
+from app.domain.flight.recording import Difference, Line, Replay
+from app.domain.reasons import in_words
+
+# `waydrop verify-journal`: was anything altered? Works on the journal of this machine, whether Waydrop runs or not.
+
+
+AnchorOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--anchor",
+        metavar="SEQ:HASH",
+        help="An event's seq and hash that you kept; the journal must have it. Repeatable.",
+    ),
+]
+
+
+def verify_journal(anchor: AnchorOption = None, data_dir: DataDirOption = None) -> None:
+    """Prove that no event, plan, run or attachment was altered. Prints SEQ:HASH of its newest event: keep it."""
+    from app.application import verify
+
+    anchors = [_anchor(text) for text in anchor or []]
+    try:
+        found = asyncio.run(verify(load_settings(data_dir=data_dir), anchors))
+    except StorageError as error:  # 1 is kept for a journal that was altered
+        show_error(error)
+        raise typer.Exit(ExitStatus.UNUSABLE) from error
+    for alteration in found.alterations:
+        err().print(f"[bold red]altered[/]: {escape(alteration)}")
+    looked_at = [count(found.head.seq, "event"), count(found.plans, "plan"), count(found.runs, "run")]
+    looked_at += [count(found.attachments, "attachment")] if found.attachments else []
+    verdict = (
+        "as written" if not found.alterations else f"NOT as written: {count(len(found.alterations), 'alteration')}"
+    )
+    err().print(f"{found.gateway}: {', '.join(looked_at)}: {verdict}", markup=False)
+    if found.alterations:
+        raise typer.Exit(ExitStatus.NOT_ACHIEVED)
+    out().out(f"{found.head.seq}:{found.head.hash}", highlight=False)
+
+
+def _anchor(text: str) -> JournalHead:
+    match = re.fullmatch(r"([1-9][0-9]{0,15}):([0-9a-fA-F]{64})", text.strip())
+    if match is None:
+        raise InvalidInputError(
+            f"--anchor {text}: not SEQ:HASH",
+            hint="as `waydrop verify-journal` prints it, such as 120:3f9a... (64 digits)",
+        )
+    return JournalHead(seq=int(match[1]), hash=match[2].lower())
+
+
+# `waydrop replay`: would today's code decide a flight as it was decided? Works on the journal of this machine.
+
+
+RunArgument = Annotated[str, typer.Argument(metavar="RUN", help="The run's id.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Every difference as JSON.")]
+
+
+def replay(run: RunArgument, data_dir: DataDirOption = None, as_json: JsonOption = False) -> None:
+    """Feed a stored run's inputs to this version, and show where it decides otherwise. Nothing is sent or stored."""
+    from app.application import replayed
+
+    try:
+        found = asyncio.run(replayed(load_settings(data_dir=data_dir), run))
+    except (StorageError, NotFoundError) as error:  # 1 is kept for a difference
+        show_error(error)
+        raise typer.Exit(ExitStatus.UNUSABLE) from error
+    if as_json:
+        write_json({"inputs": found.inputs, "differences": [_document(one) for one in found.differences]})
+    else:
+        _show(found)
+    if found.differences:
+        raise typer.Exit(ExitStatus.NOT_ACHIEVED)
+
+
+def _show(found: Replay) -> None:
+    for one in found.differences:
+        out().print(f"at {one.at_s:.1f} s, {one.heard}:", markup=False)
+        out().print(f"  then:  {_told(one.recorded)}", markup=False, soft_wrap=True)
+        out().print(f"  today: {_told(one.today)}", markup=False, soft_wrap=True)
+    verdict = "decided as then" if not found.differences else count(len(found.differences), "difference")
+    if found.run is not None:
+        why = f": {in_words(found.run.reason)}" if found.run.reason else ""
+        err().print(f"today the run is {found.run.state.value}{why}", markup=False)
+    err().print(f"{count(found.inputs, 'input')}: {verdict}", markup=False)
+
+
+def _document(one: Difference) -> dict[str, object]:
+    return {"at_s": one.at_s, "input": one.heard, "recorded": one.recorded, "today": one.today}
+
+
+def _told(effects: list[Line]) -> str:
+    return json.dumps(effects) if effects else "nothing"

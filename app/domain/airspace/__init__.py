@@ -1,0 +1,1 @@
+"""Where a vehicle may fly: the geofence, the paths over the ground, the rally points."""

@@ -1,0 +1,234 @@
+"""The geofence as areas in local metres, the way round it, and the fence that a vehicle has on board."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
+
+from shapely import LineString, Point, Polygon, get_parts, intersection_all, prepare, union_all
+from shapely.geometry.base import BaseGeometry
+from shapely.ops import nearest_points
+
+from app.domain.geo import LocalProjection
+from app.domain.items.fields import Point as Corner
+from app.domain.mission.mission import MavCmd, MissionItem
+from app.domain.plan.document import FenceCircle, FenceKind, FencePolygon, Geofence
+
+# The fence as areas in local metres.
+
+
+_SEGMENTS = 32
+"""Of a quarter circle. An inclusion is drawn inside its circle, an exclusion around it: both err to the safe side."""
+MIN_AREA_M2 = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class FenceArea:
+    """`inside` is where the inclusions allow it, None if there are none; `outside` the union of the exclusions."""
+
+    inside: BaseGeometry | None
+    outside: BaseGeometry | None
+
+    def allows(self, path: BaseGeometry) -> bool:
+        """The whole path lies where the inclusions allow it, and nothing of it in an exclusion."""
+        if self.inside is not None and not self.inside.covers(path):
+            return False
+        return self.outside is None or not self.outside.intersects(path)
+
+    def room_m(self, path: BaseGeometry) -> float:
+        """How near the path comes to the edge of what is allowed; infinite without a fence."""
+        room_m = math.inf if self.inside is None else float(self.inside.boundary.distance(path))
+        return room_m if self.outside is None else min(room_m, float(self.outside.distance(path)))
+
+
+def fence_area(fence: Geofence, projection: LocalProjection, *, all_of_home: bool = False) -> FenceArea:
+    """The area of all usable polygons and circles; a polygon that crosses itself has no area and is left out.
+
+    `all_of_home`: what is allowed lies in all inclusions that contain home, the origin of the projection.
+    """
+    parts: dict[str, list[BaseGeometry]] = {"inclusion": [], "exclusion": []}
+    for polygon in fence.polygons:
+        shape = polygon_shape(polygon, projection)
+        if is_simple_polygon(shape):
+            parts[polygon.kind].append(shape)
+    for circle in fence.circles:
+        parts[circle.kind].append(_circle_shape(circle, projection))
+    return FenceArea(_inside(parts["inclusion"], all_of_home=all_of_home), _union(parts["exclusion"]))
+
+
+def polygon_shape(polygon: FencePolygon, projection: LocalProjection) -> Polygon:
+    """The polygon in local metres."""
+    return Polygon([projection.to_local(vertex.latitude_deg, vertex.longitude_deg) for vertex in polygon.vertices])
+
+
+def is_simple_polygon(shape: Polygon) -> bool:
+    """It does not cross or touch itself and has an area."""
+    return bool(shape.is_valid) and shape.area >= MIN_AREA_M2
+
+
+def _circle_shape(circle: FenceCircle, projection: LocalProjection) -> Polygon:
+    centre = Point(projection.to_local(circle.latitude_deg, circle.longitude_deg))
+    widen = 1.0 if circle.kind == "inclusion" else 1.0 / math.cos(math.pi / (4 * _SEGMENTS))
+    return centre.buffer(circle.radius_m * widen, quad_segs=_SEGMENTS)
+
+
+def _inside(shapes: list[BaseGeometry], *, all_of_home: bool) -> BaseGeometry | None:
+    of_home = [shape for shape in shapes if shape.covers(Point(0.0, 0.0))]
+    if not all_of_home or len(of_home) == 0:
+        return _union(shapes)
+    area = intersection_all(of_home).buffer(0.0)  # without the lines and points at which two only touch
+    prepare(area)
+    return area
+
+
+def _union(shapes: list[BaseGeometry]) -> BaseGeometry | None:
+    if not shapes:
+        return None
+    area = union_all(shapes)
+    prepare(area)
+    return area
+
+
+# The way of a direct return round a fence, as PX4 plans it: the shortest over the fence's corners, off by a margin.
+
+
+Place = tuple[float, float]
+
+_COARSE_M: Final = 1.0
+"""A circle needs no more corners than this; the margin is several times as wide."""
+_TOUCH_M: Final = 0.05
+
+
+def way_round(area: FenceArea, here: Place, there: Place, margin_m: float) -> tuple[Place, ...] | None:
+    """The corners of the shortest way from `here` to `there`, both included, in local metres; None: there is none.
+
+    A start nearer to the fence than the margin leaves it the shortest way first; a destination there has no way.
+    """
+    free = _Free(area, margin_m)
+    if free.sees(here, there):
+        return (here, there)
+    start = here if free.has(here) else free.nearest(here)
+    if start is None or not free.has(there) or not area.allows(_leg(here, start)):
+        return None
+    corners = free.way(start, there)
+    return None if corners is None else (here, *corners) if start != here else corners
+
+
+def length_m(way: tuple[Place, ...]) -> float:
+    """Along its corners."""
+    return sum(math.dist(a, b) for a, b in pairwise(way))
+
+
+class _Free:
+    """What is left of the area with a margin to all of its edges."""
+
+    def __init__(self, area: FenceArea, margin_m: float) -> None:
+        self._inside, self._outside = _moved(area.inside, -margin_m), _moved(area.outside, margin_m)
+        self._corners = tuple({corner for shape in (self._inside, self._outside) for corner in _corners(shape)})
+        self._room = None if self._inside is None else self._inside.buffer(_TOUCH_M)
+        self._walls = None if self._outside is None else self._outside.buffer(-_TOUCH_M)
+        for shape in (self._room, self._walls):
+            if shape is not None:
+                prepare(shape)
+
+    def has(self, place: Place) -> bool:
+        return self._allows(Point(place))
+
+    def sees(self, here: Place, there: Place) -> bool:
+        return self._allows(_leg(here, there))
+
+    def nearest(self, place: Place) -> Place | None:
+        """The nearest place that keeps the margin."""
+        shapes = [one for one in (self._inside, None if self._outside is None else self._outside.boundary) if one]
+        found = [nearest_points(shape, Point(place))[0] for shape in shapes if not shape.is_empty]
+        places = [(point.x, point.y) for point in found if self.has((point.x, point.y))]
+        return min(places, key=lambda one: math.dist(one, place), default=None)
+
+    def way(self, start: Place, end: Place) -> tuple[Place, ...] | None:
+        """Dijkstra over what is seen from corner to corner."""
+        places = (*self._corners, end)
+        ahead, before, reached = [(0.0, start)], dict[Place, Place](), {start: 0.0}
+        done = set[Place]()
+        while ahead:
+            way_m, here = heapq.heappop(ahead)
+            if here == end:
+                return _back(before, start, end)
+            if here in done:
+                continue
+            done.add(here)
+            for there in places:
+                there_m = way_m + math.dist(here, there)
+                if there not in done and there_m < reached.get(there, math.inf) and self.sees(here, there):
+                    reached[there], before[there] = there_m, here
+                    heapq.heappush(ahead, (there_m, there))
+        return None
+
+    def _allows(self, shape: BaseGeometry) -> bool:
+        if self._room is not None and not self._room.covers(shape):
+            return False
+        return self._walls is None or not self._walls.intersects(shape)
+
+
+def _moved(shape: BaseGeometry | None, by_m: float) -> BaseGeometry | None:
+    return None if shape is None else shape.buffer(by_m, join_style="mitre").simplify(_COARSE_M)
+
+
+def _corners(shape: BaseGeometry | None) -> Iterator[Place]:
+    for part in () if shape is None else get_parts(shape):
+        if isinstance(part, Polygon):
+            for ring in (part.exterior, *part.interiors):
+                yield from ((x, y) for x, y in ring.coords)
+
+
+def _back(before: dict[Place, Place], start: Place, end: Place) -> tuple[Place, ...]:
+    way = [end]
+    while way[-1] != start:
+        way.append(before[way[-1]])
+    return tuple(reversed(way))
+
+
+def _leg(here: Place, there: Place) -> BaseGeometry:
+    return Point(here) if here == there else LineString([here, there])
+
+
+# The fence as it is on board: from the vehicle's own list to areas in metres around home.
+
+
+_VERTICES: dict[MavCmd, FenceKind] = {
+    MavCmd.NAV_FENCE_POLYGON_VERTEX_INCLUSION: "inclusion",
+    MavCmd.NAV_FENCE_POLYGON_VERTEX_EXCLUSION: "exclusion",
+}
+_CIRCLES: dict[MavCmd, FenceKind] = {
+    MavCmd.NAV_FENCE_CIRCLE_INCLUSION: "inclusion",
+    MavCmd.NAV_FENCE_CIRCLE_EXCLUSION: "exclusion",
+}
+
+
+def onboard_fence(
+    items: Sequence[MissionItem], projection: LocalProjection, *, needs_all_inclusions: bool
+) -> FenceArea | None:
+    """The area of a downloaded fence list; None if it has none. A polygon's corners say by param1 how many they are.
+
+    The projection's origin is home: a place must lie in any inclusion, or in all of those around home.
+    """
+    polygons: list[FencePolygon] = []
+    circles: list[FenceCircle] = []
+    corners: list[Corner] = []
+    for item in items:
+        place = Corner(latitude_deg=item.x / 1e7, longitude_deg=item.y / 1e7)
+        if item.command in _VERTICES:
+            corners.append(place)
+            if len(corners) >= max(3, int(item.param1)):
+                polygons.append(FencePolygon(kind=_VERTICES[item.command], vertices=tuple(corners)))
+                corners = []
+        elif item.command in _CIRCLES:
+            circle = FenceCircle(kind=_CIRCLES[item.command], radius_m=item.param1, **place.model_dump())
+            circles.append(circle)
+    if not polygons and not circles:
+        return None
+    fence = Geofence(polygons=tuple(polygons), circles=tuple(circles))
+    return fence_area(fence, projection, all_of_home=needs_all_inclusions)

@@ -1,0 +1,177 @@
+"""PX4 in OFFBOARD mode: which setpoint forms each vehicle follows, and what it does when the stream stops."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+from app.domain.offboard.capability import YES, AuditEntry, Cell, FirmwareProfile, FlightKind, Verdict
+from app.domain.offboard.messages import WIRE_FORMS
+from app.domain.vehicle.state import FirmwareVersion
+
+# Which vehicle with PX4 takes which setpoint form, by its documents and as flown. They differ.
+#
+# Sources: PX4's Offboard Mode page (v1.8 to v1.14), and PX4 main bb59c637 flown in SITL or read in its source.
+
+
+TYPES_DECODED_BEFORE: Final = FirmwareVersion(1, 12, 0)
+"""v1.12 rewrote offboard: setpoint types and thrust in acceleration went."""
+FLOWN_SINCE: Final = FirmwareVersion(1, 16, 0)
+
+
+def _no(code: str, reason: str) -> Verdict:
+    return Verdict(f"setpoint.{code}", reason)
+
+
+_FRAME = _no("frame_unsupported", "PX4 takes no position in this frame: it would be dropped")
+_THRUST = _no("acceleration_is_thrust", "in SET_POSITION_TARGET_GLOBAL_INT PX4 takes an acceleration for a thrust")
+_LOW_LEVEL = _no("bypasses_control", "it bypasses every controller of PX4 and has no MAVLink setpoint: ROS 2 only")
+_TYPES_GONE = _no("type_not_decoded", "current firmware decodes no setpoint types: the vehicle would do something else")
+_NO_TYPES = _no("type_unsupported", "setpoint types are for fixed wings and rovers")
+_NORTH = _no("not_followed", "current firmware flies due north with a position alone: give position and velocity")
+_IGNORED = _no("not_followed", "PX4 does not follow it on this vehicle")
+_UNFLOWN = _no("not_flown", "it has not been flown on current firmware: what the vehicle does is not known")
+_VELOCITY_IGNORED = _no("not_followed", "by PX4's documents this vehicle ignores the velocity")
+_YAW_ONLY = _no("not_followed", "current firmware does nothing with it on a rover")
+_AIRSHIP = _no("vehicle_unsupported", "PX4 names no setpoint that an airship follows")
+
+_REFUSED_BY_ALL: Final[Mapping[str, Cell]] = {
+    "position_body": Cell(_FRAME, _FRAME),
+    "position_offset_ned": Cell(_FRAME, _FRAME),
+    "acceleration_global": Cell(_THRUST, _THRUST),
+    "thrust_torque": Cell(_LOW_LEVEL, _LOW_LEVEL),
+    "actuators": Cell(_LOW_LEVEL, _LOW_LEVEL),
+}
+_ROTARY: Final[Mapping[str, Cell]] = {
+    **dict.fromkeys(
+        (
+            *("position_ned", "velocity_ned", "acceleration_ned"),
+            *("position_velocity_ned", "position_velocity_acceleration_ned"),
+            *("velocity_body", "acceleration_body"),
+            *("position_global", "velocity_global", "position_velocity_global", "attitude", "body_rates"),
+        ),
+        Cell(YES, YES),
+    ),
+    "typed_position_ned": Cell(_NO_TYPES, _NO_TYPES),
+    "typed_position_global": Cell(_NO_TYPES, _NO_TYPES),
+}
+_WING: Final[Mapping[str, Cell]] = {
+    "position_ned": Cell(YES, _NORTH),
+    "velocity_ned": Cell(_IGNORED, _IGNORED),
+    "acceleration_ned": Cell(_IGNORED, _IGNORED),
+    "position_velocity_ned": Cell(_VELOCITY_IGNORED, YES),
+    "position_velocity_acceleration_ned": Cell(_VELOCITY_IGNORED, _UNFLOWN),
+    "velocity_body": Cell(_IGNORED, _IGNORED),
+    "acceleration_body": Cell(_IGNORED, _IGNORED),
+    "position_global": Cell(YES, _NORTH),
+    "velocity_global": Cell(_IGNORED, _IGNORED),
+    "position_velocity_global": Cell(_VELOCITY_IGNORED, _UNFLOWN),
+    "attitude": Cell(YES, YES),
+    "body_rates": Cell(YES, _UNFLOWN),
+    "typed_position_ned": Cell(YES, _TYPES_GONE),
+    "typed_position_global": Cell(YES, _TYPES_GONE),
+}
+_ROVER: Final[Mapping[str, Cell]] = {
+    "position_ned": Cell(YES, YES),
+    "velocity_ned": Cell(YES, YES),
+    "acceleration_ned": Cell(_IGNORED, _IGNORED),
+    "position_velocity_ned": Cell(_VELOCITY_IGNORED, _UNFLOWN),
+    "position_velocity_acceleration_ned": Cell(_VELOCITY_IGNORED, _UNFLOWN),
+    "velocity_body": Cell(YES, YES),
+    "acceleration_body": Cell(_IGNORED, _IGNORED),
+    "position_global": Cell(YES, YES),
+    "velocity_global": Cell(_IGNORED, _UNFLOWN),
+    "position_velocity_global": Cell(_VELOCITY_IGNORED, _UNFLOWN),
+    "attitude": Cell(YES, _YAW_ONLY),
+    "body_rates": Cell(_IGNORED, _IGNORED),
+    "typed_position_ned": Cell(YES, _TYPES_GONE),
+    "typed_position_global": Cell(YES, _TYPES_GONE),
+}
+TABLE: Final[Mapping[FlightKind, Mapping[str, Cell]]] = {
+    FlightKind.ROTARY: {**_ROTARY, **_REFUSED_BY_ALL},
+    FlightKind.WING: {**_WING, **_REFUSED_BY_ALL},
+    FlightKind.ROVER: {**_ROVER, **_REFUSED_BY_ALL},
+    FlightKind.AIRSHIP: dict.fromkeys(WIRE_FORMS, Cell(_AIRSHIP, _AIRSHIP)),
+}
+
+
+def firmware_profile(firmware: FirmwareVersion | None) -> FirmwareProfile:
+    """Which column a firmware is judged by."""
+    if firmware is None or TYPES_DECODED_BEFORE <= firmware < FLOWN_SINCE:
+        return FirmwareProfile.UNSURE
+    return FirmwareProfile.DOCUMENTED if firmware < TYPES_DECODED_BEFORE else FirmwareProfile.FLOWN
+
+
+# What PX4 does by itself when the stream of setpoints stops, by its parameters.
+
+
+LOSS_ACTIONS: Final[Mapping[int, str]] = {
+    0: "position mode",
+    1: "altitude mode",
+    2: "stabilized mode",
+    3: "return",
+    4: "land",
+    5: "hold",
+    6: "terminate",
+    7: "disarm",
+}
+"""COM_OBL_RC_ACT."""
+SAFE_ACTIONS: Final = frozenset({3, 4, 5})
+NEEDS_STICKS: Final = frozenset({0, 1, 2})
+AUDITED: Final = (
+    "COM_OBL_RC_ACT",
+    "COM_OF_LOSS_T",
+    "COM_RC_IN_MODE",
+    "COM_RC_OVERRIDE",
+    "COM_RC_STICK_OV",
+    "COM_RCL_EXCEPT",
+    "NAV_DLL_ACT",
+)
+AUDITED_COMMANDED: Final = ("NAV_LOITER_RAD", "COM_RC_IN_MODE", "COM_RC_OVERRIDE", "NAV_DLL_ACT")
+"""Of a wing that is flown by commands: there is no stream that could be lost."""
+LONGEST_LOSS_S: Final = 2.0
+
+
+def commanded_entry(name: str, value: float | int | None, _sticks_held: bool) -> AuditEntry:
+    """For a wing that is flown by commands, in Hold: nothing blocks, for what it falls back to is the mode it is in."""
+    if name == "NAV_LOITER_RAD" and value is not None:
+        return AuditEntry(name, value, False, "metres: without us it circles so at the place it was last sent to")
+    if name == "COM_RC_OVERRIDE" and value is not None:
+        word = "sticks take over in Hold" if int(value) & 1 else "sticks take over by a mode switch alone"
+        return AuditEntry(name, value, False, f"bit 0: {word}")
+    return entry(name, value, False)
+
+
+def entry(name: str, value: float | int | None, sticks_held: bool) -> AuditEntry:
+    """For a vehicle that follows a stream."""
+    if name == "COM_OBL_RC_ACT":
+        return _loss_action(value, sticks_held=sticks_held)
+    if name == "COM_OF_LOSS_T":
+        slow = value is None or value > LONGEST_LOSS_S
+        return AuditEntry(name, value, False, "seconds after the last setpoint" + (": that is long" if slow else ""))
+    meanings = {
+        "COM_RC_IN_MODE": "4: no sticks are listened to" if value == 4 else "sticks are listened to",
+        "COM_RC_OVERRIDE": "bit 1: sticks take over in offboard mode"
+        if int(value or 0) & 2
+        else "sticks take over by a mode switch alone",
+        "COM_RC_STICK_OV": "stick movement in per cent that counts",
+        "COM_RCL_EXCEPT": "bit 2: loss of RC is ignored in offboard mode"
+        if int(value or 0) & 4
+        else "loss of RC counts in offboard mode too",
+        "NAV_DLL_ACT": "0: a lost ground station is ignored" if value == 0 else "acts on a lost ground station",
+    }
+    return AuditEntry(name, value, False, "not answered" if value is None else meanings[name])
+
+
+def _loss_action(value: float | int | None, *, sticks_held: bool) -> AuditEntry:
+    name = "COM_OBL_RC_ACT"
+    if value is None:
+        return AuditEntry(name, None, True, "not answered: what a lost stream does is not known")
+    action = int(value)
+    word = LOSS_ACTIONS.get(action, "not a known action")
+    if action in SAFE_ACTIONS:
+        return AuditEntry(name, action, False, f"a lost stream makes it {word}")
+    if action in NEEDS_STICKS and sticks_held:
+        return AuditEntry(name, action, False, f"a lost stream gives it to the sticks: {word}")
+    why = "which needs somebody at the sticks" if action in NEEDS_STICKS else "which is no way to end a flight"
+    return AuditEntry(name, action, True, f"a lost stream means {word}, {why}: set it to 3, 4 or 5")

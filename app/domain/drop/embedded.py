@@ -1,0 +1,125 @@
+"""The embedded drop: the gripper is a mission item, and its outcome is inferred from what is seen.
+
+No COMMAND_ACK of a mission's gripper item reaches a ground station, and MISSION_ITEM_REACHED comes without a gripper
+too (px4-facts, package delivery 3 and 7). The one usable sign is SERVO_OUTPUT_RAW of the gripper's output.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from app.domain.drop.record import Certainty, DropOutcome
+from app.domain.drop.supervised_inputs import GRIPPER_CLOSED_US, GRIPPER_OPEN_US, Finish
+from app.domain.reasons import Reason, ReasonCode, because
+
+OUTPUT_WAIT_S = 2.0
+OUTPUT_FRESH_S = 2.0
+OUTPUT_LAG_S = 0.2
+"""An item counts as done this much before the output moves, at most (20 to 80 ms, px4-traces 07)."""
+LATE_CURRENT_S = 2.0
+"""MISSION_CURRENT comes at 1 Hz, and one may be lost."""
+
+
+@dataclass(frozen=True, slots=True)
+class EmbeddedSight:
+    """What is seen of an embedded drop at `now_s`.
+
+    `passed`: its release item is passed in this visit. The others tell it apart from the mission's other gripper
+    items. `at_item`: the mission is at the drop's own items. `earlier_passed`: so is every release before it.
+    `regrabbed`, `reopened`: a grab, or a release, that comes after it has had its turn.
+    `has_output`: one is assigned to the gripper; None: not known. `has_gripper`: it is no winch, which shows nothing.
+    """
+
+    now_s: float
+    connected: bool
+    passed: bool
+    output_us: int | None
+    output_age_s: float | None
+    at_item: bool = False
+    earlier_passed: bool = True
+    regrabbed: bool = False
+    reopened: bool = False
+    has_output: bool | None = None
+    has_gripper: bool = True
+
+    @property
+    def output(self) -> int | None:
+        """The gripper's output while it is fresh."""
+        fresh = self.output_age_s is not None and self.output_age_s <= OUTPUT_FRESH_S
+        return self.output_us if fresh and self.connected else None
+
+
+@dataclass(frozen=True, slots=True)
+class EmbeddedDrop:
+    """The state of one embedded drop.
+
+    `was_closed`: the output was last seen at grab, after every earlier release; only then is an opening this drop's.
+    `others_until_s` is when an earlier release was last to come. `strayed_at_s`: when the output opened with the
+    mission not at this drop.
+    """
+
+    was_closed: bool = False
+    others_until_s: float = -math.inf
+    strayed_at_s: float | None = None
+    passed_at_s: float | None = None
+    finish: Finish | None = None
+
+    def saw(self, seen: EmbeddedSight) -> EmbeddedDrop:
+        """The state after a look. After the end nothing changes."""
+        if self.finish is not None:
+            return self
+        drop = self
+        if not seen.earlier_passed:
+            drop = replace(drop, was_closed=False, others_until_s=seen.now_s)
+        elif seen.output == GRIPPER_CLOSED_US and seen.now_s - (seen.output_age_s or 0.0) >= drop._alone_from_s:
+            drop = replace(drop, was_closed=True, strayed_at_s=None)
+        if seen.passed and drop.passed_at_s is None:
+            drop = replace(drop, passed_at_s=seen.now_s)
+        if seen.output == GRIPPER_OPEN_US:
+            return drop._opened(seen)
+        if drop.passed_at_s is None or not seen.connected or seen.now_s - drop.passed_at_s < OUTPUT_WAIT_S:
+            return drop
+        return drop._not_opened(seen)
+
+    def ended(self, reason: Reason) -> EmbeddedDrop:
+        """The run ends: a drop whose item was not passed is kept, any other that was not seen is unknown."""
+        if self.finish is not None:
+            return self
+        if self.passed_at_s is None and self.strayed_at_s is not None:
+            reason = because(ReasonCode.ITEM_STRAYED, reason)
+            return self._over(DropOutcome.UNKNOWN, Certainty.NONE, reason)
+        if self.passed_at_s is None:
+            return self._over(DropOutcome.KEPT, Certainty.INFERRED, because(ReasonCode.ITEM_NOT_REACHED, reason))
+        return self._over(DropOutcome.UNKNOWN, Certainty.NONE, because(ReasonCode.ITEM_UNSEEN, reason))
+
+    @property
+    def _alone_from_s(self) -> float:
+        return self.others_until_s + OUTPUT_LAG_S
+
+    def _opened(self, seen: EmbeddedSight) -> EmbeddedDrop:
+        has_passed = self.passed_at_s is not None
+        if self.was_closed and (seen.at_item or has_passed) and not seen.reopened:
+            return self._over(DropOutcome.RELEASED, Certainty.INFERRED, because(ReasonCode.DROP_OUTPUT_RELEASED))
+        if has_passed:
+            code = ReasonCode.ITEM_LATER_RELEASE if seen.reopened else ReasonCode.ITEM_OPEN_BEFORE
+            return self._over(DropOutcome.UNKNOWN, Certainty.NONE, because(code))
+        if not self.was_closed:
+            return self  # open since before the flight, or by an earlier release: nothing is said until the item passes
+        strayed_at_s = seen.now_s if self.strayed_at_s is None else self.strayed_at_s
+        return replace(self, strayed_at_s=strayed_at_s, was_closed=seen.now_s - strayed_at_s < LATE_CURRENT_S)
+
+    def _not_opened(self, seen: EmbeddedSight) -> EmbeddedDrop:
+        if seen.output == GRIPPER_CLOSED_US and not seen.regrabbed:
+            return self._over(DropOutcome.KEPT, Certainty.INFERRED, because(ReasonCode.ITEM_AT_GRAB))
+        code = ReasonCode.ITEM_OUTPUT_UNKNOWN
+        if not seen.has_gripper:
+            code = ReasonCode.ITEM_WINCH
+        elif seen.has_output is False:
+            code = ReasonCode.ITEM_NO_OUTPUT
+        if seen.output == GRIPPER_CLOSED_US:
+            code = ReasonCode.ITEM_LATER_GRAB
+        return self._over(DropOutcome.UNKNOWN, Certainty.NONE, because(code))
+
+    def _over(self, outcome: DropOutcome, certainty: Certainty, reason: Reason) -> EmbeddedDrop:
+        return replace(self, finish=Finish(outcome, certainty, reason))

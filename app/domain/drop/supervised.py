@@ -1,0 +1,270 @@
+"""The supervised drop, step by step: waiting -> holding (-> asking) -> releasing -> done."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final
+
+from app.domain.drop.record import Certainty, DropOutcome, DropPhase
+from app.domain.drop.supervised_inputs import (
+    GRIPPER_CLOSED_US,
+    GRIPPER_OPEN_US,
+    ConsentGiven,
+    ConsentUnanswered,
+    Divert,
+    DropEffect,
+    DropInput,
+    Finish,
+    Observation,
+    ReleaseAck,
+    ReleaseTimedOut,
+    ReleaseWithheld,
+    Resume,
+    RunEnding,
+    SendRelease,
+    output_of,
+)
+from app.domain.drop.supervised_state import DropMachine, is_holding, is_passed, reason_against
+from app.domain.reasons import Reason, ReasonCode, because
+from app.domain.vehicle.commands import MavResult
+from app.domain.vehicle.state import FlightMode
+
+# How a supervised drop ends: its outcome, how sure that is, and whether the mission is moved on.
+
+
+Effects = tuple[DropEffect, ...]
+
+
+def conclude(drop: DropMachine, seen: Observation | None, reason: Reason) -> tuple[DropMachine, Effects]:
+    """Close a drop that was not accepted: with what was commanded, if anything was, and what the output shows."""
+    if drop.opened:
+        outcome, certainty = DropOutcome.RELEASED, Certainty.INFERRED
+        reason = because(ReasonCode.DROP_BUT_RELEASED, reason)
+    elif output_of(seen) == GRIPPER_CLOSED_US and seen is not None and seen.connected:
+        outcome, certainty = DropOutcome.KEPT, Certainty.INFERRED
+        reason = because(ReasonCode.DROP_STILL_AT_GRAB, reason)
+    elif drop.unsure:
+        outcome, certainty = DropOutcome.UNKNOWN, Certainty.NONE
+    else:
+        outcome, certainty = DropOutcome.KEPT, _certainty_kept(drop)
+    return finish_and_resume(drop, seen, outcome, certainty, reason)
+
+
+def ended(drop: DropMachine, heard: RunEnding) -> tuple[DropMachine, Effects]:
+    """Close a drop with its run."""
+    if not drop.attempts:
+        return finish(drop, DropOutcome.KEPT, Certainty.INFERRED, heard.reason)
+    if drop.accepted_at_s is not None:
+        reason = because(ReasonCode.DROP_ACKNOWLEDGED_THEN, heard.reason)
+        return finish(drop, DropOutcome.RELEASED, Certainty.ACKNOWLEDGED, reason)
+    if drop.opened:
+        reason = because(ReasonCode.DROP_ACK_MISSING_RELEASED_THEN, heard.reason)
+        return finish(drop, DropOutcome.RELEASED, Certainty.INFERRED, reason)
+    if drop.in_flight is not None or drop.unsure:
+        return finish(drop, DropOutcome.UNKNOWN, Certainty.NONE, heard.reason)
+    return finish(drop, DropOutcome.KEPT, _certainty_kept(drop), heard.reason)
+
+
+def _certainty_kept(drop: DropMachine) -> Certainty:
+    """A refusal is an acknowledgement; a release that was never sent has none."""
+    return Certainty.INFERRED if drop.withheld == drop.attempts else Certainty.ACKNOWLEDGED
+
+
+def finish(
+    drop: DropMachine, outcome: DropOutcome, certainty: Certainty, reason: Reason
+) -> tuple[DropMachine, tuple[Finish]]:
+    """The drop is over; the mission goes on by itself."""
+    consent = drop.consent.withdrawn(at_end=True)
+    return replace(drop, phase=DropPhase.DONE, in_flight=None, consent=consent), (Finish(outcome, certainty, reason),)
+
+
+def finish_and_resume(
+    drop: DropMachine, seen: Observation | None, outcome: DropOutcome, certainty: Certainty, reason: Reason
+) -> tuple[DropMachine, Effects]:
+    """Finish, and move on only if the mission surely waits at this drop for as long as that may take: somebody else's
+    choice is never undone, and an item that the mission has gone on to by itself is never flown to again. To the
+    alternate, if there is one and the parcel is surely on board: every release that was sent was refused.
+    """
+    drop, finished = finish(drop, outcome, certainty, reason)
+    if seen is None or not still_waits(drop, seen, drop.terms.resume_s):
+        return drop, finished
+    if drop.terms.alternate_seq is not None and outcome is DropOutcome.KEPT and not drop.unsure:
+        return drop, (*finished, Divert(drop.terms.alternate_seq))
+    return drop, (*finished, Resume(drop.terms.resume_seq))
+
+
+def still_waits(drop: DropMachine, seen: Observation, needed_s: float) -> bool:
+    """Whether the vehicle is seen to wait at this drop, and surely does for so long."""
+    waits = seen.connected and is_holding(seen, drop.terms)
+    return waits and drop.hold.waits_longer_than(needed_s, seen, drop.terms)
+
+
+_REFUSALS: Final = frozenset({MavResult.DENIED, MavResult.UNSUPPORTED, MavResult.FAILED})
+_AT_HOLD: Final = frozenset({DropPhase.HOLDING, DropPhase.ASKING})
+
+
+def step(drop: DropMachine, heard: DropInput) -> tuple[DropMachine, Effects]:
+    """The next state and what must be done now. After the end nothing changes any more."""
+    if drop.is_over:
+        return drop, ()
+    match heard:
+        case Observation():
+            return _observed(drop, heard)
+        case ReleaseAck():
+            return _acked(drop, heard)
+        case ReleaseTimedOut():
+            if heard.attempt != drop.in_flight:
+                return drop, ()
+            return replace(drop, in_flight=None, unsure=True, retry_at_s=heard.now_s), ()
+        case ReleaseWithheld():
+            if heard.attempt != drop.in_flight:
+                return drop, ()
+            return replace(drop, in_flight=None, withheld=drop.withheld + 1), ()
+        case ConsentGiven():
+            consent = drop.consent.answered(heard.question, grant=heard.grant, now_s=heard.now_s)
+            return replace(drop, consent=consent), ()
+        case ConsentUnanswered():
+            return replace(drop, consent=drop.consent.at(heard.now_s)), ()
+        case RunEnding():
+            return ended(drop, heard)
+
+
+def _observed(drop: DropMachine, seen: Observation) -> tuple[DropMachine, Effects]:
+    approached = drop.approached or (
+        seen.mode is FlightMode.MISSION
+        and seen.mission_seq is not None
+        and seen.mission_seq <= max(drop.terms.hold_seqs)
+    )
+    opened = drop.opened or (drop.attempts > 0 and output_of(seen) == GRIPPER_OPEN_US)
+    if drop.last_seen is None and drop.attempts:  # taken up: a release may have left a moment ago
+        drop = replace(drop, settles_at_s=seen.now_s + drop.terms.output_wait_s)
+    hold = drop.hold.observed(seen, drop.terms)
+    drop = replace(drop, hold=hold, approached=approached, opened=opened, last_seen=seen)
+    drop = _with_consent(_with_calm(drop, seen), seen)
+    if drop.accepted_at_s is not None:
+        return _watch_output(drop, seen, drop.accepted_at_s)
+    if drop.in_flight is not None:
+        return drop, ()
+    if drop.attempts:
+        return _after_attempt(drop, seen)
+    return _before_attempt(drop, seen)
+
+
+def _with_calm(drop: DropMachine, seen: Observation) -> DropMachine:
+    """Follow since when the vehicle stands still at the drop, and whether it was out of Mission mode there."""
+    if seen.mode is not FlightMode.MISSION:
+        return replace(drop, calm_since_s=None, was_away=drop.was_away or drop.phase in _AT_HOLD)
+    still = is_holding(seen, drop.terms) and (seen.ground_speed_m_s or 0.0) <= drop.terms.max_ground_speed_m_s
+    if not still:
+        return replace(drop, calm_since_s=None)
+    return drop if drop.calm_since_s is not None else replace(drop, calm_since_s=seen.now_s)
+
+
+def _with_consent(drop: DropMachine, seen: Observation) -> DropMachine:
+    """Follow what became of the question; it is asked in `_ask` alone."""
+    consent = drop.consent.observed(seen, drop.terms)
+    phase = DropPhase.HOLDING if drop.phase is DropPhase.ASKING and consent.must_ask else drop.phase
+    return replace(drop, consent=consent, phase=phase)
+
+
+def _before_attempt(drop: DropMachine, seen: Observation) -> tuple[DropMachine, Effects]:
+    if seen.connected and drop.approached and is_passed(seen, drop.terms):
+        reason = drop.consent.reason_against or because(ReasonCode.DROP_HOLD_OVER_BEFORE_RELEASE)
+        if drop.phase is DropPhase.WAITING:
+            reason = because(ReasonCode.DROP_HOLD_NOT_SEEN)
+        return finish(drop, DropOutcome.KEPT, Certainty.INFERRED, reason)
+    if seen.connected and drop.phase is DropPhase.WAITING and is_holding(seen, drop.terms):
+        drop = replace(drop, phase=DropPhase.HOLDING)
+    if drop.phase not in _AT_HOLD:
+        return drop, ()
+    if output_of(seen) == GRIPPER_OPEN_US:
+        reason = because(ReasonCode.DROP_OPEN_BEFORE_COMMAND)
+        return finish_and_resume(drop, seen, DropOutcome.UNKNOWN, Certainty.NONE, reason)
+    if against := drop.consent.reason_against:
+        return conclude(drop, seen, against) if seen.connected else (drop, ())  # then the plan's choice can be sent
+    if _is_hopeless(drop, seen):
+        reason = reason_against(seen, drop.terms, drop.hold) or because(ReasonCode.DROP_HOLD_OVER)
+        return finish_and_resume(drop, seen, DropOutcome.KEPT, Certainty.INFERRED, reason)
+    return _try_release(drop, seen)
+
+
+def _is_hopeless(drop: DropMachine, seen: Observation) -> bool:
+    """Whether no later observation of this hold can allow a release: its time is over, or its start was not seen."""
+    return is_holding(seen, drop.terms) and drop.hold.left_s(seen, drop.terms) <= drop.terms.release_latency_s
+
+
+def _try_release(drop: DropMachine, seen: Observation) -> tuple[DropMachine, Effects]:
+    needed_s = drop.terms.reentry_calm_s if drop.was_away else drop.terms.calm_s
+    calm = drop.calm_since_s is not None and seen.now_s - drop.calm_since_s >= needed_s
+    if not calm or seen.now_s < drop.retry_at_s or reason_against(seen, drop.terms, drop.hold) is not None:
+        return drop, ()
+    if not drop.consent.is_open:
+        return _ask(drop, seen)
+    attempt = drop.attempts + 1
+    drop = replace(drop, phase=DropPhase.RELEASING, attempts=attempt, in_flight=attempt)
+    return drop, (SendRelease(attempt),)
+
+
+def _ask(drop: DropMachine, seen: Observation) -> tuple[DropMachine, Effects]:
+    """All is right but an operator's consent: it is asked for once in a hold."""
+    if not drop.consent.must_ask:
+        return drop, ()
+    asked = drop.consent.asked(seen, drop.terms, drop.hold)
+    if asked is None:
+        return conclude(drop, seen, because(ReasonCode.DROP_TOO_LATE_TO_ASK))
+    return replace(drop, consent=asked, phase=DropPhase.ASKING), ()
+
+
+def _acked(drop: DropMachine, heard: ReleaseAck) -> tuple[DropMachine, Effects]:
+    ack = heard.ack
+    if heard.attempt != drop.in_flight or not ack.is_final:
+        return drop, ()
+    drop = replace(drop, in_flight=None, retry_at_s=heard.now_s + drop.terms.retry_pause_s)
+    if ack.result is MavResult.ACCEPTED:
+        if output_of(drop.last_seen) is None:
+            has_gripper = drop.terms.has_gripper
+            reason = because(ReasonCode.DROP_ACKNOWLEDGED_NO_MOVE if has_gripper else ReasonCode.DROP_ACKNOWLEDGED)
+            return finish_and_resume(drop, drop.last_seen, DropOutcome.RELEASED, Certainty.ACKNOWLEDGED, reason)
+        return replace(drop, accepted_at_s=heard.now_s), ()
+    if ack.result in _REFUSALS:
+        return conclude(drop, drop.last_seen, because(ReasonCode.DROP_REFUSED, result=ack.word))
+    # busy with the same action, or cancelled by an opposite one: whether the gripper moved is open
+    return replace(drop, unsure=True), ()
+
+
+def _watch_output(drop: DropMachine, seen: Observation, accepted_at_s: float) -> tuple[DropMachine, Effects]:
+    """After ACCEPTED (a timer): the output must have moved too, where it can be seen."""
+    if drop.opened:
+        return finish_and_resume(
+            drop, seen, DropOutcome.RELEASED, Certainty.ACKNOWLEDGED, because(ReasonCode.DROP_ACKNOWLEDGED_MOVED)
+        )
+    if seen.now_s - accepted_at_s < drop.terms.output_wait_s:
+        return drop, ()
+    if not seen.connected or not _output_is_newer_than(seen, accepted_at_s):
+        return finish_and_resume(
+            drop, seen, DropOutcome.RELEASED, Certainty.ACKNOWLEDGED, because(ReasonCode.DROP_ACKNOWLEDGED_UNSEEN)
+        )
+    reason = because(ReasonCode.DROP_ACKNOWLEDGED_NOT_MOVED)
+    return finish_and_resume(drop, seen, DropOutcome.UNKNOWN, Certainty.NONE, reason)
+
+
+def _after_attempt(drop: DropMachine, seen: Observation) -> tuple[DropMachine, Effects]:
+    """No answer is awaited any more, and none settled it: look at the output, try again, or close."""
+    if not seen.connected:
+        return drop, ()  # whatever is true on board is true later too: wait for the link or the run's end
+    if drop.opened:
+        reason = because(ReasonCode.DROP_ACK_MISSING_RELEASED)
+        return finish_and_resume(drop, seen, DropOutcome.RELEASED, Certainty.INFERRED, reason)
+    if seen.now_s < drop.settles_at_s:
+        return drop, ()
+    if against := drop.consent.reason_against:
+        return conclude(drop, seen, against)
+    if is_passed(seen, drop.terms) or _is_hopeless(drop, seen):
+        return conclude(drop, seen, because(ReasonCode.DROP_HOLD_OVER_BEFORE_ACK))
+    if drop.attempts >= drop.terms.max_attempts:
+        return conclude(drop, seen, because(ReasonCode.DROP_ACK_MISSING, attempts=drop.attempts))
+    return _try_release(drop, seen)
+
+
+def _output_is_newer_than(seen: Observation, when_s: float) -> bool:
+    return seen.gripper_output_age_s is not None and seen.now_s - seen.gripper_output_age_s > when_s

@@ -1,0 +1,261 @@
+"""How much of the bounded hold is left, counted from the earliest moment at which it can have begun."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+from app.domain.drop.record import Certainty, DropOutcome
+from app.domain.mission.mission import CompiledDrop, MavCmd
+from app.domain.reasons import Reason
+from app.domain.targets.report import STALE_S
+from app.domain.vehicle.commands import CommandAck
+from app.domain.vehicle.state import FlightMode, LandedState
+
+# What a supervised drop hears (observations, acks) and what it asks for (effects).
+
+
+OUTPUT_FRESH_S: Final = 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class TargetSight:
+    """What is known of a drop's moving target: how old that is, how far from the vehicle it is now, how fast."""
+
+    age_s: float
+    distance_m: float | None
+    speed_m_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Observation:
+    """What is known of the vehicle at `now_s` (our monotonic clock, seconds).
+
+    `boot_s` is the vehicle's clock at its newest position, `clock_rate` how many of its seconds pass in one of ours
+    (1 on a real vehicle). `offset_m` is the horizontal distance from the drop point. `target`: None if nothing was
+    reported of it, or the drop has none.
+    """
+
+    now_s: float
+    connected: bool
+    mode: FlightMode | None
+    armed: bool | None
+    in_failsafe: bool
+    landed: LandedState
+    mission_seq: int | None
+    boot_s: float | None
+    clock_rate: float
+    offset_m: float | None
+    ground_speed_m_s: float | None
+    position_age_s: float | None
+    gripper_output_us: int | None = None
+    gripper_output_age_s: float | None = None
+    target: TargetSight | None = None
+
+    @property
+    def fresh_output_us(self) -> int | None:
+        """The gripper's output if it is known and no older than 2 s."""
+        if self.gripper_output_age_s is None or self.gripper_output_age_s > OUTPUT_FRESH_S:
+            return None
+        return self.gripper_output_us
+
+
+def output_of(seen: Observation | None) -> int | None:
+    """The gripper's output, if it is known and fresh."""
+    return None if seen is None else seen.fresh_output_us
+
+
+@dataclass(frozen=True, slots=True)
+class ReleaseAck:
+    """A COMMAND_ACK of our release number `attempt`."""
+
+    now_s: float
+    attempt: int
+    ack: CommandAck
+
+
+@dataclass(frozen=True, slots=True)
+class ReleaseTimedOut:
+    """No final ack of release number `attempt` came in time: nobody knows what the vehicle did."""
+
+    now_s: float
+    attempt: int
+
+
+@dataclass(frozen=True, slots=True)
+class ReleaseWithheld:
+    """Release number `attempt` was surely not sent: by the time it was recorded, it was not right any more."""
+
+    now_s: float
+    attempt: int
+
+
+@dataclass(frozen=True, slots=True)
+class ConsentGiven:
+    """An operator answered question number `question`."""
+
+    now_s: float
+    question: int
+    grant: bool
+
+
+@dataclass(frozen=True, slots=True)
+class ConsentUnanswered:
+    """Nothing is heard of the vehicle, but time goes by: a question does not wait for it."""
+
+    now_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class RunEnding:
+    """The run ends now (landed, aborted, lost, rebooted): the drop must end in a known state."""
+
+    now_s: float
+    reason: Reason
+
+
+DropInput = Observation | ReleaseAck | ReleaseTimedOut | ReleaseWithheld | ConsentGiven | ConsentUnanswered | RunEnding
+
+
+@dataclass(frozen=True, slots=True)
+class SendRelease:
+    """Send the release once, as attempt number `attempt` (from 1)."""
+
+    attempt: int
+
+
+@dataclass(frozen=True, slots=True)
+class Resume:
+    """Move the mission on to `seq`. If it fails, the bounded hold ends by itself."""
+
+    seq: int
+
+
+@dataclass(frozen=True, slots=True)
+class Divert:
+    """The parcel is surely on board: send the vehicle to the alternate, at `seq`. If it fails, the mission goes on."""
+
+    seq: int
+
+
+@dataclass(frozen=True, slots=True)
+class Finish:
+    """The drop is over. Emitted exactly once."""
+
+    outcome: DropOutcome
+    certainty: Certainty
+    reason: Reason
+
+
+DropEffect = SendRelease | Resume | Divert | Finish
+
+
+# The terms of one supervised drop: where, how long the hold is, and what must be true before a release.
+
+
+@dataclass(frozen=True, slots=True)
+class DropTerms:
+    """Fixed for the whole drop. Seconds are real time except `hold_s`, which is the vehicle's.
+
+    `release_latency_s` is the longest time a sent release may take to act: loop, link and servo together. A release
+    is sent only if that much of the hold is left. `resume_s` is the longest time the order to move on may take.
+    `consent_timeout_s`: how long an operator may take to answer; None as long as the hold allows.
+    `target_max_speed_m_s`: None if the drop has no moving target.
+    `has_gripper`: it is PX4's gripper, whose output can be watched, and no winch.
+    `alternate_seq` leads to the other place for the parcel, None if there is none; the vehicle waits `leave_s` longer
+    than `hold_s` for it, and nothing is released in that time.
+    """
+
+    hold_seqs: tuple[int, ...]
+    resume_seq: int
+    hold_s: float
+    acceptance_radius_m: float
+    max_offset_m: float
+    landed: bool = False
+    has_gripper: bool = True
+    needs_consent: bool = False
+    consent_timeout_s: float | None = None
+    target_max_speed_m_s: float | None = None
+    max_target_age_s: float = STALE_S
+    alternate_seq: int | None = None
+    leave_s: float = 0.0
+    max_ground_speed_m_s: float = 0.5
+    max_attempts: int = 3
+    release_latency_s: float = 1.0
+    resume_s: float = 3.5
+    retry_pause_s: float = 0.3
+    max_position_age_s: float = 1.0
+    output_wait_s: float = 1.0
+    calm_s: float = 0.2
+    reentry_calm_s: float = 1.5
+
+    @classmethod
+    def of(cls, drop: CompiledDrop, max_offset_m: float, target_max_speed_m_s: float | None = None) -> DropTerms:
+        """The terms of a compiled drop. A rover or a landed vehicle waits in NAV_DELAY, others in the waypoint."""
+        return cls(
+            hold_seqs=drop.hold_seqs,
+            resume_seq=drop.resume_seq,
+            hold_s=drop.hold_s,
+            acceptance_radius_m=drop.acceptance_radius_m,
+            max_offset_m=max_offset_m,
+            landed=drop.landed,
+            has_gripper=drop.command is MavCmd.DO_GRIPPER,
+            needs_consent=drop.needs_consent,
+            consent_timeout_s=drop.consent_timeout_s,
+            target_max_speed_m_s=target_max_speed_m_s,
+            alternate_seq=drop.alternate_seq,
+            leave_s=drop.leave_s,
+        )
+
+
+# A hold may have begun this long before the link showed it: HEARTBEAT and MISSION_CURRENT come at 1 Hz,
+# EXTENDED_SYS_STATE at 1 Hz on a ground-station link (px4-traces 01).
+LATE_SIGN_S = 1.1
+# How far outside the acceptance radius a vehicle must be seen to be sure that its hold has not begun.
+OUTSIDE_MARGIN_M = 1.0
+GRIPPER_OPEN_US = 1000
+GRIPPER_CLOSED_US = 2000
+"""PX4's payload deliverer: 2000 grab, 1000 release, 900 while disarmed [us]."""
+
+
+@dataclass(frozen=True, slots=True)
+class HoldClock:
+    """`not_begun_at_s`: the vehicle's time at which the hold had surely not begun; None if that was never seen."""
+
+    not_begun_at_s: float | None = None
+
+    def observed(self, seen: Observation, terms: DropTerms) -> HoldClock:
+        """The clock after an observation. Law: with more observations the time left is never over-estimated."""
+        if seen.boot_s is None or not seen.connected:
+            return self
+        sign_s = _surely_before(seen, terms)
+        if sign_s is None or (self.not_begun_at_s is not None and sign_s <= self.not_begun_at_s):
+            return self
+        return replace(self, not_begun_at_s=sign_s)
+
+    def left_s(self, seen: Observation, terms: DropTerms) -> float:
+        """Seconds of our time surely left; 0 or less if it may be over or its start was not seen."""
+        if self.not_begun_at_s is None or seen.boot_s is None or seen.position_age_s is None:
+            return 0.0
+        vehicle_now_s = seen.boot_s + seen.position_age_s * seen.clock_rate
+        return (self.not_begun_at_s + terms.hold_s - vehicle_now_s) / max(seen.clock_rate, 0.01)
+
+    def waits_longer_than(self, needed_s: float, seen: Observation, terms: DropTerms) -> bool:
+        """Whether the vehicle surely still waits for so long, the time to leave for an alternate included."""
+        is_known = self.not_begun_at_s is not None and seen.boot_s is not None and seen.position_age_s is not None
+        return is_known and self.left_s(seen, terms) + terms.leave_s / max(seen.clock_rate, 0.01) > needed_s
+
+
+def _surely_before(seen: Observation, terms: DropTerms) -> float | None:
+    """The vehicle's time up to which this observation proves that the hold had not begun; None if it proves nothing."""
+    assert seen.boot_s is not None
+    late_s = seen.boot_s - LATE_SIGN_S
+    if seen.mode is not FlightMode.MISSION:
+        return late_s  # PX4 starts the item anew when Mission mode is entered again
+    if seen.mission_seq is not None and seen.mission_seq not in terms.hold_seqs:
+        return late_s
+    if terms.landed:
+        return late_s if seen.landed is not LandedState.ON_GROUND else None
+    if seen.offset_m is not None and seen.offset_m > terms.acceptance_radius_m + OUTSIDE_MARGIN_M:
+        return seen.boot_s
+    return None

@@ -1,0 +1,321 @@
+"""How far a vehicle is in its mission, from MISSION_CURRENT and MISSION_ITEM_REACHED, per visit.
+
+PX4 repeats REACHED about ten times and may also lose it, and an item may be current for 20 ms only. So an item counts
+as passed when a later one is current or when it, or a later one, was reached. With jumps an item is visited again.
+
+The two overtake each other by up to a second: PX4's links share the item that they last showed, so the link that does
+not notice its change first shows it a second later, and what changes at once comes as MISSION_CURRENT before REACHED.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+from app.domain.mission.mission import CompiledDrop, MavCmd, Mission, MissionItem
+from app.domain.vehicle.state import FlightMode, MissionState, VehicleState
+
+# Whether MISSION_CURRENT's "complete" is about the mission.
+#
+# PX4 has one such word for all modes. A Land mode that a failsafe entered says complete as it touches down, and
+# Takeoff mode at its altitude, with any mission stored (px4-traces 22, 25); and the word stays when the vehicle,
+# disarmed, goes to Hold. A mission that ends in a landing item stays in Mission mode, one that ends in a return item
+# is in Return.
+
+
+_OTHER_ENDS: Final = frozenset({FlightMode.LAND, FlightMode.TAKEOFF})
+
+
+@dataclass(frozen=True, slots=True)
+class MissionCompleteDetector:
+    """`of_other_mode`: complete was first seen in Land or Takeoff mode, and has been said ever since."""
+
+    said: bool = False
+    of_other_mode: bool = False
+
+    def seen(self, state: VehicleState) -> MissionCompleteDetector:
+        """The sign after a look at a connected vehicle."""
+        if state.mission_state is not MissionState.COMPLETE:
+            return MissionCompleteDetector()
+        if self.said:
+            return self
+        return replace(self, said=True, of_other_mode=state.mode in _OTHER_ENDS)
+
+    def says_done(self, state: VehicleState, *, last_seq: int) -> bool:
+        """Whether the mission is done by this sign."""
+        return self.said and not self.of_other_mode and state.mission_seq == last_seq
+
+
+@dataclass(frozen=True, slots=True)
+class MissionProgress:
+    """`current` is the item being flown; `passed_to` the highest seq passed in this visit (-1: none).
+
+    `shown` is what MISSION_CURRENT said last: only its own steps back are a way back. `left_to` is how far the visit
+    before a way back came, whose REACHED may come late. `jumps` maps a DO_JUMP to where it leads: to its target, or
+    further if that is no place. `flown` holds the plan items passed, in order, once per visit. Law: it only grows. What
+    lies in one of the `detours` counts only if the vehicle was seen there: the mission jumps over it.
+    """
+
+    last_seq: int
+    jumps: Mapping[int, range]
+    plan_item_of: Mapping[int, str]
+    detours: tuple[range, ...] = ()
+    current: int | None = None
+    shown: int | None = None
+    left_to: int = -1
+    passed_to: int = -1
+    flown: tuple[str, ...] = field(default=())
+
+    @classmethod
+    def of(cls, mission: Mission) -> MissionProgress:
+        """The progress before the start."""
+        jumps = {item.seq: _landing(mission, item) for item in mission.items if item.command is MavCmd.DO_JUMP}
+        last_seq = len(mission.items) - 1
+        return cls(last_seq=last_seq, jumps=jumps, plan_item_of=mission.plan_item_of, detours=mission.detours)
+
+    @property
+    def item_id(self) -> str | None:
+        """The plan item that is being flown."""
+        return None if self.current is None else self.plan_item_of.get(self.current)
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether the last item was passed."""
+        return self.passed_to >= self.last_seq
+
+    def is_behind(self, state: VehicleState, mission_id: int | None) -> bool:
+        """Whether a vehicle that holds now names this mission and is further in it than it was seen."""
+        named = mission_id is not None and state.mission_id == mission_id
+        ahead = self.current is not None and (state.mission_seq or 0) > self.current
+        return named and ahead and state.mode is FlightMode.HOLD
+
+    def now_current(self, seq: int) -> MissionProgress:
+        """MISSION_CURRENT shows `seq`. Going back along a jump passes what lay before the jump."""
+        if seq == self.shown or not 0 <= seq <= self.last_seq:
+            return self
+        before, now = self.shown, replace(self, shown=seq)
+        if before is not None and seq < before:
+            return now._gone_back(seq)
+        return now.begun(seq)
+
+    def begun(self, seq: int) -> MissionProgress:
+        """`seq` is being flown, whatever told it. Never a way back: MISSION_CURRENT may only come later."""
+        if self.current is not None and seq <= self.current:
+            return self
+        return replace(self._passed(seq - 1, seen_at=seq), current=seq)
+
+    def reached(self, seq: int) -> MissionProgress:
+        """MISSION_ITEM_REACHED says `seq`: it and all before it in this visit are passed."""
+        if self.current is not None and self.current < seq <= self.left_to:
+            return self  # of the visit before, or it counts as soon as it is current
+        return self._passed(min(seq, self.last_seq))
+
+    def completed(self) -> MissionProgress:
+        """MISSION_CURRENT.mission_state says complete: the last item is passed."""
+        return self._passed(self.last_seq)
+
+    def also_flown(self, plan_item_id: str, *, through_seq: int) -> MissionProgress:
+        """A supervised drop is over: its hold is passed, and then the drop, unless it was itself the hold (a delay)."""
+        passed = self._passed(through_seq)
+        if passed.flown[-1:] == (plan_item_id,):
+            return passed
+        return replace(passed, flown=(*passed.flown, plan_item_id))
+
+    def _gone_back(self, seq: int) -> MissionProgress:
+        over = [at for at, landing in self.jumps.items() if seq in landing and at >= (self.current or 0)]
+        before = self._passed(min(over) - 1) if over else self
+        back_to = self.jumps[min(over)].start if over else seq
+        back = replace(before, current=back_to, passed_to=back_to - 1, left_to=before.passed_to)
+        return back.begun(seq)
+
+    def _passed(self, seq: int, seen_at: int | None = None) -> MissionProgress:
+        flown = list(self.flown)
+        previous = self.plan_item_of.get(self.passed_to)
+        seen_at = seq if seen_at is None else seen_at
+        skipped = [detour for detour in self.detours if seen_at not in detour and self.current not in detour]
+        for passing in range(self.passed_to + 1, seq + 1):
+            item_id = self.plan_item_of.get(passing)
+            if any(passing in detour for detour in skipped):
+                continue
+            if item_id is not None and item_id != previous and passing not in self.jumps:
+                flown.append(item_id)
+            previous = item_id
+        return replace(self, passed_to=max(self.passed_to, seq), flown=tuple(flown))
+
+
+def _landing(mission: Mission, jump: MissionItem) -> range:
+    """The target of a jump, and what may be shown in its stead: DO_ items are current for a moment only."""
+    target = end = int(jump.param1)
+    while end < jump.seq and mission.items[end].command.name.startswith("DO_"):
+        end += 1
+    return range(target, end + 1)
+
+
+# Which of a mission's gripper items has its turn: one output shows them all, and each drop must know its own.
+
+
+_RELEASE = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class GripperTurns:
+    """The place of one embedded drop among the mission's gripper items, as sequence numbers.
+
+    `approach_seq` is the first item of its approach, `earlier_seq` the last release before its own (-1: none),
+    `grab_seq` and `next_seq` the first grab and the first release after it (None: none).
+    """
+
+    approach_seq: int
+    release_seq: int
+    earlier_seq: int = -1
+    grab_seq: int | None = None
+    next_seq: int | None = None
+
+    @classmethod
+    def of(cls, drop: CompiledDrop, mission: Mission) -> GripperTurns:
+        """The turns of an embedded drop. A supervised release happens in its hold."""
+        own = drop.resume_seq if drop.release_seq is None else drop.release_seq
+        items = [item for item in mission.items if item.command is MavCmd.DO_GRIPPER]
+        releases = {item.seq for item in items if item.param2 == _RELEASE}
+        supervised = [other for other in mission.drops if other.supervised]
+        supervised += [other.alternate for other in supervised if other.alternate is not None]
+        releases |= {max(other.hold_seqs) for other in supervised}
+        grabs = {item.seq for item in items if item.param2 != _RELEASE}
+        return cls(
+            approach_seq=min(drop.hold_seqs),
+            release_seq=own,
+            earlier_seq=max((seq for seq in releases if seq < own), default=-1),
+            grab_seq=min((seq for seq in grabs if seq > own), default=None),
+            next_seq=min((seq for seq in releases if seq > own), default=None),
+        )
+
+    def has_passed(self, progress: MissionProgress) -> bool:
+        """Whether the release is passed in this visit."""
+        return progress.passed_to >= self.release_seq
+
+    def is_at_item(self, progress: MissionProgress) -> bool:
+        """Whether the mission is at the drop: on its way to it, or in it."""
+        return progress.current is not None and self.approach_seq <= progress.current <= self.release_seq
+
+    def has_earlier_passed(self, progress: MissionProgress) -> bool:
+        """Whether no other release is to come before this one."""
+        return progress.passed_to >= self.earlier_seq
+
+    def is_regrabbed(self, progress: MissionProgress) -> bool:
+        """Whether a later grab is being done, or passed."""
+        return _had_its_turn(self.grab_seq, progress)
+
+    def is_reopened(self, progress: MissionProgress) -> bool:
+        """Whether a later release is being done, or passed."""
+        return _had_its_turn(self.next_seq, progress)
+
+
+def _had_its_turn(seq: int | None, progress: MissionProgress) -> bool:
+    return seq is not None and (progress.passed_to >= seq or progress.current == seq)
+
+
+# When each item of a flight began and ended, on the vehicle's own clock, from what a link shows of it.
+#
+# PX4 reports some items as reached before they are done: a landing when it is over its point, a return as it begins,
+# a VTOL's takeoff and transition when it has turned. Those end when the next item is current, or with the landing.
+
+
+REPORTED_EARLY: Final = frozenset(
+    {
+        MavCmd.NAV_LAND,
+        MavCmd.NAV_VTOL_LAND,
+        MavCmd.NAV_RETURN_TO_LAUNCH,
+        MavCmd.NAV_VTOL_TAKEOFF,
+        MavCmd.DO_VTOL_TRANSITION,
+    }
+)
+
+
+@dataclass(frozen=True, slots=True)
+class EndedItem:
+    """One visit of a plan item, in seconds of the vehicle's clock; None: not seen. `paused_s`: of them in a pause."""
+
+    item_id: str
+    began_s: float | None
+    ended_s: float | None
+    paused_s: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class ItemTimes:
+    """`seqs` are the first and the last mission item of each plan item, `early` those that are reported early.
+
+    `counted` is how many of the flown items have ended. `ahead`: the next one ended already, at a drop's release.
+    `began_s`: when the item under way began, None if that was not seen. `paused_s`: how long the run was paused since.
+    """
+
+    seqs: Mapping[str, tuple[int, int]]
+    early: frozenset[str]
+    counted: int = 0
+    began_s: float | None = None
+    ahead: bool = False
+    paused_s: float = 0.0
+
+    @classmethod
+    def of(cls, mission: Mission) -> ItemTimes:
+        """Before the start."""
+        seqs: dict[str, tuple[int, int]] = {}
+        for seq, item_id in sorted(mission.plan_item_of.items()):
+            seqs[item_id] = (seqs.get(item_id, (seq, seq))[0], seq)
+        commands = {item.seq: item.command for item in mission.items}
+        early = frozenset(item_id for item_id, (_, last) in seqs.items() if commands.get(last) in REPORTED_EARLY)
+        return cls(seqs, early)
+
+    def started(self, now_s: float | None) -> ItemTimes:
+        """The first item begins."""
+        return self._next(now_s)
+
+    def paused(self, seconds: float) -> ItemTimes:
+        """The run was paused for so long, in the item under way."""
+        return replace(self, paused_s=self.paused_s + max(0.0, seconds))
+
+    def taken_up(self, flown: int) -> ItemTimes:
+        """Somebody else, or nobody, saw the first `flown` items."""
+        return replace(self._next(None), counted=flown)
+
+    def flown_on(self, mission: Mission, began_s: float | None) -> ItemTimes:
+        """Another mission goes on behind the items that were counted; its first item began then."""
+        return replace(ItemTimes.of(mission), counted=self.counted, began_s=began_s)
+
+    def releases(self, anchor_id: str, now_s: float | None) -> tuple[ItemTimes, tuple[EndedItem, ...]]:
+        """A supervised release is ordered: the item at which the vehicle waits for it is over, and the drop begins."""
+        if self.ahead:
+            return self, ()
+        ended = EndedItem(anchor_id, self.began_s, now_s, self.paused_s)
+        return replace(self._next(now_s), ahead=True), (ended,)
+
+    def seen(
+        self, progress: MissionProgress, now_s: float | None, *, landed: bool, gap: bool
+    ) -> tuple[ItemTimes, tuple[EndedItem, ...]]:
+        """What ended since the last look. `gap`: the vehicle was not heard for a while, so nobody saw when."""
+        times, ended = self, []
+        while times.counted < len(progress.flown):
+            item_id = progress.flown[times.counted]
+            is_newest = times.counted == len(progress.flown) - 1
+            if is_newest and times._is_under_way(item_id, progress) and not (landed and item_id in times.early):
+                break
+            at_s = None if gap else now_s
+            if not times.ahead:
+                ended.append(EndedItem(item_id, times.began_s, at_s, times.paused_s))
+                times = times._next(at_s)
+            times = replace(times, counted=times.counted + 1, ahead=False)
+        if gap and times.counted > self.counted:
+            times = replace(times, began_s=None)
+        return times, tuple(ended)
+
+    def _next(self, began_s: float | None) -> ItemTimes:
+        return replace(self, began_s=began_s, paused_s=0.0)
+
+    def _is_under_way(self, item_id: str, progress: MissionProgress) -> bool:
+        """Only the first of its mission items are passed, or it is reported as reached and still being done."""
+        first, last = self.seqs.get(item_id, (0, -1))
+        if first <= progress.passed_to < last:
+            return True
+        is_current = progress.current is None or progress.current <= last
+        return item_id in self.early and progress.passed_to >= last and is_current

@@ -1,0 +1,186 @@
+"""Which vehicle gets a job: what speaks against each, how well each fits, and the choice among them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from app.domain.autopilot import autopilot
+from app.domain.geo import distance_m
+from app.domain.jobs.job import Candidate, Refusal, VehicleRefusal, Wish
+from app.domain.plan import Plan
+from app.domain.reasons import Reason, ReasonCode, because
+from app.domain.validation.finding import Finding, Severity
+from app.domain.vehicle.state import LandedState, VehicleState
+
+# What speaks against a vehicle now, whatever the plan: a job is never begun, nor a start asked, over any of it.
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleSight:
+    """One vehicle as the queue sees it. `held_by`: the run or job that has it. `stopped`: why its queue stands."""
+
+    vehicle_id: str
+    state: VehicleState
+    quarantined: Reason | None = None
+    held_by: str | None = None
+    lease_holder: str | None = None
+    stopped: Reason | None = None
+
+
+def why_not_ready(sight: VehicleSight) -> tuple[Refusal, ...]:
+    """Every reason; none: landed, disarmed, connected, free. What is not known counts as a reason."""
+    return tuple(_reasons(sight))
+
+
+def why_not_wished(vehicle_id: str, battery_percent: float | None, wish: Wish) -> tuple[Refusal, ...]:
+    """What the job itself asks of the vehicle, and it has not."""
+    return tuple(_unwished(vehicle_id, battery_percent, wish))
+
+
+def _reasons(sight: VehicleSight) -> Iterator[Refusal]:
+    state = sight.state
+    if sight.quarantined is not None:
+        hint = f"give each vehicle its own {autopilot().system_id_name}, then restart Waydrop"
+        yield _refusal(VehicleRefusal.QUARANTINED, "it is quarantined: two vehicles have its system id", hint)
+    if not state.connected:
+        yield _refusal(VehicleRefusal.DISCONNECTED, "its link is lost")
+    if sight.held_by is not None:
+        yield _refusal(VehicleRefusal.BUSY, f"it has {sight.held_by}", "wait until that is over")
+    if sight.lease_holder is not None:
+        yield _refusal(VehicleRefusal.LEASED, f"{sight.lease_holder} has its offboard lease")
+    if state.armed is not False:
+        yield _refusal(VehicleRefusal.ARMED, "it is armed" if state.armed else "it does not tell whether it is armed")
+    if state.landed is not LandedState.ON_GROUND:
+        yield _refusal(VehicleRefusal.NOT_LANDED, f"it is not known to be on the ground (landed: {state.landed.value})")
+    if state.in_failsafe:
+        yield _refusal(VehicleRefusal.IN_FAILSAFE, "it acts on a failsafe")
+    if sight.stopped is not None:
+        hint = f"look at the vehicle, then POST /api/v1/job-queues/{sight.vehicle_id}/resume"
+        refusal = _refusal(VehicleRefusal.QUEUE_STOPPED, "its queue is stopped", hint)
+        yield refusal.model_copy(update={"reason": sight.stopped})
+
+
+def _unwished(vehicle_id: str, battery_percent: float | None, wish: Wish) -> Iterator[Refusal]:
+    if not wish.allows(vehicle_id):
+        refusal = _refusal(VehicleRefusal.NOT_ALLOWED, f"the job names {', '.join(wish.named)}")
+        yield refusal.model_copy(update={"lasting": True})
+    least = wish.min_battery_percent
+    if least > 0 and battery_percent is None:
+        hint = "min_battery_percent 0 takes a vehicle that does not tell"
+        yield _refusal(VehicleRefusal.BATTERY_UNKNOWN, "it does not tell its battery", hint)
+    elif battery_percent is not None and battery_percent < least:
+        message = f"its battery has {battery_percent:.0f} %, the job asks for {least:g} %"
+        yield _refusal(VehicleRefusal.BATTERY_LOW, message, "charge it, or ask for less")
+
+
+def _refusal(code: VehicleRefusal, message: str, hint: str = "") -> Refusal:
+    return Refusal(code=code.value, message=message, hint=hint)
+
+
+# Whether a vehicle can fly a plan, by the rules with its own parameters, and how far away from it it is.
+
+
+NOBODY_READS: Final = frozenset({"vehicle.home_differs"})
+"""Warnings that a person who names a vehicle may judge. Where Waydrop chooses nobody would read them: they refuse."""
+
+
+_PASSING: Final = frozenset({"vehicle.home_unknown", "vehicle.home_differs", "vehicle.clock_too_fast"})
+"""What stands against a vehicle now and may be otherwise in a moment, or where it lands next."""
+
+
+def why_unfit(findings: Iterable[Finding], *, we_choose: bool, at_best: Collection[str] = ()) -> tuple[Refusal, ...]:
+    """The findings that stand against a vehicle.
+
+    `at_best` are the codes of the errors that stay with a full battery where the plan begins: those are lasting.
+    """
+    return tuple(
+        Refusal(
+            code=found.code,
+            message=found.message,
+            hint=found.hint,
+            pointer=found.pointer,
+            lasting=found.code in at_best and found.code not in _PASSING,
+        )
+        for found in findings
+        if found.severity is Severity.ERROR or (we_choose and found.code in NOBODY_READS)
+    )
+
+
+def beginning_of(plan: Plan) -> tuple[float, float] | None:
+    """Where the plan begins, in degrees: its home, else its first place. None: wherever the vehicle is."""
+    if plan.home is not None:
+        return plan.home.latitude_deg, plan.home.longitude_deg
+    point = next((point for item in plan.items if (point := item.point()) is not None), None)
+    return None if point is None else (point.latitude_deg, point.longitude_deg)
+
+
+def distance_to(beginning: tuple[float, float] | None, state: VehicleState) -> float | None:
+    """Metres over ground from the vehicle; None if either is not known."""
+    if beginning is None or state.latitude_deg is None or state.longitude_deg is None:
+        return None
+    return round(distance_m(state.latitude_deg, state.longitude_deg, *beginning), 1)
+
+
+# Chooses among the vehicles that can: the nearest, then the one with most battery, then by id. Always the same.
+
+
+NEAR_M: Final = 10.0
+"""Who is at most this much farther than the nearest is as near: vehicles of one place are told apart by battery."""
+
+TOLD: Final = 5
+"""Vehicles that a warning names; the candidates have them all."""
+
+
+def choose(candidates: Sequence[Candidate]) -> tuple[Candidate, ...]:
+    """The candidates in the order of their ids, at most one of them chosen, each that can with a reason."""
+    able = [one for one in candidates if one.can]
+    best = _best(able) if able else None
+    listed = (one if not one.can or best is None else _told(one, best, alone=len(able) == 1) for one in candidates)
+    return tuple(sorted(listed, key=lambda one: by_number(one.vehicle_id)))
+
+
+def chosen_of(candidates: Sequence[Candidate]) -> Candidate | None:
+    """The one that was chosen."""
+    return next((one for one in candidates if one.chosen), None)
+
+
+def hopeless(candidates: Sequence[Candidate]) -> str:
+    """Why waiting alone gives the job to none of these vehicles; empty if it may, or if there are none."""
+    if not candidates or not all(one.lasting for one in candidates):
+        return ""
+    told = [f"{one.vehicle_id}: {_lasting(one)}" for one in candidates[:TOLD]]
+    others = [f"and {len(candidates) - TOLD} more"] if len(candidates) > TOLD else []
+    return f"no vehicle can fly it as it is, and waiting does not change that ({'; '.join([*told, *others])})"
+
+
+def by_number(vehicle_id: str) -> tuple[int, str]:
+    """v2 before v10."""
+    return len(vehicle_id), vehicle_id
+
+
+def _best(able: Sequence[Candidate]) -> Candidate:
+    nearest_m = min(_metres(one) for one in able)
+    near = [one for one in able if _metres(one) <= nearest_m + NEAR_M]
+    return min(near, key=lambda one: (-_percent(one), by_number(one.vehicle_id)))
+
+
+def _told(one: Candidate, best: Candidate, *, alone: bool) -> Candidate:
+    if one is best:
+        why = because(ReasonCode.ONLY_CANDIDATE if alone else ReasonCode.CHOSEN)
+        return one.model_copy(update={"chosen": True, "reason": why})
+    return one.model_copy(update={"reason": because(ReasonCode.ANOTHER_CHOSEN, vehicle_id=best.vehicle_id)})
+
+
+def _lasting(one: Candidate) -> str:
+    return next((refusal.message for refusal in one.refusals if refusal.lasting), "see its refusals")
+
+
+def _metres(one: Candidate) -> float:
+    return math.inf if one.distance_m is None else one.distance_m
+
+
+def _percent(one: Candidate) -> float:
+    return -1.0 if one.battery_percent is None else one.battery_percent

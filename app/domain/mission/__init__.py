@@ -1,0 +1,1 @@
+"""The mission: what a vehicle gets, and how a plan is compiled to it."""

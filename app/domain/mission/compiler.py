@@ -1,0 +1,355 @@
+"""The compiler: a plan becomes MISSION_ITEM_INTs, numbered, with the map from seq back to plan item."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+from app.domain.autopilot import Quantity, behaviour, quantity
+from app.domain.errors import PlanRejectedError
+from app.domain.items import Drop, Stop
+from app.domain.items.base import Draft, Site, command_draft, degrees_e7
+from app.domain.items.change_speed import speed_drafts
+from app.domain.items.delay import delay_draft
+from app.domain.mission.mission import NAN, CompiledDrop, MavCmd, MavFrame, Mission, MissionItem, MissionType
+from app.domain.plan.document import Geofence, Plan, RallyPoint
+from app.domain.plan.drops import LEAVE_S, DropUse, alternate_drop, drops_of
+from app.domain.plan.walk import Step, reference_home, speeds_along, walk
+from app.domain.vehicle.state import FlightRegime, GlobalPosition, VehicleProfile, VehicleType
+
+# The list in which mission items get their numbers.
+
+
+@dataclass(slots=True)
+class DraftList:
+    """Items in flying order, each with the plan item that it came from."""
+
+    drafts: list[Draft] = field(default_factory=list)
+    owners: list[str] = field(default_factory=list)
+
+    def add(self, owner: str, draft: Draft) -> int:
+        """Append; the seq that the item will have."""
+        self.drafts.append(draft)
+        self.owners.append(owner)
+        return len(self.drafts) - 1
+
+    @property
+    def next_seq(self) -> int:
+        return len(self.drafts)
+
+    def number(self) -> tuple[MissionItem, ...]:
+        """Contiguous items; the first is current; jumps point at the first item of their target."""
+        first: dict[str, int] = {}
+        for seq, owner in enumerate(self.owners):
+            first.setdefault(owner, seq)
+        return tuple(_numbered(seq, draft, first) for seq, draft in enumerate(self.drafts))
+
+    def plan_item_of(self) -> Mapping[int, str]:
+        return dict(enumerate(self.owners))
+
+
+def _numbered(seq: int, draft: Draft, first: Mapping[str, int]) -> MissionItem:
+    param1 = draft.params[0]
+    if draft.jump_to is not None:
+        if draft.jump_to not in first:
+            raise PlanRejectedError(f"the jump's target {draft.jump_to} is no item of the mission")
+        param1 = float(first[draft.jump_to])
+    return MissionItem(
+        seq,
+        draft.frame,
+        draft.command,
+        param1,
+        *draft.params[1:],
+        x=draft.x,
+        y=draft.y,
+        z=draft.z,
+        current=seq == 0,
+    )
+
+
+# Drops as mission items: each expectation of the plan becomes items that really have that effect on PX4.
+#
+# A stopped drop from a rotary wing: hold and acceptance radius together at the waypoint (the gripper item itself does
+# not brake in current firmware). On the ground and on wheels: NAV_DELAY. A moving drop: no hold at all.
+
+
+STOP_RADIUS_M = 1.0
+"""Acceptance radius of a stop. Flown: 1 m with a hold stops 0.9 m away at 0.1 m/s; the default 10 m does not stop."""
+EMBEDDED_HOLD_S = 5.0
+"""Hold before an embedded release: with 1 m radius it leaves time to come to rest (flown with 5 s)."""
+PAUSE_S = 1.0
+"""Between two drops at one place, and after a drop that is the last item: something that is no release must follow."""
+
+
+def add_waypoint_with_drop(drafts: DraftList, item: Stop, drop: DropUse) -> None:
+    """The waypoint of a stopped drop from a rotary wing: it brakes there and waits."""
+    hold_s = drop.item.hold_s if drop.supervised else EMBEDDED_HOLD_S
+    hold_s = max(hold_s, item.hovers_s()) + _leave_s(drop)
+    drafts.add(item.id, item.waypoint_draft(hold_s, stop_radius_m(item.reach_m())))
+
+
+def add_drop(drafts: DraftList, drop: DropUse, facts: VehicleProfile, ground_speed_m_s: float) -> CompiledDrop:
+    """The items of one drop, and what the run must know of them."""
+    place = _place(drop)
+    hold_seqs = _add_hold(drafts, drop, place)
+    release_seq = None
+    if not drop.supervised:
+        release_seq = drafts.add(drop.item.id, drop.item.release_draft())
+        if drop.stopped:
+            drafts.add(drop.item.id, delay_draft(settle_s(drop.item, facts)))
+    stops_in_air = drop.stopped and drop.carried is FlightRegime.ROTARY_WING
+    own_m, reach_m = place.reach_m(), behaviour(facts).reach_m
+    radius_m = stop_radius_m(own_m) if stops_in_air else reach_m(drop.carried, ground_speed_m_s, own_m)
+    release = drop.item.release_draft()
+    return CompiledDrop(
+        plan_item_id=drop.item.id,
+        supervised=drop.supervised,
+        stopped=drop.stopped,
+        hold_seqs=hold_seqs,
+        resume_seq=hold_seqs[-1] + 1 if drop.supervised else drafts.next_seq,
+        release_seq=release_seq,
+        command=release.command,
+        params=(*release.params, NAN, NAN, NAN),
+        latitude_deg=place.latitude_deg,
+        longitude_deg=place.longitude_deg,
+        hold_s=bound_s(drop),
+        acceptance_radius_m=radius_m,
+        landed=drop.carried is FlightRegime.GROUND,
+        needs_consent=drop.item.consent == "operator",
+        consent_timeout_s=drop.item.consent_timeout_s,
+    )
+
+
+def brakes_at_waypoint(drop: DropUse) -> bool:
+    """The hold of this drop is part of its waypoint. A supervised one is commanded there, so a delay must be over."""
+    return (
+        drop.first
+        and not (drop.supervised and drop.delayed)
+        and drop.stopped
+        and drop.carried is FlightRegime.ROTARY_WING
+        and drop.anchor is not None
+        and drop.anchor.item.holds()
+    )
+
+
+def bound_s(drop: DropUse) -> float:
+    """How long a release can be sent to the vehicle that waits for this drop."""
+    brakes = brakes_at_waypoint(drop)
+    if not drop.supervised:
+        return EMBEDDED_HOLD_S if brakes else 0.0
+    return max(drop.item.hold_s, drop.anchor.item.hovers_s() if drop.anchor is not None and brakes else 0.0)
+
+
+def settle_s(item: Drop, facts: VehicleProfile) -> float:
+    """How long an embedded, stopped drop takes."""
+    return item.settle_s(quantity(facts, Quantity.GRIPPER_S))
+
+
+def stop_radius_m(own_m: float | None) -> float:
+    """Acceptance radius of a stop: the item's own if it is smaller than what makes it stop."""
+    return min(own_m or STOP_RADIUS_M, STOP_RADIUS_M)
+
+
+def _add_hold(drafts: DraftList, drop: DropUse, place: Stop) -> tuple[int, ...]:
+    """Where the vehicle waits for this drop; adds items if the place itself does not hold."""
+    anchor_seqs = [seq for seq, owner in enumerate(drafts.owners) if owner == place.id]
+    if brakes_at_waypoint(drop) and drop.supervised:
+        return (anchor_seqs[-1],)
+    if drop.first and not drop.supervised:
+        return tuple(range(anchor_seqs[-1], drafts.next_seq))
+    if drop.carried is FlightRegime.ROTARY_WING and drop.stopped:
+        hold_s = drop.item.hold_s + _leave_s(drop) if drop.supervised else PAUSE_S
+        return (drafts.add(drop.item.id, place.waypoint_draft(hold_s, stop_radius_m(place.reach_m()))),)
+    own = drafts.add(drop.item.id, delay_draft(drop.item.hold_s + _leave_s(drop) if drop.supervised else PAUSE_S))
+    return (anchor_seqs[-1], own) if anchor_seqs[-1] == own - 1 else (own,)
+
+
+def _leave_s(drop: DropUse) -> float:
+    return 0.0 if drop.alternate is None else LEAVE_S
+
+
+def _place(drop: DropUse) -> Stop:
+    item = drop.anchor.item if drop.anchor is not None else None
+    if not isinstance(item, Stop):
+        raise PlanRejectedError(f"the drop {drop.item.id} follows no waypoint, loiter or landing")
+    return item
+
+
+# The geofence and the rally points as mission items of their own lists.
+
+
+_VERTEX = {
+    "inclusion": MavCmd.NAV_FENCE_POLYGON_VERTEX_INCLUSION,
+    "exclusion": MavCmd.NAV_FENCE_POLYGON_VERTEX_EXCLUSION,
+}
+_CIRCLE = {"inclusion": MavCmd.NAV_FENCE_CIRCLE_INCLUSION, "exclusion": MavCmd.NAV_FENCE_CIRCLE_EXCLUSION}
+
+
+def fence_items(fence: Geofence) -> tuple[MissionItem, ...]:
+    """param1 of a vertex is the number of vertices of its polygon, of a circle its radius in metres."""
+    points = enumerate(_fence_points(fence))
+    return tuple(_fence_item(seq, command, param1, x, y) for seq, (command, param1, x, y) in points)
+
+
+def rally_items(points: tuple[RallyPoint, ...]) -> tuple[MissionItem, ...]:
+    """NAV_RALLY_POINT items; unused parameters are 0 as PX4 reads them back."""
+    return tuple(_rally_item(seq, point) for seq, point in enumerate(points))
+
+
+def _fence_points(fence: Geofence) -> Iterator[tuple[MavCmd, float, int, int]]:
+    for polygon in fence.polygons:
+        for vertex in polygon.vertices:
+            corner = degrees_e7(vertex.latitude_deg), degrees_e7(vertex.longitude_deg)
+            yield _VERTEX[polygon.kind], float(len(polygon.vertices)), *corner
+    for circle in fence.circles:
+        yield _CIRCLE[circle.kind], circle.radius_m, degrees_e7(circle.latitude_deg), degrees_e7(circle.longitude_deg)
+
+
+def _fence_item(seq: int, command: MavCmd, param1: float, x: int, y: int) -> MissionItem:
+    # Frame 5 and autocontinue 0 are what PX4 reads back whatever was sent (seen on the wire).
+    return MissionItem(
+        seq,
+        MavFrame.GLOBAL_INT,
+        command,
+        param1,
+        0.0,
+        0.0,
+        0.0,
+        x=x,
+        y=y,
+        current=seq == 0,
+        autocontinue=False,
+        mission_type=MissionType.FENCE,
+    )
+
+
+def _rally_item(seq: int, point: RallyPoint) -> MissionItem:
+    absolute = point.absolute_altitude_m
+    return MissionItem(
+        seq,
+        MavFrame.GLOBAL_RELATIVE_ALT_INT if absolute is None else MavFrame.GLOBAL_INT,
+        MavCmd.NAV_RALLY_POINT,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        x=degrees_e7(point.latitude_deg),
+        y=degrees_e7(point.longitude_deg),
+        z=point.relative_altitude_m or 0.0 if absolute is None else absolute,
+        current=seq == 0,
+        mission_type=MissionType.RALLY,
+    )
+
+
+# The way to an alternate as mission items: on board from the start, and passed over by a jump before it.
+#
+# hold at the drop, DO_JUMP (to what follows), the alternate's waypoint (and delay), what follows
+#
+# A vehicle that is told nothing always takes the jump: only an item that is made current from outside leads into the
+# detour, and from its end the mission goes on by itself.
+
+
+ALWAYS: Final = 65535.0
+"""DO_JUMP's repeats as often as PX4 can count. It stores them unsigned, so the -1 of the MAVLink page may become 0,
+and that would be a jump that is never taken."""
+
+
+def add_detour(
+    drafts: DraftList, failed: CompiledDrop, there: DropUse, facts: VehicleProfile, ground_speed_m_s: float
+) -> CompiledDrop:
+    """Adds the jump and the alternate's items. The drop before them, with its alternate."""
+    place = there.anchor.item if there.anchor is not None else None
+    assert isinstance(place, Stop), "an alternate is a place and a drop"
+    jump_seq = drafts.add(failed.plan_item_id, command_draft(MavCmd.DO_JUMP, ALWAYS, ALWAYS))
+    first_seq = drafts.next_seq
+    if brakes_at_waypoint(there):
+        add_waypoint_with_drop(drafts, place, there)
+    else:
+        drafts.add(place.id, place.waypoint_draft(0.0, None))
+    alternate = add_drop(drafts, there, facts, ground_speed_m_s)
+    follows = drafts.next_seq
+    drafts.drafts[jump_seq] = command_draft(MavCmd.DO_JUMP, float(follows), ALWAYS)
+    return replace(failed, resume_seq=follows, alternate=alternate, alternate_seq=first_seq, leave_s=LEAVE_S)
+
+
+# A plan becomes a mission: every plan item in order, numbered, with the map back from seq to plan item.
+
+
+def compile_plan(plan: Plan, facts: VehicleProfile) -> Mission:
+    """The MISSION_ITEM_INT lists of a plan that passed the rules, for a vehicle with these facts.
+
+    Raises PlanRejectedError for what has no items at all: a vehicle of another type, a drop at no position, a jump to
+    nowhere, loiter turns. Everything else is left to the rules.
+    """
+    if facts.vehicle_type is not plan.vehicle_type:
+        raise PlanRejectedError(f"the plan is for a {plan.vehicle_type}, the vehicle is a {facts.vehicle_type}")
+    home = reference_home(plan, facts)
+    steps = walk(plan, home, in_flight=facts.in_flight)
+    drops = {drop.step.index: drop for drop in drops_of(steps)}
+    braking = {
+        drop.anchor.index: drop for drop in drops.values() if drop.anchor is not None and brakes_at_waypoint(drop)
+    }
+    drafts = DraftList()
+    compiled: list[CompiledDrop] = []
+    speeds = speeds_along(plan, facts, steps)
+    for step, speed_m_s in zip(steps, speeds, strict=True):
+        _add_cruise_speed(drafts, plan, step, facts)
+        if step.index in drops:
+            compiled += _add_drop(drafts, drops[step.index], home, facts, speed_m_s)
+        elif step.index in braking:
+            _add_braking_waypoint(drafts, step, braking[step.index], plan.vehicle_type)
+        else:
+            for draft in step.item.drafts(Site(step.start, step.end, home, facts)):
+                drafts.add(step.item.id, draft)
+            _add_cruise_speed_after_takeoff(drafts, plan, step)
+    _end_with_no_release(drafts, compiled)
+    return Mission(
+        items=drafts.number(),
+        fence=fence_items(plan.geofence),
+        rally=rally_items(plan.rally_points),
+        plan_item_of=drafts.plan_item_of(),
+        drops=tuple(compiled),
+    )
+
+
+def _add_drop(
+    drafts: DraftList, drop: DropUse, home: GlobalPosition, facts: VehicleProfile, speed_m_s: float
+) -> list[CompiledDrop]:
+    """The drop, with its alternate; nothing if it lets no parcel go."""
+    added = add_drop(drafts, drop, facts, speed_m_s)
+    there = alternate_drop(drop, home)
+    if there is not None:
+        added = add_detour(drafts, added, there, facts, speed_m_s)
+    return [added] if drop.releases else []
+
+
+def _add_braking_waypoint(drafts: DraftList, step: Step, drop: DropUse, vehicle_type: VehicleType) -> None:
+    assert isinstance(step.item, Stop), "only a stop brakes for a drop"
+    for draft in speed_drafts(step.item.asked_speed_m_s(), vehicle_type):
+        drafts.add(step.item.id, draft)
+    add_waypoint_with_drop(drafts, step.item, drop)
+
+
+def _add_cruise_speed(drafts: DraftList, plan: Plan, step: Step, facts: VehicleProfile) -> None:
+    """A rover never takes off, and a vehicle in flight has: their speed is set first of all."""
+    if step.index != 0:
+        return
+    speed_m_s = plan.cruise_speed_m_s if plan.vehicle_type is VehicleType.ROVER else None
+    if facts.in_flight is not None:
+        speed_m_s = facts.in_flight.asked_speed_m_s
+    for draft in speed_drafts(speed_m_s, plan.vehicle_type):
+        drafts.add(step.item.id, draft)
+
+
+def _add_cruise_speed_after_takeoff(drafts: DraftList, plan: Plan, step: Step) -> None:
+    """After the takeoff, because PX4 sets the speed for the way in which it flies at that moment."""
+    if step.item.takes_off and plan.vehicle_type is not VehicleType.ROVER:
+        for draft in speed_drafts(plan.cruise_speed_m_s, plan.vehicle_type):
+            drafts.add(step.item.id, draft)
+
+
+def _end_with_no_release(drafts: DraftList, compiled: list[CompiledDrop]) -> None:
+    """The item after a drop must exist: a supervised run moves the mission on to it."""
+    if compiled and compiled[-1].resume_seq == drafts.next_seq:
+        drafts.add(compiled[-1].plan_item_id, delay_draft(PAUSE_S))

@@ -1,0 +1,79 @@
+"""How tasks are flown: by a stream of setpoints, or, where the vehicle follows none that they need, by commands."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import StrEnum
+from typing import Final
+
+from app.domain.autopilot import autopilot
+from app.domain.errors import TaskRefusedError
+from app.domain.offboard.capability import YES, Capability, FirmwareProfile, FlightKind, Verdict
+from app.domain.offboard.messages import WIRE_FORMS
+
+# The autopilot's capability table, asked form by form.
+
+
+def capability(form: str, kind: FlightKind, profile: FirmwareProfile) -> Capability:
+    """The table's word on one form. KeyError for a form that does not exist."""
+    return Capability(form, WIRE_FORMS[form], autopilot().setpoints[kind][form].verdict(profile))
+
+
+def capabilities(kind: FlightKind, profile: FirmwareProfile) -> tuple[Capability, ...]:
+    """The whole column for one vehicle."""
+    return tuple(capability(form, kind, profile) for form in WIRE_FORMS)
+
+
+class ControlMethod(StrEnum):
+    """`setpoints`: in OFFBOARD mode. `commands`: in Hold, moved by DO_REPOSITION and DO_ORBIT."""
+
+    SETPOINTS = "setpoints"
+    COMMANDS = "commands"
+
+
+FORMS: Final[Mapping[FlightKind, tuple[str, ...]]] = {
+    FlightKind.ROTARY: ("velocity_ned", "position_ned"),
+    FlightKind.ROVER: ("velocity_ned", "position_ned"),
+    FlightKind.WING: ("position_velocity_ned",),
+    FlightKind.AIRSHIP: ("velocity_ned",),
+}
+"""The setpoint forms that a task is flown with."""
+_ALWAYS_STREAMED: Final = Verdict("tasks.not_commanded", "it follows setpoints on every firmware")
+_NO_CONTROLLER: Final = Verdict(
+    "setpoint.vehicle_unsupported", "PX4 has an attitude controller for airships and none that flies to a place"
+)
+COMMANDED: Final[Mapping[FlightKind, Verdict]] = {
+    FlightKind.ROTARY: _ALWAYS_STREAMED,
+    FlightKind.ROVER: _ALWAYS_STREAMED,
+    FlightKind.WING: YES,
+    FlightKind.AIRSHIP: _NO_CONTROLLER,
+}
+"""Whether DO_REPOSITION and DO_ORBIT do what a task needs: flown with a plane on PX4 main, v1.13's source is alike."""
+
+
+def task_means(kind: FlightKind, profile: FirmwareProfile) -> ControlMethod:
+    """By setpoints where the vehicle follows all that tasks need, else by commands. Raises TaskRefusedError."""
+    refused = [found for form in FORMS[kind] if not (found := capability(form, kind, profile)).verdict.is_taken]
+    if not refused:
+        return ControlMethod.SETPOINTS
+    commanded = COMMANDED[kind]
+    if commanded.is_taken:
+        return ControlMethod.COMMANDS
+    raise TaskRefusedError(
+        f"tasks are flown with {refused[0].form}, which is not sent to {_a(kind)}: {refused[0].verdict.reason}; "
+        f"nor by commands: {commanded.reason}",
+        refusal=commanded.code,
+        hint="send it there by a plan",
+    )
+
+
+def means_if_any(kind: FlightKind, profile: FirmwareProfile) -> ControlMethod | None:
+    """As `task_means`; None where it refuses."""
+    try:
+        return task_means(kind, profile)
+    except TaskRefusedError:
+        return None
+
+
+def _a(kind: FlightKind) -> str:
+    return f"an {kind.value}" if kind is FlightKind.AIRSHIP else f"a {kind.value}"

@@ -1,0 +1,313 @@
+"""What may be configured of the limits of offboard control."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, Final, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+from shapely import LineString, Point
+
+from app.domain.airspace.geofence import FenceArea
+from app.domain.errors import SetpointRefusedError
+from app.domain.geo import LocalProjection
+from app.domain.offboard.capability import FlightKind
+from app.domain.offboard.messages import Vector
+from app.domain.offboard.setpoints import (
+    Attitude,
+    BodyRates,
+    GlobalPlace,
+    NedPlace,
+    NedVelocity,
+    Setpoint,
+    VelocityBody,
+)
+
+_Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
+class OffboardLimits(BaseModel):
+    """null: no such limit. Altitudes are above home; a rover has none. A fence is the one on board of the vehicle."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    max_speed_m_s: _Positive | None = 10.0
+    max_climb_m_s: _Positive | None = 3.0
+    max_descend_m_s: _Positive | None = 2.0
+    max_tilt_deg: Annotated[float, Field(gt=0, lt=90)] | None = 35.0
+    max_distance_m: _Positive | None = 1000.0
+    min_altitude_m: float | None = 2.0
+    max_altitude_m: float | None = 120.0
+    beyond: Literal["clamp", "refuse"] = "clamp"
+
+
+# Limits of offboard control: a setpoint that leads beyond one is clamped or refused, as configured, and it is said.
+
+
+LOOK_AHEAD_S: Final = 2.0
+"""A velocity is judged by where it leads in so long: about what a multicopter at 10 m/s needs to stop."""
+
+
+@dataclass(frozen=True, slots=True)
+class VehiclePose:
+    """Where the vehicle is. `home_ned`: home from the EKF origin; `here` and `velocity`: north, east, up from home.
+
+    What is None is not known: a limit that needs it then refuses.
+    """
+
+    kind: FlightKind
+    home: tuple[float, float, float] | None = None
+    """Latitude, longitude (degrees), altitude AMSL (m)."""
+    home_ned: Vector | None = None
+    here: Vector | None = None
+    velocity: Vector = (0.0, 0.0, 0.0)
+    heading_deg: float = 0.0
+    fence: FenceArea | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Clamp:
+    """What was changed of a setpoint, and why."""
+
+    code: str
+    detail: str
+
+
+@dataclass(frozen=True, slots=True)
+class Limited:
+    """A setpoint within the limits."""
+
+    setpoint: Setpoint
+    clamps: tuple[Clamp, ...] = ()
+
+
+def limit(setpoint: Setpoint, limits: OffboardLimits, where: VehiclePose) -> Limited:
+    """The setpoint within the limits.
+
+    Raises:
+        SetpointRefusedError: it leads beyond a limit and may not be clamped, or cannot be; the code is `limit.*`.
+    """
+    judge = _Judge(limits, where)
+    within = judge.tilt(judge.speed(setpoint))
+    within = judge.place(within) if isinstance(within, NedPlace | GlobalPlace) else judge.motion(within)
+    return Limited(within, tuple(judge.clamps))
+
+
+class _Judge:
+    """Applies one limit after the other and collects what it changed."""
+
+    def __init__(self, limits: OffboardLimits, where: VehiclePose) -> None:
+        self._limits = limits
+        self._where = where
+        self.clamps: list[Clamp] = []
+
+    def speed(self, setpoint: Setpoint) -> Setpoint:
+        """Horizontal speed (a wing chooses its own), climb and descent."""
+        if isinstance(setpoint, NedVelocity):
+            across, down = (setpoint.north_m_s, setpoint.east_m_s), setpoint.down_m_s
+            names = ("north_m_s", "east_m_s")
+        elif isinstance(setpoint, VelocityBody):
+            across, down = (setpoint.forward_m_s, setpoint.right_m_s), setpoint.down_m_s
+            names = ("forward_m_s", "right_m_s")
+        else:
+            return setpoint
+        changes: dict[str, float] = {}
+        most, speed = self._limits.max_speed_m_s, math.hypot(*across)
+        if most is not None and speed > most and self._where.kind is not FlightKind.WING:
+            self._exceeded("limit.speed", f"{speed:.1f} m/s is more than {most:g} m/s")
+            changes |= {name: part * most / speed for name, part in zip(names, across, strict=True)}
+        slowest = self._limits.max_climb_m_s if down < 0 else self._limits.max_descend_m_s
+        if slowest is not None and abs(down) > slowest and self._where.kind is not FlightKind.ROVER:
+            word = "climb" if down < 0 else "descend"
+            self._exceeded(f"limit.{word}", f"to {word} with {abs(down):.1f} m/s is more than {slowest:g} m/s")
+            changes["down_m_s"] = math.copysign(slowest, down)
+        return setpoint.model_copy(update=changes)
+
+    def tilt(self, setpoint: Setpoint) -> Setpoint:
+        """The angle between the vehicle's own down and the earth's. Rates cannot be bounded so."""
+        most = self._limits.max_tilt_deg
+        if most is None or self._where.kind is FlightKind.ROVER:
+            return setpoint
+        if isinstance(setpoint, BodyRates):
+            raise SetpointRefusedError(
+                refusal="limit.tilt", detail="with body rates the tilt cannot be bounded", hint="send attitude"
+            )
+        if not isinstance(setpoint, Attitude) or tilt_deg(setpoint.roll_deg, setpoint.pitch_deg) <= most:
+            return setpoint
+        roll, pitch = setpoint.roll_deg, setpoint.pitch_deg
+        self._exceeded("limit.tilt", f"{tilt_deg(roll, pitch):.0f} degrees of tilt are more than {most:g}")
+        while tilt_deg(roll, pitch) > most:
+            share = min(0.99, most / tilt_deg(roll, pitch))
+            roll, pitch = roll * share, pitch * share
+        return setpoint.model_copy(update={"roll_deg": roll, "pitch_deg": pitch})
+
+    def place(self, setpoint: NedPlace | GlobalPlace) -> Setpoint:
+        """Distance from home, altitude, and the fence along the straight way."""
+        point = self._point_of(setpoint)
+        if point is None:
+            if self._bounds_places():
+                raise SetpointRefusedError(
+                    refusal="limit.home_unknown", detail="home is not known, so no distance can be checked"
+                )
+            return setpoint  # type: ignore[return-value]
+        if self._where.kind is FlightKind.WING:
+            return self._path_point(setpoint, point)
+        within = self._within(point)
+        self._refuse_beyond_fence(within)
+        return setpoint if within == point else self._moved(setpoint, within)  # type: ignore[return-value]
+
+    def motion(self, setpoint: Setpoint) -> Setpoint:
+        """Where a velocity leads; for what has none, where the vehicle is drifting to."""
+        here = self._where.here
+        if here is None:
+            if self._bounds_places():
+                raise SetpointRefusedError(
+                    refusal="limit.position_unknown", detail="the vehicle's place from home is not known"
+                )
+            return setpoint
+        velocity = self._velocity_of(setpoint)
+        if velocity is None:
+            self._refuse_drift(here)
+            return setpoint
+        north, east, up = velocity
+        if not self._leads_on(here, (north, east)):
+            north = east = 0.0
+        if not self._climbs_on(here[2], up):
+            up = 0.0
+        if (north, east, up) == velocity:
+            return setpoint
+        names = ("forward_m_s", "right_m_s") if isinstance(setpoint, VelocityBody) else ("north_m_s", "east_m_s")
+        stopped = dict.fromkeys(names, 0.0) if (north, east) == (0.0, 0.0) else {}
+        return setpoint.model_copy(update={**stopped, **({} if up == velocity[2] else {"down_m_s": 0.0})})
+
+    # parts ----------------------------------------------------------------------------------------------------
+
+    def _exceeded(self, code: str, detail: str) -> None:
+        if self._limits.beyond == "refuse":
+            raise SetpointRefusedError(refusal=code, detail=detail, hint="send less, or configure the limits to clamp")
+        self.clamps.append(Clamp(code, detail))
+
+    def _bounds_places(self) -> bool:
+        limits = self._limits
+        heights = () if self._where.kind is FlightKind.ROVER else (limits.min_altitude_m, limits.max_altitude_m)
+        return self._where.fence is not None or any(one is not None for one in (limits.max_distance_m, *heights))
+
+    def _point_of(self, setpoint: NedPlace | GlobalPlace) -> Vector | None:
+        """North, east, up from home."""
+        where = self._where
+        if isinstance(setpoint, NedPlace):
+            if where.home_ned is None:
+                return None
+            north, east, down = where.home_ned
+            up = 0.0 if setpoint.down_m is None else down - setpoint.down_m
+            return setpoint.north_m - north, setpoint.east_m - east, up
+        if where.home is None:
+            return None
+        latitude, longitude, altitude = where.home
+        east, north = LocalProjection(latitude, longitude).to_local(setpoint.latitude_deg, setpoint.longitude_deg)
+        above = setpoint.altitude_m if setpoint.altitude_type == "rel_home" else setpoint.altitude_m - altitude
+        return north, east, above
+
+    def _path_point(self, setpoint: NedPlace | GlobalPlace, point: Vector) -> Setpoint:
+        """To a wing it is a point of its path: moved it would be another path, and the wing flies on beyond it."""
+        self._strict()._within(point)
+        self._refuse_beyond_fence(point)
+        if self._where.here is not None:
+            self._refuse_drift(self._where.here)
+        return setpoint  # type: ignore[return-value]
+
+    def _strict(self) -> _Judge:
+        return _Judge(self._limits.model_copy(update={"beyond": "refuse"}), self._where)
+
+    def _within(self, point: Vector) -> Vector:
+        north, east, up = point
+        away, most = math.hypot(north, east), self._limits.max_distance_m
+        if most is not None and away > most:
+            self._exceeded("limit.distance", f"{away:.0f} m from home is more than {most:g} m")
+            north, east = north * most / away, east * most / away
+        low, high = self._limits.min_altitude_m, self._limits.max_altitude_m
+        if self._where.kind is not FlightKind.ROVER:
+            if high is not None and up > high:
+                self._exceeded("limit.altitude", f"{up:.0f} m above home is more than {high:g} m")
+                up = high
+            if low is not None and up < low:
+                self._exceeded("limit.altitude", f"{up:.1f} m above home is less than {low:g} m")
+                up = low
+        return north, east, up
+
+    def _moved(self, setpoint: NedPlace | GlobalPlace, point: Vector) -> NedPlace | GlobalPlace:
+        north, east, up = point
+        if isinstance(setpoint, NedPlace):
+            home_n, home_e, home_d = self._where.home_ned or (0.0, 0.0, 0.0)
+            down = None if setpoint.down_m is None else home_d - up
+            return setpoint.model_copy(update={"north_m": north + home_n, "east_m": east + home_e, "down_m": down})
+        latitude, longitude, altitude = self._where.home or (0.0, 0.0, 0.0)
+        place = LocalProjection(latitude, longitude).to_global(east, north)
+        height = up if setpoint.altitude_type == "rel_home" else altitude + up
+        return setpoint.model_copy(update={"latitude_deg": place[0], "longitude_deg": place[1], "altitude_m": height})
+
+    def _refuse_beyond_fence(self, point: Vector) -> None:
+        """A place cannot be moved into a fence without flying somewhere else than was asked."""
+        fence, here = self._where.fence, self._where.here
+        if fence is None:
+            return
+        end = (point[1], point[0])
+        start = end if here is None else (here[1], here[0])
+        if not fence.allows(Point(end) if start == end else LineString((start, end))):
+            raise SetpointRefusedError(refusal="limit.fence", detail="the straight way there leaves the fence on board")
+
+    def _velocity_of(self, setpoint: Setpoint) -> Vector | None:
+        """North, east, up."""
+        if isinstance(setpoint, NedVelocity):
+            return setpoint.north_m_s, setpoint.east_m_s, -setpoint.down_m_s
+        if isinstance(setpoint, VelocityBody):
+            heading = math.radians(self._where.heading_deg)
+            ahead, right = setpoint.forward_m_s, setpoint.right_m_s
+            north = ahead * math.cos(heading) - right * math.sin(heading)
+            return north, ahead * math.sin(heading) + right * math.cos(heading), -setpoint.down_m_s
+        return None
+
+    def _leads_on(self, here: Vector, velocity: tuple[float, float]) -> bool:
+        """Whether to go on so keeps the distance and the fence; the way back is always open."""
+        there = (here[0] + velocity[0] * LOOK_AHEAD_S, here[1] + velocity[1] * LOOK_AHEAD_S)
+        most, away = self._limits.max_distance_m, math.hypot(*there)
+        if velocity == (0.0, 0.0):
+            return True
+        if most is not None and away > most and away > math.hypot(here[0], here[1]):
+            self._exceeded("limit.distance", f"it leads more than {most:g} m from home")
+            return False
+        fence = self._where.fence
+        if fence is not None and not fence.allows(LineString(((here[1], here[0]), (there[1], there[0])))):
+            self._exceeded("limit.fence", "it leads out of the fence on board")
+            return False
+        return True
+
+    def _climbs_on(self, height: float, up_m_s: float) -> bool:
+        low, high = self._limits.min_altitude_m, self._limits.max_altitude_m
+        there = height + up_m_s * LOOK_AHEAD_S
+        if self._where.kind is FlightKind.ROVER:
+            return True
+        if up_m_s > 0 and high is not None and there > high:
+            self._exceeded("limit.altitude", f"it leads more than {high:g} m above home")
+            return False
+        if up_m_s < 0 and low is not None and there < low:
+            self._exceeded("limit.altitude", f"it leads less than {low:g} m above home")
+            return False
+        return True
+
+    def _refuse_drift(self, here: Vector) -> None:
+        """Attitude and acceleration cannot be clamped to a place: they end where the vehicle would leave its limits."""
+        velocity = self._where.velocity
+        speed = math.hypot(velocity[0], velocity[1])
+        most = self._limits.max_speed_m_s
+        if most is not None and speed > most and self._where.kind is not FlightKind.WING:
+            raise SetpointRefusedError(refusal="limit.speed", detail=f"the vehicle already moves with {speed:.1f} m/s")
+        self._strict()._leads_on(here, (velocity[0], velocity[1]))
+        self._strict()._climbs_on(here[2], velocity[2])
+
+
+def tilt_deg(roll_deg: float, pitch_deg: float) -> float:
+    """The angle between the vehicle's own vertical axis and the earth's."""
+    upright = math.cos(math.radians(roll_deg)) * math.cos(math.radians(pitch_deg))
+    return math.degrees(math.acos(max(-1.0, min(1.0, upright))))

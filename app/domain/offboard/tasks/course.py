@@ -1,0 +1,244 @@
+"""The courses of tasks over the ground: a point, a circle, legs. Metres north and east of the EKF origin."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+from shapely import LineString, Point
+
+from app.domain.errors import SetpointRefusedError
+from app.domain.geo import LocalProjection
+from app.domain.offboard.limits import OffboardLimits, VehiclePose, limit
+from app.domain.offboard.setpoints import MOST_METRES, PositionNed
+from app.domain.offboard.tasks.forms import GlobalPoint, LocalPoint, TaskModel
+from app.domain.vehicle.state import VehicleState
+
+Ground = tuple[float, float]
+"""North, east."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """The nearest point of a course, and how it goes on from there.
+
+    `tangent` is a unit vector (zero at a point that is reached). `to_corner_m`: to where it must be slow, with
+    `corner_share` of its speed. `cross_m`: how far the vehicle is beside the course; to the right is positive.
+    """
+
+    nearest: Ground
+    tangent: Ground
+    cross_m: float
+    left_m: float = math.inf
+    to_corner_m: float = math.inf
+    corner_share: float = 0.0
+    leg: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """When a leg's end has come: so long before it, and no farther beside it. Else the vehicle goes there first."""
+
+    before_m: float = 0.0
+    within_m: float = 2.0
+
+
+CORNERS: Final = Turn()
+
+
+@dataclass(frozen=True, slots=True)
+class PointCourse:
+    """A place, which may move with a velocity since `since_s` (monotonic)."""
+
+    point: Ground
+    velocity: Ground = (0.0, 0.0)
+    since_s: float = 0.0
+
+    def at(self, now_s: float, longest_s: float) -> PointCourse:
+        """Where it is now. What nobody has told anew for `longest_s` counts as standing where it was then."""
+        age_s = max(0.0, now_s - self.since_s)
+        told_s = min(age_s, longest_s)
+        velocity = self.velocity if age_s <= longest_s else (0.0, 0.0)
+        point = (self.point[0] + self.velocity[0] * told_s, self.point[1] + self.velocity[1] * told_s)
+        return PointCourse(point, velocity, now_s)
+
+    def reference(self, here: Ground, _leg: int = 0, _turn: Turn = CORNERS) -> Reference:
+        """Straight there."""
+        away = (self.point[0] - here[0], self.point[1] - here[1])
+        left_m = math.hypot(*away)
+        tangent = (away[0] / left_m, away[1] / left_m) if left_m > 0.0 else (0.0, 0.0)
+        return Reference(self.point, tangent, 0.0, left_m=left_m, to_corner_m=left_m)
+
+
+@dataclass(frozen=True, slots=True)
+class CircleCourse:
+    """A circle; a positive radius is flown clockwise."""
+
+    center: Ground
+    radius_m: float
+
+    def reference(self, here: Ground, _leg: int = 0, _turn: Turn = CORNERS) -> Reference:
+        """The nearest point of the circle; from its centre, the one in the north."""
+        out = (here[0] - self.center[0], here[1] - self.center[1])
+        away_m = math.hypot(*out)
+        north, east = (out[0] / away_m, out[1] / away_m) if away_m > 1e-6 else (1.0, 0.0)
+        radius_m, turn = abs(self.radius_m), math.copysign(1.0, self.radius_m)
+        return Reference(
+            nearest=(self.center[0] + north * radius_m, self.center[1] + east * radius_m),
+            tangent=(-east * turn, north * turn),
+            cross_m=-turn * (away_m - radius_m),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class LegsCourse:
+    """Straight legs between at least two points, no two neighbours alike."""
+
+    points: tuple[Ground, ...]
+
+    @property
+    def last_leg(self) -> int:
+        """Its number; the first is 0."""
+        return len(self.points) - 2
+
+    def reference(self, here: Ground, leg: int = 0, turn: Turn = CORNERS) -> Reference:
+        """The nearest point of the leg that is flown. At its end the next one counts."""
+        last = self.last_leg
+        while True:
+            start, end = self.points[leg], self.points[leg + 1]
+            length_m = math.dist(start, end)
+            tangent = ((end[0] - start[0]) / length_m, (end[1] - start[1]) / length_m)
+            along_m, cross_m = _along(start, tangent, here)
+            if leg >= last or along_m < length_m - turn.before_m or abs(cross_m) > turn.within_m:
+                break
+            leg += 1
+        on_leg_m = min(max(0.0, along_m), length_m)
+        rest_m = sum(math.dist(*self.points[i : i + 2]) for i in range(leg + 1, last + 1))
+        return Reference(
+            nearest=(start[0] + tangent[0] * on_leg_m, start[1] + tangent[1] * on_leg_m),
+            tangent=tangent,
+            cross_m=cross_m,
+            left_m=length_m - on_leg_m + rest_m,
+            to_corner_m=length_m - on_leg_m,
+            corner_share=self._corner_share(leg),
+            leg=leg,
+        )
+
+    def _corner_share(self, leg: int) -> float:
+        """Straight on: 1; a right angle, a turn back, and the end: 0."""
+        if leg + 2 >= len(self.points):
+            return 0.0
+        a, b, c = self.points[leg : leg + 3]
+        cosine = ((b[0] - a[0]) * (c[0] - b[0]) + (b[1] - a[1]) * (c[1] - b[1])) / (math.dist(a, b) * math.dist(b, c))
+        return max(0.0, cosine)
+
+
+Course = PointCourse | CircleCourse | LegsCourse
+
+
+def _along(start: Ground, tangent: Ground, here: Ground) -> Ground:
+    """How far along the line, and how far to its right."""
+    north, east = here[0] - start[0], here[1] - start[1]
+    return north * tangent[0] + east * tangent[1], east * tangent[0] - north * tangent[1]
+
+
+# The EKF origin: from where a vehicle's local coordinates count. Home is another place, and moves.
+
+
+_ROUNDS: Final = 3
+"""The projection around the origin is looked for from the one around home: each round mends the rest."""
+
+
+@dataclass(frozen=True, slots=True)
+class EkfOrigin:
+    """Degrees, metres AMSL; `home_up_m` is home above it now."""
+
+    latitude_deg: float
+    longitude_deg: float
+    altitude_m: float
+    home_up_m: float
+
+    @classmethod
+    def of(cls, state: VehicleState) -> EkfOrigin | None:
+        """From HOME_POSITION, which gives home in both frames; None before it came."""
+        home, local = state.home, state.home_ned_m
+        if home is None or local is None:
+            return None
+        north, east, down = local
+        latitude, longitude = LocalProjection(home.latitude_deg, home.longitude_deg).to_global(-east, -north)
+        for _ in range(_ROUNDS):
+            home_east, home_north = LocalProjection(latitude, longitude).to_local(home.latitude_deg, home.longitude_deg)
+            latitude, longitude = LocalProjection(latitude, longitude).to_global(home_east - east, home_north - north)
+        return cls(latitude, longitude, home.altitude_m + down, -down)
+
+    def ground(self, point: LocalPoint | GlobalPoint) -> Ground:
+        """North and east of a point."""
+        if isinstance(point, LocalPoint):
+            return point.north_m, point.east_m
+        east, north = self._projection().to_local(point.latitude_deg, point.longitude_deg)
+        return north, east
+
+    def place(self, latitude_deg: float, longitude_deg: float) -> Ground:
+        """North and east of a place on earth."""
+        east, north = self._projection().to_local(latitude_deg, longitude_deg)
+        return north, east
+
+    def up_of(self, task: TaskModel) -> float | None:
+        """The task's height above the origin; None if it says none."""
+        if task.absolute_altitude_m is not None:
+            return task.absolute_altitude_m - self.altitude_m
+        return None if task.relative_altitude_m is None else self.home_up_m + task.relative_altitude_m
+
+    def _projection(self) -> LocalProjection:
+        return LocalProjection(self.latitude_deg, self.longitude_deg)
+
+
+# The room that a task needs: whether places and the ways between them are within the limits and the fence on board.
+
+
+_CORNERS: Final = 24
+
+
+def refuse_outside(points: tuple[Ground, ...], up_m: float | None, limits: OffboardLimits, where: VehiclePose) -> None:
+    """Whether all of the way may be flown at this height; None: at the one of then, which is limited when it is flown.
+
+    Raises:
+        SetpointRefusedError: it leads beyond a limit or the fence, or is farther than a message can say.
+    """
+    _refuse_unsayable(points, up_m)
+    strict = limits.model_copy(update={"beyond": "refuse"})
+    if up_m is None:
+        strict = strict.model_copy(update={"min_altitude_m": None, "max_altitude_m": None})
+    anywhere = VehiclePose(kind=where.kind, home=where.home, home_ned=where.home_ned)
+    for north, east in points:
+        down_m = 0.0 if up_m is None else -up_m
+        limit(PositionNed(type="position_ned", north_m=north, east_m=east, down_m=down_m), strict, anywhere)
+    _refuse_beyond_fence(points, where)
+
+
+def circle_around(center: Ground, radius_m: float) -> tuple[Ground, ...]:
+    """Corners of a polygon outside the circle."""
+    outside_m = radius_m / math.cos(math.pi / _CORNERS)
+    turns = (2.0 * math.pi * corner / _CORNERS for corner in range(_CORNERS + 1))
+    return tuple((center[0] + outside_m * math.cos(turn), center[1] + outside_m * math.sin(turn)) for turn in turns)
+
+
+def _refuse_unsayable(points: tuple[Ground, ...], up_m: float | None) -> None:
+    """However the limits are configured, a setpoint counts its metres from the EKF origin up to a bound."""
+    farthest_m = max(abs(metres) for point in points for metres in (*point, up_m or 0.0))
+    if not farthest_m <= MOST_METRES:
+        raise SetpointRefusedError(
+            f"{farthest_m / 1000.0:.0f} km from the EKF origin is more than a setpoint can say",
+            refusal="limit.distance",
+        )
+
+
+def _refuse_beyond_fence(points: tuple[Ground, ...], where: VehiclePose) -> None:
+    if where.fence is None:
+        return
+    north, east, _ = where.home_ned or (0.0, 0.0, 0.0)
+    around_home = [(point[1] - east, point[0] - north) for point in points]
+    shape = Point(around_home[0]) if len(around_home) == 1 else LineString(around_home)
+    if not where.fence.allows(shape):
+        raise SetpointRefusedError("it leads out of the fence on board", refusal="limit.fence")

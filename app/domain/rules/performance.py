@@ -1,0 +1,260 @@
+"""Rules for the declared performance of a vehicle: its battery and its payload."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from app.domain.mission.compiler import bound_s
+from app.domain.plan.drops import DropUse
+from app.domain.prediction import PredictedDrop
+from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
+from app.domain.validation.finding import Severity
+from app.domain.vehicle.performance import Performance, Phase
+
+# Rules for the battery: what is predicted to be left where the flight ends, and at each drop.
+
+
+FULL_PERCENT = 100.0
+
+
+def _left_at_home(context: RuleContext) -> Iterator[Violation]:
+    performance = _performance(context)
+    if performance is None:
+        return
+    used = context.timeline().battery_used_percent or 0.0
+    reserve, why = _reserve(context, performance)
+    start, left = _start_percent(context), _start_percent(context) - used
+    if left < reserve:
+        message = (
+            f"the flight takes {used:.0f} % of the battery and begins with {start:.0f} %: {_left(left)} is left where "
+            f"it ends, less than {reserve:g} % ({why})"
+        )
+        yield at_item(context.steps[-1], message, "charge or change the battery, shorten the flight, or split the plan")
+
+
+def _left_at_drops(context: RuleContext) -> Iterator[Violation]:
+    performance = _performance(context)
+    if performance is None:
+        return
+    reserve, why = _reserve(context, performance)
+    drops = {drop.item.id: drop for drop in context.drops}
+    told: set[str] = set()
+    for predicted in context.timeline().drops:
+        drop = drops[predicted.item_id]
+        left = _left_after_worst(context, performance, drop, predicted)
+        if left < reserve and predicted.item_id not in told:
+            told.add(predicted.item_id)
+            how = "the return" if _returns_on_failure(context) else "the rest of the plan"
+            message = f"after the longest hold here and {how} {_left(left)} is left, less than {reserve:g} % ({why})"
+            yield at_item(drop.step, message, "shorten hold_s, drop nearer to home, or charge the battery")
+
+
+def _rate_declared(context: RuleContext) -> Iterator[Violation]:
+    if context.vehicle is not None and _performance(context) is None:
+        message = "nobody declared what this vehicle takes from its battery: whether it lasts is not checked"
+        yield Violation("", message, "declare it in WAYDROP_VEHICLE_PERFORMANCE")
+
+
+def _charge_known(context: RuleContext) -> Iterator[Violation]:
+    if context.vehicle is not None and _performance(context) is not None and context.facts.battery_percent is None:
+        message = "the vehicle tells no charge of its battery: a full one is taken"
+        yield Violation("", message, "look at the battery before the start, or let the vehicle send BATTERY_STATUS")
+
+
+def _acts_by_itself(context: RuleContext) -> Iterator[Violation]:
+    if context.vehicle is None:
+        return
+    low = context.behaviour.low_battery
+    if low.only_warns:
+        message = f"the vehicle only warns when its battery is nearly empty ({low.setting})"
+        yield Violation("", message, low.setting.mend)
+
+
+def _performance(context: RuleContext) -> Performance | None:
+    performance = context.facts.performance
+    return performance if performance is not None and performance.tells_energy else None
+
+
+def _start_percent(context: RuleContext) -> float:
+    charge = context.facts.battery_percent
+    return FULL_PERCENT if charge is None else charge
+
+
+def _reserve(context: RuleContext, performance: Performance) -> tuple[float, str]:
+    """The highest of all that ask for one, and who asks."""
+    asked = [(performance.reserve_percent, "the vehicle's reserve_percent")]
+    if context.plan.limits.min_battery_percent is not None:
+        asked.append((context.plan.limits.min_battery_percent, "limits.min_battery_percent"))
+    acts_below = context.behaviour.low_battery.acts_below
+    if acts_below is not None:
+        asked.append((acts_below.value, f"{acts_below.name}: there it returns or lands by itself"))
+    return max(asked)
+
+
+def _left_after_worst(context: RuleContext, performance: Performance, drop: DropUse, predicted: PredictedDrop) -> float:
+    """The whole hold is used up and nothing was dropped; then what the plan says of a failed drop."""
+    used = rest = 0.0
+    for entry in context.timeline().entries:
+        percent = entry.battery_used_percent or 0.0
+        if entry.start_s < predicted.at_s:
+            used += percent
+        elif (entry.item_id, entry.visit) != (predicted.item_id, predicted.visit):
+            rest += percent
+    used += bound_s(drop) * performance.percent_per_s(Phase.HOVER)
+    after = predicted.return_battery_percent if _returns_on_failure(context) else rest
+    return _start_percent(context) - used - (after or 0.0)
+
+
+def _returns_on_failure(context: RuleContext) -> bool:
+    return context.plan.contingency.on_drop_failure != "continue"
+
+
+def _left(percent: float) -> str:
+    return f"{percent:.0f} %" if percent > 0.0 else "nothing"
+
+
+_BATTERY_SOURCE = "Ours; rates declared in WAYDROP_VEHICLE_PERFORMANCE, the charge from BATTERY_STATUS."
+BATTERY_RULES = (
+    Rule(
+        "battery.reserve_at_home",
+        Severity.ERROR,
+        "Where the flight ends the highest of three must be left: the declared reserve, the plan's own, and the level "
+        "at which the vehicle acts by itself.",
+        _BATTERY_SOURCE,
+        _left_at_home,
+    ),
+    Rule(
+        "battery.reserve_at_drop",
+        Severity.ERROR,
+        "At each drop the reserve must outlast the longest hold and what the plan does if the drop fails: a return "
+        "(on_drop_failure return or hold), else the rest of the plan.",
+        _BATTERY_SOURCE,
+        _left_at_drops,
+    ),
+    Rule(
+        "battery.rate_unknown",
+        Severity.WARNING,
+        "No message of a vehicle tells what it takes from its battery in flight; undeclared, it is not checked.",
+        _BATTERY_SOURCE,
+        _rate_declared,
+    ),
+    Rule(
+        "battery.charge_unknown",
+        Severity.WARNING,
+        "Without a charge a full battery is taken.",
+        "BATTERY_STATUS.battery_remaining of -1, or never received.",
+        _charge_known,
+    ),
+    Rule(
+        "battery.no_action",
+        Severity.WARNING,
+        "With COM_LOW_BAT_ACT 0 the vehicle flies on until its battery is empty.",
+        "PX4 COM_LOW_BAT_ACT, default 0.",
+        _acts_by_itself,
+    ),
+)
+
+
+# Rules for what a vehicle carries: the parcels of the plan against the payload that is declared for it.
+
+
+_TAKES = frozenset({"grab", "load_line", "load_payload"})
+
+
+def _within_payload(context: RuleContext) -> Iterator[Violation]:
+    most_kg = _most_kg(context)
+    if most_kg is None:
+        return
+    carried = _at_start(context.drops)
+    broken = _too_heavy(sum(carried.values()), most_kg)
+    if broken:
+        heaviest = max(_first_releases(context.drops), key=lambda drop: drop.item.mass_kg or 0.0)
+        yield at_item(heaviest.step, broken, "take another vehicle, or fly twice", "mass_kg")
+    for drop in context.drops:
+        device = drop.item.type
+        if drop.releases:
+            carried[device] = 0.0
+        elif drop.item.action in _TAKES:
+            carried[device] = _taken_kg(context.drops, drop)
+            broken = _too_heavy(sum(carried.values()), most_kg)
+            if broken:
+                yield at_item(drop.step, broken, "take another vehicle, or a lighter parcel", "mass_kg")
+
+
+def _mass_given(context: RuleContext) -> Iterator[Violation]:
+    if _most_kg(context) is None:
+        return
+    for drop in context.drops:
+        if drop.releases and drop.item.mass_kg is None:
+            message = "the parcel's mass is not given, so it is not held against what the vehicle may carry"
+            yield at_item(drop.step, message, "give mass_kg")
+
+
+def _payload_declared(context: RuleContext) -> Iterator[Violation]:
+    if context.vehicle is None or _most_kg(context) is not None:
+        return
+    given = next((drop for drop in context.drops if drop.item.mass_kg is not None), None)
+    if given is not None:
+        message = f"nobody declared what this vehicle may carry: {given.item.mass_kg:g} kg is not checked"
+        yield at_item(given.step, message, "set payload_max_kg for it in WAYDROP_VEHICLE_PERFORMANCE", "mass_kg")
+
+
+def _most_kg(context: RuleContext) -> float | None:
+    performance = context.facts.performance
+    return None if performance is None else performance.payload_max_kg
+
+
+def _at_start(drops: tuple[DropUse, ...]) -> dict[str, float]:
+    """What hangs on each device as the flight begins: the parcel that it first lets go, unless it takes it before."""
+    carried: dict[str, float] = {drop.item.type: 0.0 for drop in drops}
+    for drop in _first_releases(drops):
+        carried[drop.item.type] = drop.item.mass_kg or 0.0
+    return carried
+
+
+def _first_releases(drops: tuple[DropUse, ...]) -> list[DropUse]:
+    begun: dict[str, DropUse] = {}
+    for drop in drops:
+        if drop.releases or drop.item.action in _TAKES:
+            begun.setdefault(drop.item.type, drop)
+    return [drop for drop in begun.values() if drop.releases]
+
+
+def _taken_kg(drops: tuple[DropUse, ...], grab: DropUse) -> float:
+    """Its own mass_kg, else that of the release which follows it."""
+    if grab.item.mass_kg is not None:
+        return grab.item.mass_kg
+    for drop in drops[drops.index(grab) + 1 :]:
+        if drop.releases and drop.item.type == grab.item.type:
+            return drop.item.mass_kg or 0.0
+    return 0.0
+
+
+def _too_heavy(load_kg: float, most_kg: float) -> str:
+    return f"{load_kg:g} kg to carry; the vehicle may carry {most_kg:g} kg" if load_kg > most_kg else ""
+
+
+_PAYLOAD_SOURCE = "Ours; declared in WAYDROP_VEHICLE_PERFORMANCE."
+PAYLOAD_RULES = (
+    Rule(
+        "payload.too_heavy",
+        Severity.ERROR,
+        "A vehicle carries no more than its operator declares of it, from the start or from a grab on.",
+        _PAYLOAD_SOURCE,
+        _within_payload,
+    ),
+    Rule(
+        "payload.mass_unknown",
+        Severity.WARNING,
+        "A parcel without mass_kg is not held against the declared payload.",
+        _PAYLOAD_SOURCE,
+        _mass_given,
+    ),
+    Rule(
+        "payload.limit_unknown",
+        Severity.WARNING,
+        "A given mass_kg is held against nothing where no payload is declared; no message of a vehicle tells it.",
+        _PAYLOAD_SOURCE,
+        _payload_declared,
+    ),
+)

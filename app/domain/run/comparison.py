@@ -1,0 +1,212 @@
+"""Predicted against flown: item by item and drop by drop, and why where there is nothing to compare."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+
+from pydantic import BaseModel, ConfigDict
+
+from app.domain.drop.record import DropPhase, DropRecord
+from app.domain.flight.progress import EndedItem
+from app.domain.geo import distance_m
+from app.domain.prediction import PredictedDrop, Timeline, TimelineEntry
+from app.domain.reasons import Reason, ReasonCode, because
+from app.domain.run.run import Run
+
+
+class _Frozen(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class ItemComparison(_Frozen):
+    """One visit of one plan item, in seconds of the vehicle's clock.
+
+    `flown_s` is without `paused_s`, for which the run was paused or its vehicle flown by hand: no prediction knows of
+    that. `difference_percent` is of the predicted time; null for an item that takes no time. `unsure_s`: see the
+    timeline. A null has its `reason`.
+    """
+
+    item_id: str
+    type: str
+    visit: int
+    predicted_s: float | None
+    flown_s: float | None
+    paused_s: float = 0.0
+    difference_percent: float | None
+    unsure_s: float
+    reason: Reason | None
+
+
+class DropComparison(_Frozen):
+    """The release of one drop. `apart_m` is between the predicted and the flown place of the release.
+
+    Offsets are from the planned point. Flown values are those of the drop's record. A null has its `reason`.
+    """
+
+    item_id: str
+    predicted_latitude_deg: float | None
+    predicted_longitude_deg: float | None
+    predicted_offset_m: float | None
+    predicted_ground_speed_m_s: float | None
+    flown_latitude_deg: float | None
+    flown_longitude_deg: float | None
+    flown_offset_m: float | None
+    flown_ground_speed_m_s: float | None
+    apart_m: float | None
+    reason: Reason | None
+
+
+class Comparison(_Frozen):
+    """A run against its prediction. `reason` says why there is none at all. The totals are over the compared items.
+
+    `paused_s` is how long the run was paused in these, which `flown_s` does not count.
+    """
+
+    run_id: str
+    items: tuple[ItemComparison, ...]
+    drops: tuple[DropComparison, ...]
+    predicted_s: float | None
+    flown_s: float | None
+    paused_s: float = 0.0
+    reason: Reason | None
+
+
+def compare(
+    run: Run, timeline: Timeline | None, flown: Sequence[EndedItem], why_none: Reason | None = None
+) -> Comparison:
+    """`flown` are the visits that ended, in order; `why_none` says why there is no timeline."""
+    times = _by_visit(flown)
+    kept = {drop.plan_item_id: why for drop in run.drops if (why := _why_not_released(drop)) is not None}
+    kept |= _from_elsewhere(run, flown)
+    entries = () if timeline is None else timeline.entries
+    items = [_item(run, entry, times.pop((entry.item_id, entry.visit), None), kept) for entry in entries]
+    alternates = {
+        drop.plan_item_id: because(ReasonCode.ALTERNATE_OF, item_id=drop.alternate_to)
+        for drop in run.drops
+        if drop.alternate_to
+    }
+    for (item_id, visit), ended in times.items():
+        items.append(_unpredicted(item_id, visit, ended, why_none or alternates.get(item_id)))
+    both = [item for item in items if item.predicted_s is not None and item.flown_s is not None]
+    predicted_drops = {} if timeline is None else {drop.item_id: drop for drop in timeline.drops if drop.visit == 1}
+    return Comparison(
+        run_id=run.id,
+        items=tuple(items),
+        drops=tuple([_drop(drop, predicted_drops.get(drop.plan_item_id), why_none) for drop in run.drops]),
+        predicted_s=sum(item.predicted_s or 0.0 for item in both) if both else None,
+        flown_s=sum(item.flown_s or 0.0 for item in both) if both else None,
+        paused_s=sum(item.paused_s for item in both),
+        reason=why_none,
+    )
+
+
+def difference_percent(predicted_s: float, flown_s: float) -> float | None:
+    """Of the flown time from the predicted one; None if no time was predicted."""
+    return None if predicted_s < 0.05 else 100.0 * (flown_s - predicted_s) / predicted_s
+
+
+def _from_elsewhere(run: Run, flown: Sequence[EndedItem]) -> dict[str, Reason]:
+    """The items whose leg began at an alternate, and not where it was predicted to; in no loop, as no drop is."""
+    alternates = {drop.plan_item_id for drop in run.drops if drop.alternate_to is not None}
+    pairs = pairwise(flown)
+    return {
+        after.item_id: because(ReasonCode.FLOWN_FROM, item_id=before.item_id)
+        for before, after in pairs
+        if before.item_id in alternates
+    }
+
+
+def _by_visit(flown: Sequence[EndedItem]) -> dict[tuple[str, int], EndedItem]:
+    visits: Counter[str] = Counter()
+    found: dict[tuple[str, int], EndedItem] = {}
+    for ended in flown:
+        visits[ended.item_id] += 1
+        found[ended.item_id, visits[ended.item_id]] = ended
+    return found
+
+
+def _flown_s(ended: EndedItem) -> float | None:
+    if ended.began_s is None or ended.ended_s is None:
+        return None
+    return max(0.0, ended.ended_s - ended.began_s - ended.paused_s)
+
+
+def _item(run: Run, entry: TimelineEntry, ended: EndedItem | None, kept: Mapping[str, Reason]) -> ItemComparison:
+    flown_s = None if ended is None else _flown_s(ended)
+    reason = kept.get(entry.item_id)
+    if reason is not None:
+        flown_s = None
+    elif ended is None:
+        over = because(ReasonCode.NOT_FLOWN, state=run.state.value)
+        reason = over if run.is_over else because(ReasonCode.NOT_FLOWN_YET)
+    elif flown_s is None:
+        reason = because(ReasonCode.ENDS_UNSEEN)
+    return ItemComparison(
+        item_id=entry.item_id,
+        type=entry.type,
+        visit=entry.visit,
+        predicted_s=entry.duration_s,
+        flown_s=flown_s,
+        paused_s=0.0 if ended is None or flown_s is None else ended.paused_s,
+        difference_percent=None if flown_s is None else difference_percent(entry.duration_s, flown_s),
+        unsure_s=entry.unsure_s,
+        reason=reason,
+    )
+
+
+def _unpredicted(item_id: str, visit: int, ended: EndedItem, why_none: Reason | None) -> ItemComparison:
+    return ItemComparison(
+        item_id=item_id,
+        type="",
+        visit=visit,
+        predicted_s=None,
+        flown_s=_flown_s(ended),
+        paused_s=ended.paused_s,
+        difference_percent=None,
+        unsure_s=0.0,
+        reason=why_none or because(ReasonCode.VISIT_NOT_PREDICTED),
+    )
+
+
+def _why_not_released(drop: DropRecord) -> Reason | None:
+    """Why a supervised drop that is over has no time of its own; None if it has, or may get one."""
+    if drop.supervised and drop.phase is DropPhase.DONE and drop.attempts == 0:
+        return because(ReasonCode.NO_RELEASE_SENT, drop.reason)
+    return None
+
+
+def _drop(record: DropRecord, predicted: PredictedDrop | None, why_none: Reason | None) -> DropComparison:
+    reason = _why_not_released(record)
+    if not reason and predicted is None:
+        reason = why_none or because(ReasonCode.DROP_NOT_PREDICTED)
+    if not reason and record.phase is not DropPhase.DONE:
+        reason = because(ReasonCode.NOT_DROPPED_YET)
+    if not reason and record.latitude_deg is None:
+        reason = because(ReasonCode.RELEASE_UNSEEN)
+    apart_m = _apart_m(record, predicted)
+    if not reason and apart_m is None:
+        reason = because(ReasonCode.PLACE_NOT_PREDICTED)
+    return DropComparison(
+        item_id=record.plan_item_id,
+        predicted_latitude_deg=None if predicted is None else predicted.release_latitude_deg,
+        predicted_longitude_deg=None if predicted is None else predicted.release_longitude_deg,
+        predicted_offset_m=None if predicted is None else predicted.offset_m,
+        predicted_ground_speed_m_s=None if predicted is None else predicted.ground_speed_m_s,
+        flown_latitude_deg=record.latitude_deg,
+        flown_longitude_deg=record.longitude_deg,
+        flown_offset_m=record.offset_m,
+        flown_ground_speed_m_s=record.ground_speed_m_s,
+        apart_m=apart_m,
+        reason=reason,
+    )
+
+
+def _apart_m(record: DropRecord, predicted: PredictedDrop | None) -> float | None:
+    if predicted is None or predicted.release_latitude_deg is None or predicted.release_longitude_deg is None:
+        return None
+    if record.latitude_deg is None or record.longitude_deg is None:
+        return None
+    there = (record.latitude_deg, record.longitude_deg)
+    return distance_m(predicted.release_latitude_deg, predicted.release_longitude_deg, *there)

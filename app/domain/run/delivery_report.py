@@ -1,0 +1,233 @@
+"""Proof of delivery: what was ordered, what flew, how each drop ended, and which events of the journal say so."""
+
+from __future__ import annotations
+
+from collections.abc import Container, Mapping
+from typing import Any, Final
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from app.domain.drop.record import DropRecord
+from app.domain.events import Event, EventKind
+from app.domain.events.run import RunAttachment, RunChanged, RunContinued, RunCreated, RunMissionChanged
+from app.domain.plan import Order
+from app.domain.plan.document import document_hash
+from app.domain.reasons import Reason
+from app.domain.run.attachment import Attachment
+from app.domain.run.fold import RunFold
+from app.domain.run.run import PlanChange, Run, RunState
+from app.domain.vehicle.state import VehicleType
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True)
+
+
+class PlanProof(_Part):
+    """The plan that was flown. `hash` is the SHA-256 of its canonical JSON when the run was made.
+
+    `is_as_flown` says whether the plan that is stored now still has this hash: if not, somebody altered it, and order,
+    name and map are not to be trusted.
+    """
+
+    id: str
+    hash: str
+    is_as_flown: bool
+    name: str | None = None
+    order: Order | None = None
+
+
+class EarlierPlan(_Part):
+    """A plan that the run flew until it was changed in flight, and the mission of it that was on board."""
+
+    id: str
+    hash: str
+    mission_hash: str | None
+    mission_id: int | None
+    until: float
+    changed_by: str
+
+
+class VehicleProof(_Part):
+    """The vehicle that flew, as it reported itself when the run was made. `uid` is AUTOPILOT_VERSION's."""
+
+    id: str
+    uid: str | None
+    vehicle_type: VehicleType | None
+    firmware: str | None
+
+
+class MissionProof(_Part):
+    """What was uploaded: SHA-256 over mission, fence and rally points; PX4's CRC-32 of the mission, if it gave one."""
+
+    hash: str | None
+    id: int | None
+
+
+class Entry(_Part):
+    """An event of the run that the proof rests on. `seq` and `hash` are its link in the journal's chain."""
+
+    seq: int
+    hash: str
+    time: float
+    kind: EventKind
+    data: dict[str, Any]
+
+
+class AttachmentProof(Attachment):
+    """An attachment, and whether the stored file still is the one that was attached."""
+
+    is_as_attached: bool
+
+
+class Proof(_Part):
+    """One run's proof. Times are Unix seconds. It may change until `is_final`; attachments may come later, too.
+
+    `continues` is the run whose rest this one flew, `continued_by` the one that flew the rest of this: its drops that
+    are not told of here. `entries` are its commands, acks, drops and states, in order. `waydrop verify-journal --anchor
+    SEQ:HASH` with any of them shows whether the journal still says the same.
+    """
+
+    gateway: str
+    issued_at: float
+    is_final: bool
+    run_id: str
+    state: RunState
+    reason: Reason | None
+    requested_by: str
+    created_at: float
+    started_at: float | None
+    ended_at: float | None
+    plan: PlanProof
+    mission: MissionProof
+    earlier_plans: tuple[EarlierPlan, ...] = ()
+    continues: str | None = None
+    continued_by: str | None = None
+    vehicle: VehicleProof
+    drops: tuple[DropRecord, ...]
+    attachments: tuple[AttachmentProof, ...]
+    entries: tuple[Entry, ...]
+
+
+_WHOLE: Final = frozenset(
+    {
+        *(EventKind.RUN_COMMAND, EventKind.RUN_ACK, EventKind.RUN_DROP),
+        *(EventKind.DROP_CONSENT_ASKED, EventKind.DROP_CONSENT_CLOSED, EventKind.SIMULATOR_FAULT),
+    }
+)
+
+
+class Story:
+    """Collects a run's entries from its events, in order. Of the run itself only its changes of state are told.
+
+    `fold` is the run as these events left it: the proof rests on the chain and not on the table of runs.
+    """
+
+    def __init__(self) -> None:
+        self.fold = RunFold()
+        self.attachments: list[Attachment] = []
+        self.earlier_plans: list[EarlierPlan] = []
+        self._entries: list[Entry] = []
+        self._state: tuple[RunState, Reason | None] | None = None
+
+    def take(self, event: Event) -> None:
+        """One event of the run."""
+        self.fold.take(event.data)
+        match event.data:
+            case RunMissionChanged(change=change):
+                self._take_change(event, change)
+            case RunContinued(root=run):
+                self._add(event, {"continued_by": run.continued_by})
+            case RunCreated(root=run) | RunChanged(root=run) if (run.state, run.reason) != self._state:
+                self._state = (run.state, run.reason)
+                told = run.model_dump(mode="json", include={"state", "reason"})
+                self._add(event, told)
+            case RunAttachment(root=attachment):
+                self.attachments.append(attachment)
+                self._add(event, attachment.model_dump(mode="json"))
+            case _ if event.kind in _WHOLE:
+                self._add(event, event.data.model_dump(mode="json"))
+            case _:
+                pass  # no evidence
+
+    def _take_change(self, event: Event, change: PlanChange) -> None:
+        """The run as it was until now flew another plan. What was predicted for the new one is no evidence."""
+        self._add(event, {"change": change.model_dump(mode="json")})
+        if (run := self.fold.run()) is not None:
+            self.earlier_plans.append(
+                EarlierPlan(
+                    id=run.plan_id,
+                    hash=run.plan_hash,
+                    mission_hash=run.mission_hash,
+                    mission_id=run.mission_id,
+                    until=event.time,
+                    changed_by=change.by,
+                )
+            )
+
+    def told(self) -> tuple[Entry, ...]:
+        """All entries so far."""
+        return tuple(self._entries)
+
+    def _add(self, event: Event, data: dict[str, Any]) -> None:
+        self._entries.append(Entry(seq=event.seq, hash=event.hash, time=event.time, kind=event.kind, data=data))
+
+
+def proof_of(
+    run: Run,
+    story: Story,
+    *,
+    gateway: str,
+    document: Mapping[str, Any],
+    altered: Container[str],
+    issued_at: float,
+) -> Proof:
+    """The proof of a run as its events tell it.
+
+    `document` is the plan that is stored for it; `altered` are the hashes of attachments whose files are not right.
+    """
+    run = story.fold.run() or run
+    return Proof(
+        gateway=gateway,
+        issued_at=issued_at,
+        is_final=run.is_over,
+        run_id=run.id,
+        state=run.state,
+        reason=run.reason,
+        requested_by=run.requested_by,
+        created_at=run.created_at,
+        started_at=run.started_at,
+        ended_at=run.ended_at,
+        plan=_plan_proof(run, document),
+        mission=MissionProof(hash=run.mission_hash, id=run.mission_id),
+        earlier_plans=tuple(story.earlier_plans),
+        continues=run.continues,
+        continued_by=run.continued_by,
+        vehicle=VehicleProof(
+            id=run.vehicle_id, uid=run.vehicle_uid, vehicle_type=run.vehicle_type, firmware=run.firmware
+        ),
+        drops=run.drops,
+        attachments=tuple(
+            AttachmentProof(**dict(one), is_as_attached=one.sha256 not in altered) for one in story.attachments
+        ),
+        entries=story.told(),
+    )
+
+
+def _plan_proof(run: Run, document: Mapping[str, Any]) -> PlanProof:
+    name = document.get("name")
+    return PlanProof(
+        id=run.plan_id,
+        hash=run.plan_hash,
+        is_as_flown=document_hash(document) == run.plan_hash,
+        name=name if isinstance(name, str) else None,
+        order=_order(document),
+    )
+
+
+def _order(document: Mapping[str, Any]) -> Order | None:
+    """The plan's order; None too for one of another version that this one cannot read."""
+    try:
+        return None if document.get("order") is None else Order.model_validate(document["order"])
+    except ValidationError:
+        return None

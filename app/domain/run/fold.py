@@ -1,0 +1,40 @@
+"""A run as its events tell it: what the journal's chain bears, whatever the table of runs says."""
+
+from __future__ import annotations
+
+from app.domain.drop.record import DropRecord
+from app.domain.events import AnyPayload
+from app.domain.events.run import RunChanged, RunContinued, RunCreated, RunDrop, RunUploadProgress
+from app.domain.run.run import Run
+
+
+class RunFold:
+    """Takes one run's events in order."""
+
+    def __init__(self) -> None:
+        self._run: Run | None = None
+        self._drops: dict[str, DropRecord] = {}
+
+    @property
+    def knows_when(self) -> bool:
+        """Whether the newest event told `updated_at` too: a drop's does not."""
+        return not self._drops
+
+    def take(self, told: AnyPayload) -> None:
+        """One event."""
+        match told:
+            case RunCreated(root=run) | RunChanged(root=run) | RunContinued(root=run):
+                self._run, self._drops = run, {}
+            case RunDrop(root=drop):
+                self._drops[drop.plan_item_id] = drop
+            case RunUploadProgress(percent=percent) if self._run is not None:
+                self._run = self._run.model_copy(update={"upload_percent": percent})
+            case _:
+                pass  # changes nothing of the run itself
+
+    def run(self) -> Run | None:
+        """The run after the newest event; None if nothing told of it."""
+        if self._run is None or not self._drops:
+            return self._run
+        drops = tuple(self._drops.get(drop.plan_item_id, drop) for drop in self._run.drops)
+        return self._run.model_copy(update={"drops": drops})

@@ -1,1 +1,0 @@
-"""Setpoints: what may be asked of a vehicle in OFFBOARD mode, how it is sent, and what is refused."""

@@ -1,0 +1,221 @@
+"""The ports to storage: what is kept, and the answers that each store gives. storage/ implements them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final, Protocol
+
+from app.domain.events import Event, NewEvent
+from app.domain.jobs.job import Job, JobState
+from app.domain.jobs.queue import VehicleQueue
+from app.domain.run.attachment import Attachment
+from app.domain.run.run import Run, RunState
+from app.domain.vehicle.state import VehicleType
+
+# Which runs somebody wants to see.
+
+
+@dataclass(frozen=True, slots=True)
+class RunFilter:
+    """Every condition that is given must hold; none: all runs.
+
+    `states` empty is any state. Times are Unix seconds of the run's creation, `created_from` included and
+    `created_before` not. `older_than` is the id of a run: only those stored before it, for the next page.
+    """
+
+    vehicle_id: str | None = None
+    plan_id: str | None = None
+    states: frozenset[RunState] = frozenset()
+    open_only: bool = False
+    created_from: float | None = None
+    created_before: float | None = None
+    older_than: str | None = None
+
+
+ALL_RUNS: Final = RunFilter()
+
+
+# Where attachments lie: storage/ implements it.
+
+
+class AttachmentStore(Protocol):
+    """Files by their SHA-256, and what the journal says of them. Each method may raise StorageError."""
+
+    async def put(self, sha256: str, content: bytes) -> None:
+        """Store a file, whole or not at all; on the disk when this returns. One that is there already is left.
+
+        Raises AttachmentsFullError.
+        """
+
+    async def get(self, sha256: str) -> bytes:
+        """The file. Raises AttachmentAlteredError if it is gone or has another hash."""
+
+    async def is_intact(self, sha256: str) -> bool:
+        """Whether the file is there and has this hash."""
+
+    async def of_run(self, run_id: str) -> Sequence[Attachment]:
+        """What the journal's events say was attached to a run, in order."""
+
+
+# Where the inputs of flights are kept: storage/ implements it.
+
+
+MOST_BYTES: Final = 8_000_000
+"""Of one run, packed: some hours of flight. What comes after is left out."""
+MOST_RUNS: Final = 100
+"""The newest runs whose inputs are kept."""
+
+
+class FlightLog(Protocol):
+    """Lines of domain/flight/recording.py. Not part of the chain: they explain a run, and are no evidence of it."""
+
+    async def append(self, run_id: str, text: str) -> None:
+        """Keep some more lines of a run, unless it has MOST_BYTES. Raises StorageError."""
+
+    async def read(self, run_id: str) -> str:
+        """All lines of a run in order; empty if there are none. Raises StorageError."""
+
+
+# Where jobs are kept: storage/. They are written with the events that tell of them (EventStore.append).
+
+
+JobRecord = Job | VehicleQueue
+"""What an event of jobs may change."""
+
+
+@dataclass(frozen=True, slots=True)
+class JobFilter:
+    """Every condition that is given must hold. `vehicle_id`: it has the job, had it, or is the one that is wished.
+
+    `older_than` is the id of a job: only those stored before it, for the next page.
+    """
+
+    vehicle_id: str | None = None
+    plan_id: str | None = None
+    states: frozenset[JobState] = frozenset()
+    open_only: bool = False
+    older_than: str | None = None
+
+
+ALL_JOBS: Final = JobFilter()
+
+
+class JobStore(Protocol):
+    """Jobs as last stored. Each method may raise StorageError."""
+
+    async def get(self, job_id: str) -> Job | None:
+        """One job."""
+
+    async def list_jobs(self, wanted: JobFilter, *, limit: int) -> Sequence[Job]:
+        """Newest first."""
+
+    async def list_queues(self) -> Sequence[VehicleQueue]:
+        """The queues of which anything was ever recorded, by vehicle."""
+
+
+# Ports: what services need of the world. vehicles/ and storage/ implement them; tests run one suite per port.
+
+
+class EventStore(Protocol):
+    """The journal on disk. One writer."""
+
+    async def append(
+        self,
+        events: Sequence[NewEvent],
+        runs: Sequence[Run] = (),
+        plans: Sequence[StoredPlan] = (),
+        jobs: Sequence[JobRecord] = (),
+    ) -> Sequence[Event]:
+        """Number and store events, the runs and jobs they changed, the plans they announce. Raises StorageError."""
+
+    async def read(self, *, after: int, limit: int, run_id: str | None = None) -> Sequence[Event]:
+        """Events with seq > after, in order, at most `limit`."""
+
+    async def last_seq(self) -> int:
+        """The highest seq stored; 0 if none."""
+
+    async def last_by_hand(self) -> Sequence[Event]:
+        """The newest offboard.lease, offboard.changed and tasks.changed of each vehicle, in order."""
+
+
+class RunStore(Protocol):
+    """Runs as last stored."""
+
+    async def get(self, run_id: str) -> Run | None:
+        """One run."""
+
+    async def list_runs(self, wanted: RunFilter, *, limit: int) -> Sequence[Run]:
+        """Newest first."""
+
+
+@dataclass(frozen=True, slots=True)
+class StoredPlan:
+    """A plan as accepted. `document` is the normalised JSON; `hash` its sha256."""
+
+    id: str
+    hash: str
+    name: str
+    vehicle_type: VehicleType
+    created_at: float
+    created_by: str
+    document: dict[str, Any]
+
+
+class PlanStore(Protocol):
+    """Accepted plans; never changed after they are stored (with their event: EventStore.append)."""
+
+    async def get(self, plan_id: str) -> StoredPlan | None:
+        """One plan."""
+
+    async def list_plans(self, *, limit: int) -> Sequence[StoredPlan]:
+        """Newest first."""
+
+
+@dataclass(frozen=True, slots=True)
+class StoredToken:
+    """A bearer token: only its sha256 is kept."""
+
+    id: str
+    name: str
+    role: str
+    token_hash: str
+    created_at: float
+    revoked_at: float | None = None
+
+
+class TokenStore(Protocol):
+    """Bearer tokens."""
+
+    async def add(self, token: StoredToken) -> None:
+        """Store a new token."""
+
+    async def find_by_hash(self, token_hash: str) -> StoredToken | None:
+        """The live token with this hash; None if unknown or revoked."""
+
+    async def list_tokens(self) -> Sequence[StoredToken]:
+        """All, revoked ones too."""
+
+    async def revoke(self, token_id: str, *, now: float) -> bool:
+        """Revoke; False if there is no such live token."""
+
+
+@dataclass(frozen=True, slots=True)
+class StoredAnswer:
+    """The answer to a request with an Idempotency-Key, replayed for the same key and the same request."""
+
+    key: str
+    request_hash: str
+    status: int
+    headers: dict[str, str]
+    body: bytes
+
+
+class AnswerStore(Protocol):
+    """Answers by Idempotency-Key; old ones are dropped after a day."""
+
+    async def get(self, key: str) -> StoredAnswer | None:
+        """The stored answer."""
+
+    async def put(self, answer: StoredAnswer, *, now: float) -> None:
+        """Store an answer."""

@@ -1,1 +1,0 @@
-"""The task queue: navigation patterns, the queue that orders them, and how each is flown."""

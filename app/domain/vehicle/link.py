@@ -1,0 +1,282 @@
+"""The port to vehicles: one link for each vehicle. vehicles/ implements it; tests run one contract suite against it."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from app.domain.mission.mission import Mission, MissionItem, MissionType
+from app.domain.offboard.messages import SetpointMessage
+from app.domain.reasons import Reason
+from app.domain.vehicle.commands import CommandAck, CommandRequest
+from app.domain.vehicle.state import (
+    AutopilotKind,
+    FirmwareVersion,
+    FlightMode,
+    VehicleProfile,
+    VehicleState,
+    VehicleType,
+)
+
+# The part of the vehicle's port that carries missions.
+
+
+@dataclass(frozen=True, slots=True)
+class UploadProgress:
+    """One step of an upload. `sent` of `total` items of this list; `attempt` starts at 1.
+
+    The last one of a good upload has `verified_by` set: "mission_id" (the ids agree) or "read_back" (every item
+    compared), and `mission_id` where the firmware gives one.
+    """
+
+    mission_type: MissionType
+    sent: int
+    total: int
+    attempt: int
+    verified_by: str | None = None
+    mission_id: int | None = None
+
+
+class MissionLink(Protocol):
+    """Every method may raise LinkError."""
+
+    def mission_id_of(self, mission: Mission) -> int:
+        """The id by which PX4 will name this mission (MISSION_CURRENT.mission_id), where its firmware names any."""
+
+    def rally_points_id_of(self, mission: Mission) -> int:
+        """The same for its rally points (MISSION_CURRENT.rally_points_id)."""
+
+    def upload(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:
+        """Upload fence, rally, then mission, and verify. Closing the generator cancels the transfer.
+
+        Raises:
+            UploadError: it did not end verified; `extra["item_seq"]` names the refused item where known.
+        """
+
+    def replace_mission(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:
+        """Upload and verify the mission alone, over the one that is flown; fence and rally points stay.
+
+        A vehicle in Mission mode flies the new one, from its first item, as soon as its last item has come; until then
+        the old one. Closing the generator cancels the transfer. UploadError: which of the two it flies is told by
+        mission_id alone.
+        """
+
+    async def download(self, mission_type: MissionType) -> tuple[MissionItem, ...]:
+        """Read a list back from the vehicle."""
+
+    async def wait_mission_ready(self, *, mission_id: int | None, rerun: bool, timeout_s: float) -> None:
+        """Return when the uploaded mission may be started (mission_state and mission_id fit, 50 ms passed).
+
+        Raises:
+            VehicleRefusedError: the vehicle found the mission infeasible; its texts are in `extra["texts"]`.
+        """
+
+    async def set_current(self, seq: int) -> None:
+        """Make `seq` the current item (command 224, else MISSION_SET_CURRENT) and wait until that is accepted."""
+
+
+# The part of the vehicle's port that offboard control needs.
+
+
+class OffboardLink(Protocol):
+    """Every method may raise LinkError."""
+
+    async def enter_offboard(self) -> None:
+        """OFFBOARD mode, seen in the HEARTBEAT. Setpoints must flow before, and go on."""
+
+    def send_setpoint(self, message: SetpointMessage) -> None:
+        """Send one setpoint, once, now. Never blocks; nothing repeats it."""
+
+    async def read_parameters(self, names: Sequence[str]) -> Mapping[str, float | int]:
+        """These parameters as they are now, not from a cache; one that does not answer is left out."""
+
+
+# Ports: what services need of the world. vehicles/ and storage/ implement them; tests run one suite per port.
+
+
+Unsubscribe = Callable[[], None]
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleIdentity:
+    """Who a vehicle is. `uid` is AUTOPILOT_VERSION's uid2 (or uid) as hex; None until it answered."""
+
+    system_id: int
+    connection: str
+    vehicle_type: VehicleType | None = None
+    firmware: FirmwareVersion | None = None
+    uid: str | None = None
+    autopilot: AutopilotKind = AutopilotKind.PX4
+
+
+@dataclass(frozen=True, slots=True)
+class LinkLost:
+    """No HEARTBEAT for 3 s. What was last known stays readable, with its age."""
+
+    heartbeat_age_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class LinkRestored:
+    """HEARTBEAT is back."""
+
+
+@dataclass(frozen=True, slots=True)
+class IdentityKnown:
+    """AUTOPILOT_VERSION answered, or the type became known: read `identity` again."""
+
+
+@dataclass(frozen=True, slots=True)
+class StateChanged:
+    """mode, armed, landed, failsafe or vtol_state differ from before: read `state()`."""
+
+
+@dataclass(frozen=True, slots=True)
+class MissionCurrent:
+    """MISSION_CURRENT changed (seq, total, mission_state or mission_id): read `state()`.
+
+    `mode` is the vehicle's when this came (None: not known), `mission_id` the mission that it is about.
+    """
+
+    seq: int
+    mode: FlightMode | None = None
+    mission_id: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ItemReached:
+    """MISSION_ITEM_REACHED, once per visit (PX4 repeats it about ten times; it may never come). `mode` as above."""
+
+    seq: int
+    mode: FlightMode | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class GripperOutput:
+    """SERVO_OUTPUT_RAW of the gripper's output changed: 2000 grab, 1000 release, 900 disarmed [us]."""
+
+    output_us: int
+
+
+@dataclass(frozen=True, slots=True)
+class StatusText:
+    """STATUSTEXT, chunks joined. `severity` is the MAV_SEVERITY word in lower case."""
+
+    severity: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Rebooted:
+    """The vehicle's time since boot jumped back: its mission index is 0 again."""
+
+
+@dataclass(frozen=True, slots=True)
+class DuplicateSystem:
+    """Two vehicles answer to this system id. Nothing may be sent to it."""
+
+    reason: Reason
+
+
+@dataclass(frozen=True, slots=True)
+class ClockRateTold:
+    """A simulator's speed was changed: the vehicle's clock runs `rate` times as fast as ours from now on."""
+
+    rate: float
+
+
+@dataclass(frozen=True, slots=True)
+class ParametersChanged:
+    """Parameters that Waydrop uses have other values now: somebody set them."""
+
+    parameters: Mapping[str, float | int]
+
+
+LinkChange = LinkLost | LinkRestored | IdentityKnown | DuplicateSystem | ParametersChanged
+MissionFact = MissionCurrent | ItemReached | GripperOutput
+LinkFact = LinkChange | MissionFact | StateChanged | StatusText | Rebooted | ClockRateTold
+
+
+class VehicleLink(MissionLink, OffboardLink, Protocol):
+    """One vehicle on the wire. Every method may raise LinkTimeoutError or VehicleRefusedError.
+
+    Listeners are called on the event loop, in order of arrival, and must not block.
+    """
+
+    @property
+    def identity(self) -> VehicleIdentity:
+        """Who it is, as far as known."""
+
+    def state(self) -> VehicleState:
+        """The newest measurements, ages computed now. Cheap."""
+
+    def subscribe(self, listener: Callable[[LinkFact], None]) -> Unsubscribe:
+        """Call `listener` for each fact from now on. The returned function ends it; calling it twice is fine."""
+
+    def tell_clock_rate(self, rate: float) -> None:
+        """A simulator's speed is changed: `state().clock` is measured anew, and listeners hear ClockRateTold."""
+
+    async def read_facts(self, *, fresh: bool = False) -> VehicleProfile:
+        """Version, home and the parameters that rules need; unknown ones are absent.
+
+        Parameters are followed as the vehicle tells of changes. What it does not tell of is read again if `fresh`, or
+        older than 30 s; if that takes more than a second (3 s if `fresh`), `parameters_age_s` says how old they are.
+        """
+
+    async def arm(self, leaves: Callable[[], None] = lambda: None) -> None:
+        """Arm: sent once, right after a HEARTBEAT that says disarmed and Hold. `leaves` is called as it is sent.
+
+        Raises:
+            VehicleRefusedError: the vehicle's checks fail; `extra["texts"]` has its reasons.
+            VehicleTakenError: it is armed, or in another mode; CommandExpiredError: no HEARTBEAT came in time. Nothing
+                was sent.
+            LinkTimeoutError: no ack: it may be armed now.
+        """
+
+    async def disarm(self) -> None:
+        """Disarm; refused in flight."""
+
+    async def start_mission(self) -> None:
+        """Switch to Mission mode and see it in the HEARTBEAT. Also resumes."""
+
+    async def hold(self) -> None:
+        """Hold mode (AUTO.LOITER), seen in the HEARTBEAT."""
+
+    async def hold_disarmed(self) -> None:
+        """As `hold`, for a vehicle that stands disarmed: commanded only right after a HEARTBEAT that says so.
+
+        Raises VehicleTakenError: it is armed; nothing was sent.
+        """
+
+    async def return_to_launch(self) -> None:
+        """Return mode, seen in the HEARTBEAT. Out of OFFBOARD through Hold, or PX4 would go back to OFFBOARD when it
+        disarms, and not arm again.
+        """
+
+    async def land(self) -> None:
+        """Land mode, seen in the HEARTBEAT; out of OFFBOARD as `return_to_launch`."""
+
+    def command(self, request: CommandRequest) -> AsyncGenerator[CommandAck, None]:
+        """Send a command and yield each ack to us; the last one is final.
+
+        Raises:
+            CommandExpiredError: `send_before_s` was over; nothing was sent.
+            LinkTimeoutError: no final ack before the deadline. What the vehicle did is then not known.
+        """
+
+
+class LinkSource(Protocol):
+    """Finds vehicles on its connections. Listeners are called on the event loop."""
+
+    def links(self) -> Sequence[VehicleLink]:
+        """All vehicles seen so far."""
+
+    def subscribe(self, listener: Callable[[VehicleLink], None]) -> Unsubscribe:
+        """Call `listener` for each vehicle found from now on."""
+
+    async def start(self) -> None:
+        """Open all connections. Raises LinkError naming the connection that cannot be opened."""
+
+    async def close(self) -> None:
+        """Cancel transfers, end callbacks, destroy the instances. Idempotent."""

@@ -1,0 +1,303 @@
+"""What is known of a vehicle: its type, its firmware, its facts (slow) and its state (fast)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Final
+
+from pydantic import BaseModel, ConfigDict
+
+from app.domain.vehicle.clock import UNHEARD, VehicleClock
+from app.domain.vehicle.performance import Performance
+
+# A vehicle in flight: where a mission begins that is uploaded to it there.
+
+
+class InFlight(BaseModel):
+    """Place and motion at one moment; the altitude is above home.
+
+    `wing_borne`: a VTOL that flies on its wing (EXTENDED_SYS_STATE.vtol_state). `asked_speed_m_s` is the speed that the
+    plan asked for last: a new mission has to ask for it again. None: its own cruise speed.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    latitude_deg: float
+    longitude_deg: float
+    relative_altitude_m: float
+    ground_speed_m_s: float = 0.0
+    course_deg: float | None = None
+    wing_borne: bool = False
+    asked_speed_m_s: float | None = None
+
+
+# What is known of a vehicle: its type, its firmware, its facts (slow) and its state (fast).
+
+
+FIRMWARE: Final = "firmware"
+HOME: Final = "home"
+"""Names of facts that are no parameters."""
+
+
+class AutopilotKind(StrEnum):
+    """What flies a vehicle: see app/domain/autopilot. From MAV_AUTOPILOT of the HEARTBEAT."""
+
+    PX4 = "px4"
+
+
+class VehicleType(StrEnum):
+    """The vehicle types whose braking semantics differ. From MAV_TYPE of the HEARTBEAT."""
+
+    MULTICOPTER = "multicopter"
+    FIXED_WING = "fixed_wing"
+    VTOL = "vtol"
+    ROVER = "rover"
+    AIRSHIP = "airship"
+
+
+class LandedState(StrEnum):
+    """EXTENDED_SYS_STATE.landed_state."""
+
+    UNDEFINED = "undefined"
+    ON_GROUND = "on_ground"
+    IN_AIR = "in_air"
+    TAKING_OFF = "taking_off"
+    LANDING = "landing"
+
+
+class MissionState(StrEnum):
+    """MISSION_CURRENT.mission_state. PX4 says `no_mission` for an infeasible mission too."""
+
+    UNKNOWN = "unknown"
+    NO_MISSION = "no_mission"
+    NOT_STARTED = "not_started"
+    ACTIVE = "active"
+    PAUSED = "paused"
+    COMPLETE = "complete"
+
+
+class FlightMode(StrEnum):
+    """PX4's custom_mode in the words that matter to Waydrop."""
+
+    MISSION = "mission"
+    HOLD = "hold"
+    RETURN = "return"
+    LAND = "land"
+    TAKEOFF = "takeoff"
+    OFFBOARD = "offboard"
+    POSITION = "position"
+    ALTITUDE = "altitude"
+    MANUAL = "manual"
+    STABILIZED = "stabilized"
+    ORBIT = "orbit"
+    OTHER = "other"
+
+
+class GnssFix(StrEnum):
+    """GPS_FIX_TYPE, from the weakest to the strongest."""
+
+    NO_GPS = "no_gps"
+    NO_FIX = "no_fix"
+    FIX_2D = "2d"
+    FIX_3D = "3d"
+    DGPS = "dgps"
+    RTK_FLOAT = "rtk_float"
+    RTK_FIXED = "rtk_fixed"
+    STATIC = "static"
+    PPP = "ppp"
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class FirmwareVersion:
+    """AUTOPILOT_VERSION.flight_sw_version, as three numbers."""
+
+    major: int
+    minor: int
+    patch: int
+
+    def __str__(self) -> str:
+        return f"{self.major}.{self.minor}.{self.patch}"
+
+
+@dataclass(frozen=True, slots=True)
+class GlobalPosition:
+    """A place on earth. `altitude_m` is AMSL."""
+
+    latitude_deg: float
+    longitude_deg: float
+    altitude_m: float
+
+
+def _nobody_listens(_name: str) -> None:
+    pass
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleProfile:
+    """What a plan is checked against. Unknown things are None; rules must then take the strict side.
+
+    `parameters` holds the autopilot's parameters by name as read from the vehicle: what they mean says `autopilot`.
+    Those that it does not have are in neither; `unanswered` were asked for, and nobody knows whether it has them.
+    `least_clock_rate`: see VehicleClock.least_rate. `in_flight`: it flies now, and the mission begins there; None: it
+    begins on the ground, at home. `performance` is what the operator declares of it, `battery_percent` its charge as
+    the facts were read. `assuming` is called with the name of each fact that is asked for, is not known and is assumed.
+    `parameters_age_s`: how long ago all of them were known to be the vehicle's; None: not since the link was lost.
+    Facts that differ in this alone are the same.
+    """
+
+    vehicle_type: VehicleType
+    firmware: FirmwareVersion | None = None
+    uid: str | None = None
+    home: GlobalPosition | None = None
+    parameters: Mapping[str, float | int] = field(default_factory=dict)
+    unanswered: frozenset[str] = frozenset()
+    max_mission_items: int | None = None
+    max_fence_items: int | None = None
+    max_rally_points: int | None = None
+    least_clock_rate: float | None = None
+    in_flight: InFlight | None = None
+    performance: Performance | None = None
+    battery_percent: float | None = None
+    assuming: Callable[[str], None] = field(default=_nobody_listens, compare=False, repr=False)
+    parameters_age_s: float | None = field(default=None, compare=False)
+    autopilot: AutopilotKind = AutopilotKind.PX4
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A picture that a camera says it took (CAMERA_IMAGE_CAPTURED). `url` may be empty; where it was, not what is seen.
+
+    `index` counts the camera's pictures. The place is the camera's own word, the altitude above mean sea level.
+    """
+
+    index: int
+    captured: bool
+    latitude_deg: float
+    longitude_deg: float
+    absolute_altitude_m: float
+    url: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleState:
+    """The newest measurements. Each `*_age_s` says how old its group is; None means never received.
+
+    Sources: HEARTBEAT (mode, armed), EXTENDED_SYS_STATE, GLOBAL_POSITION_INT, BATTERY_STATUS, MISSION_CURRENT,
+    GPS_RAW_INT (gnss, None again when it has not come for 5 s).
+    `boot_time_s` is the vehicle's own clock (GLOBAL_POSITION_INT.time_boot_ms) at the newest position: it runs faster
+    than ours in a simulation with a speed factor, and a bounded hold is counted on it. `clock` is how fast.
+    `home_ned_m` is home from the EKF origin, from where local setpoints count: north, east, down (HOME_POSITION.x ...).
+    `has_gripper_output`: a servo output is assigned to the gripper; None: not known.
+    `gripper_output_us` is SERVO_OUTPUT_RAW of the gripper's output (2000 grab, 1000 release, 900 disarmed); None while
+    its channel is not known. It is what the autopilot commands, not what a sensor saw.
+    """
+
+    connected: bool = False
+    mode: FlightMode | None = None
+    armed: bool | None = None
+    landed: LandedState = LandedState.UNDEFINED
+    in_failsafe: bool = False
+    latitude_deg: float | None = None
+    longitude_deg: float | None = None
+    absolute_altitude_m: float | None = None
+    relative_altitude_m: float | None = None
+    velocity_north_m_s: float | None = None
+    velocity_east_m_s: float | None = None
+    velocity_down_m_s: float | None = None
+    heading_deg: float | None = None
+    position_age_s: float | None = None
+    heartbeat_age_s: float | None = None
+    battery_percent: float | None = None
+    home: GlobalPosition | None = None
+    home_ned_m: tuple[float, float, float] | None = None
+    mission_seq: int | None = None
+    mission_total: int | None = None
+    mission_state: MissionState = MissionState.UNKNOWN
+    mission_id: int | None = None
+    rally_points_id: int | None = None
+    vtol_state: str | None = None
+    boot_time_s: float | None = None
+    gnss_fix: GnssFix | None = None
+    gnss_satellites: int | None = None
+    gnss_hdop: float | None = None
+    clock: VehicleClock = UNHEARD
+    has_gripper_output: bool | None = None
+    gripper_output_us: int | None = None
+    gripper_output_age_s: float | None = None
+    picture: Picture | None = None
+
+    @property
+    def ground_speed_m_s(self) -> float | None:
+        """Horizontal speed over ground, or None before the first position."""
+        if self.velocity_north_m_s is None or self.velocity_east_m_s is None:
+            return None
+        return float((self.velocity_north_m_s**2 + self.velocity_east_m_s**2) ** 0.5)
+
+
+# What carries a vehicle: this decides whether it can stop.
+
+
+class FlightRegime(StrEnum):
+    """What carries the vehicle."""
+
+    GROUND = "ground"
+    ROTARY_WING = "rotary_wing"
+    FIXED_WING = "fixed_wing"
+    WHEELS = "wheels"
+    BUOYANCY = "buoyancy"
+
+
+IN_AIR: Final[Mapping[VehicleType, FlightRegime]] = {
+    VehicleType.MULTICOPTER: FlightRegime.ROTARY_WING,
+    VehicleType.FIXED_WING: FlightRegime.FIXED_WING,
+    VehicleType.VTOL: FlightRegime.ROTARY_WING,
+    VehicleType.ROVER: FlightRegime.WHEELS,
+    VehicleType.AIRSHIP: FlightRegime.BUOYANCY,
+}
+"""After a takeoff by itself; a rover drives."""
+
+
+def carried_in_flight(vehicle_type: VehicleType, in_flight: InFlight | None = None) -> FlightRegime:
+    """What carries a vehicle that flies, or drives, now; by itself a VTOL hovers."""
+    if vehicle_type is VehicleType.VTOL and in_flight is not None and in_flight.wing_borne:
+        return FlightRegime.FIXED_WING
+    return IN_AIR[vehicle_type]
+
+
+# MAV_TYPE of the HEARTBEAT and of plan files, and the vehicle types whose braking semantics differ.
+
+
+_TYPES: Final = {
+    1: VehicleType.FIXED_WING,
+    2: VehicleType.MULTICOPTER,  # quadrotor
+    3: VehicleType.MULTICOPTER,  # coaxial helicopter
+    4: VehicleType.MULTICOPTER,  # helicopter
+    7: VehicleType.AIRSHIP,
+    10: VehicleType.ROVER,
+    13: VehicleType.MULTICOPTER,  # hexarotor
+    14: VehicleType.MULTICOPTER,  # octorotor
+    15: VehicleType.MULTICOPTER,  # tricopter
+    **dict.fromkeys(range(19, 26), VehicleType.VTOL),
+    29: VehicleType.MULTICOPTER,  # dodecarotor
+    35: VehicleType.MULTICOPTER,  # decarotor
+}
+
+_USUAL: Final = {
+    VehicleType.FIXED_WING: 1,
+    VehicleType.MULTICOPTER: 2,
+    VehicleType.AIRSHIP: 7,
+    VehicleType.ROVER: 10,
+    VehicleType.VTOL: 22,  # fixed rotors: what PX4 calls a standard VTOL
+}
+
+
+def vehicle_type(mav_type: int) -> VehicleType | None:
+    """The vehicle type; None for a MAV_TYPE that Waydrop cannot fly."""
+    return _TYPES.get(mav_type)
+
+
+def usual_mav_type(kind: VehicleType) -> int:
+    """The MAV_TYPE that stands for a vehicle type where a file wants one."""
+    return _USUAL[kind]

@@ -1,0 +1,167 @@
+"""The formats of other software: which ones are read and written, and how a document's format is recognised."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any, Final
+
+from app.domain.plan import Plan, parse_plan
+from app.domain.plan.json_tree import MAX_BODY_BYTES, read_json
+from app.domain.vehicle.state import VehicleType
+from app.interchange.findings import ConversionFinding, Report
+from app.interchange.geojson_writer import geojson_text
+from app.interchange.kml_writer import kml_text
+from app.interchange.plan_draft import finish
+from app.interchange.qgc_reader import Unsaid, read_qgc
+from app.interchange.qgc_writer import qgc_text
+from app.interchange.waypoints_reader import HEADER, read_waypoints
+
+# Reads a plan out of a document in any format that is known, and says in which it was.
+
+
+_KNOWN: Final = "read are: plans of Waydrop, .plan files of QGroundControl, and QGC WPL waypoint files"
+
+
+class SourceFormat(StrEnum):
+    """`plan` is Waydrop's own, `qgc` QGroundControl's .plan, `waypoints` the text of Mission Planner."""
+
+    PLAN = "plan"
+    QGC = "qgc"
+    WAYPOINTS = "waypoints"
+
+
+@dataclass(frozen=True, slots=True)
+class Conversion:
+    """The plan, the format that it came in, and what was lost or assumed on the way."""
+
+    plan: Plan
+    source: SourceFormat
+    findings: tuple[ConversionFinding, ...]
+
+
+def convert_to_plan(
+    raw: bytes,
+    *,
+    source: SourceFormat | None = None,
+    name: str | None = None,
+    vehicle_type: VehicleType | None = None,
+) -> Conversion:
+    """The plan in a document. `name` and `vehicle_type` count where the document says none.
+
+    Raises:
+        PlanInvalid: it is a plan of Waydrop's, and unusable; ConversionRefused: any other document that is no plan.
+    """
+    report = Report()
+    text = _decode(raw, report)
+    unsaid = Unsaid(name=name or Unsaid().name, vehicle_type=vehicle_type)
+    if text.startswith(HEADER):
+        found = SourceFormat.WAYPOINTS
+        _agree(source, found, report)
+        draft = read_waypoints(text, unsaid, report)
+    else:
+        document = _read_object(text, report)
+        found = _json_format(document, report)
+        _agree(source, found, report)
+        if found is SourceFormat.PLAN:
+            return Conversion(parse_plan(raw), found, ())
+        draft = read_qgc(document, unsaid, report)
+    plan = finish(draft, report)
+    return Conversion(plan, found, report.told())
+
+
+def _decode(raw: bytes, report: Report) -> str:
+    if len(raw) > MAX_BODY_BYTES:
+        message = f"the document has {len(raw)} bytes, at most {MAX_BODY_BYTES} are read"
+        report.refuse("conversion.too_large", "", message)
+        report.stop_if_refused()
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        report.refuse("conversion.encoding", "", f"this is not UTF-8: {error.reason} at byte {error.start}")
+    report.stop_if_refused()
+    return ""
+
+
+def _read_object(text: str, report: Report) -> dict[str, Any]:
+    if text.lstrip().startswith("<"):
+        report.refuse("conversion.format", "", "KML and other XML is only written: it does not say what to do", _KNOWN)
+        report.stop_if_refused()
+    tree = read_json(text)
+    report.refusals += tree.findings
+    report.stop_if_refused()
+    if isinstance(tree.value, dict):
+        return tree.value
+    report.refuse("conversion.format", "", "this is no document of a known format", _KNOWN)
+    report.stop_if_refused()
+    return {}
+
+
+def _json_format(document: dict[str, Any], report: Report) -> SourceFormat:
+    if "fileType" in document or "mission" in document:
+        return SourceFormat.QGC
+    if "items" in document or "vehicle_type" in document:
+        return SourceFormat.PLAN
+    message = "this is no document of a known format"
+    if document.get("type") in ("FeatureCollection", "Feature"):
+        message = "GeoJSON is only written: it does not say what a vehicle is to do"
+    report.refuse("conversion.format", "", message, _KNOWN)
+    report.stop_if_refused()
+    return SourceFormat.PLAN
+
+
+def _agree(asked: SourceFormat | None, found: SourceFormat, report: Report) -> None:
+    if asked not in (None, found):
+        message = f"asked was for {asked}, by its content this is {found}"
+        report.refuse("conversion.format", "", message, "leave the format out")
+        report.stop_if_refused()
+
+
+# Writes a plan in a format of other software.
+
+
+_UNSAFE: Final = re.compile(r"[^A-Za-z0-9._-]+")
+_LONGEST_NAME: Final = 80
+
+
+class TargetFormat(StrEnum):
+    """`qgc` is QGroundControl's .plan, which can be read back; the others are for maps."""
+
+    QGC = "qgc"
+    GEOJSON = "geojson"
+    KML = "kml"
+
+
+MEDIA_TYPES: Final[Mapping[TargetFormat, str]] = {
+    TargetFormat.QGC: "application/json",
+    TargetFormat.GEOJSON: "application/geo+json",
+    TargetFormat.KML: "application/vnd.google-earth.kml+xml",
+}
+_SUFFIXES: Final = {TargetFormat.QGC: ".plan", TargetFormat.GEOJSON: ".geojson", TargetFormat.KML: ".kml"}
+_WRITERS: Final[Mapping[TargetFormat, Callable[[Plan], tuple[str, tuple[ConversionFinding, ...]]]]] = {
+    TargetFormat.QGC: qgc_text,
+    TargetFormat.GEOJSON: geojson_text,
+    TargetFormat.KML: kml_text,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Exported:
+    """The document, and what of the plan it does not have or only Waydrop reads in it."""
+
+    text: str
+    findings: tuple[ConversionFinding, ...]
+
+
+def export_plan(plan: Plan, target: TargetFormat) -> Exported:
+    """Any plan can be written, one with errors too. Slow for hundreds of items: call it in a thread."""
+    text, findings = _WRITERS[target](plan)
+    return Exported(text, findings)
+
+
+def file_name(plan_name: str, target: TargetFormat) -> str:
+    """A name that every file system and every header takes."""
+    stem = _UNSAFE.sub("-", plan_name).strip("-.")[:_LONGEST_NAME].lower() or "plan"
+    return stem + _SUFFIXES[target]

@@ -1,0 +1,161 @@
+"""Delivery reports and comparisons of predicted against flown, made from runs, plans and events."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any, Final
+
+from app.domain.errors import AttachmentAlteredError
+from app.domain.events import Event
+from app.domain.events.run import RunItemEnded, RunMissionChanged, RunPredicted
+from app.domain.flight.progress import EndedItem
+from app.domain.prediction import Timeline
+from app.domain.reasons import Reason, ReasonCode, because
+from app.domain.run.attachment import PICTURES
+from app.domain.run.comparison import Comparison, compare
+from app.domain.run.delivery_report import Proof, Story, proof_of
+from app.domain.stores import AttachmentStore, PlanStore
+from app.services.clock import Clock
+from app.services.journal import Journal
+from app.services.runs import Runs
+
+# Compares what flew with what was predicted, from the events of the run.
+
+
+PAGE_EVENTS: Final = 100
+NOT_PREDICTED: Final = "no prediction was recorded"
+
+
+class Comparisons:
+    """A comparison is made anew from the journal each time it is asked for."""
+
+    def __init__(self, runs: Runs, journal: Journal) -> None:
+        self._runs = runs
+        self._journal = journal
+
+    async def of(self, run_id: str) -> Comparison:
+        """The comparison of one run, of this moment. Raises NotFoundError, StorageError."""
+        run = await self._runs.get(run_id)
+        told, after = _Told(), 0
+        while events := await self._journal.read(after, PAGE_EVENTS, run_id=run.id):
+            await asyncio.to_thread(told.take, events)
+            after = events[-1].seq
+        return await asyncio.to_thread(compare, run, told.timeline, told.flown, told.why_none)
+
+
+class _Told:
+    """What the run's events say of it."""
+
+    def __init__(self) -> None:
+        self.timeline: Timeline | None = None
+        self.flown: list[EndedItem] = []
+
+    @property
+    def why_none(self) -> Reason | None:
+        return because(ReasonCode.RUN_NOT_PREDICTED) if self.timeline is None else None
+
+    def take(self, events: Sequence[Event]) -> None:
+        for event in events:
+            match event.data:
+                case RunPredicted(root=timeline):
+                    self.timeline = timeline
+                case RunMissionChanged(timeline=rest):
+                    self._take_change(rest)
+                case RunItemEnded() as ended:
+                    self.flown.append(EndedItem(ended.item_id, ended.began_s, ended.ended_s, ended.paused_s))
+                case _:
+                    pass  # tells nothing of how long an item took
+
+    def _take_change(self, rest: Timeline) -> None:
+        """The plan was changed in flight: what was flown stays compared with what was predicted for it."""
+        visits: Counter[str] = Counter()
+        flown: set[tuple[str, int]] = set()
+        for ended in self.flown:
+            visits[ended.item_id] += 1
+            flown.add((ended.item_id, visits[ended.item_id]))
+        if self.timeline is not None:
+            self.timeline = self.timeline.continued(flown, rest)
+
+
+# Makes proofs of delivery from runs, their plans and their events.
+
+
+PICTURE_BYTES: Final = 300_000
+SHEET_PICTURES_BYTES: Final = 3_000_000
+"""Larger pictures are told by name and hash: a sheet is sent by mail and kept for years."""
+
+
+@dataclass(frozen=True, slots=True)
+class IssuedProof:
+    """A proof, and the document of the plan that it is about: empty if the plan is gone from the disk."""
+
+    proof: Proof
+    plan: dict[str, Any]
+
+    @property
+    def small_pictures(self) -> Iterator[str]:
+        """The hashes of its pictures that a sheet can hold, as many as it can hold."""
+        room = SHEET_PICTURES_BYTES
+        for one in self.proof.attachments:
+            if one.media_type in PICTURES and one.is_as_attached and one.size_bytes <= min(PICTURE_BYTES, room):
+                room -= one.size_bytes
+                yield one.sha256
+
+
+class Proofs:
+    """A proof is made anew from what is stored each time it is asked for."""
+
+    def __init__(
+        self,
+        runs: Runs,
+        plans: PlanStore,
+        attachments: AttachmentStore,
+        journal: Journal,
+        clock: Clock,
+        gateway_id: str,
+    ) -> None:
+        self._runs = runs
+        self._plans = plans
+        self._attachments = attachments
+        self._journal = journal
+        self._clock = clock
+        self._gateway_id = gateway_id
+
+    async def of(self, run_id: str) -> IssuedProof:
+        """The proof of one run, of this moment. Raises NotFoundError, StorageError."""
+        run = await self._runs.get(run_id)
+        stored = await self._plans.get(run.plan_id)
+        document = {} if stored is None else stored.document
+        story, after = Story(), 0
+        while events := await self._journal.read(after, PAGE_EVENTS, run_id=run.id):
+            await asyncio.to_thread(_tell, story, events)
+            after = events[-1].seq
+        hashes = {attachment.sha256 for attachment in story.attachments}
+        altered = {sha256 for sha256 in hashes if not await self._attachments.is_intact(sha256)}
+        proof = await asyncio.to_thread(
+            proof_of,
+            run,
+            story,
+            gateway=self._gateway_id,
+            document=document,
+            altered=altered,
+            issued_at=self._clock.now(),
+        )
+        return IssuedProof(proof, document)
+
+    async def pictures(self, issued: IssuedProof) -> dict[str, bytes]:
+        """The small pictures of a proof by their SHA-256, for its sheet. Raises StorageError."""
+        found = {}
+        for sha256 in issued.small_pictures:
+            with suppress(AttachmentAlteredError):  # since the proof was made: its name and hash stand there alone
+                found[sha256] = await self._attachments.get(sha256)
+        return found
+
+
+def _tell(story: Story, events: Sequence[Event]) -> None:
+    for event in events:
+        story.take(event)

@@ -1,0 +1,101 @@
+"""The book of jobs: what is open, in memory as on disk. A change is stored with its event before anybody acts on it."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from typing import Literal
+
+from app.domain.errors import NotFoundError
+from app.domain.events import NewEvent
+from app.domain.events.service import JobChanged, JobQueueChanged
+from app.domain.jobs.job import Job, change_word
+from app.domain.jobs.queue import JobQueue, VehicleQueue
+from app.domain.stores import JobFilter, JobRecord, JobStore
+from app.services.clock import Clock
+from app.services.journal import Journal
+
+MOST_OPEN = 10_000
+WAYDROP = "waydrop"
+"""Who changes a job when nobody asked for it."""
+
+
+class JobRepository:
+    """One change after the other. Who changes a job gives a step: it meets the job as it is by then."""
+
+    def __init__(self, store: JobStore, journal: Journal, clock: Clock, capacity: int) -> None:
+        self.queue = JobQueue(capacity=capacity)
+        self._vehicles: dict[str, VehicleQueue] = {}
+        self._store = store
+        self._journal = journal
+        self._clock = clock
+        self._turn = asyncio.Lock()
+
+    async def load(self) -> None:
+        """Read what an earlier process left. Raises StorageError."""
+        self.queue = self.queue.with_jobs(await self._store.list_jobs(JobFilter(open_only=True), limit=MOST_OPEN))
+        self._vehicles = {queue.vehicle_id: queue for queue in await self._store.list_queues()}
+
+    def vehicle(self, vehicle_id: str) -> VehicleQueue:
+        """The queue of one vehicle."""
+        return self._vehicles.get(vehicle_id) or VehicleQueue(vehicle_id=vehicle_id)
+
+    async def add(self, make: Callable[[int], Job], by: str) -> Job:
+        """A new job; `make` gets its rank. Raises JobsFullError, StorageError."""
+        async with self._turn:
+            job = make(self.queue.last_rank())
+            queue = self.queue.added(job)
+            await self._journal.record(self._told(None, job, by), jobs=(job,))
+            self.queue = queue
+            return job
+
+    async def change(
+        self,
+        job_id: str,
+        step: Callable[[Job], Job],
+        by: str = WAYDROP,
+        *,
+        also: Callable[[Job, VehicleQueue], VehicleQueue] | None = None,
+    ) -> Job:
+        """The open job after `step`; stored if it differs, together with what `also` makes of its vehicle's queue.
+
+        Raises:
+            NotFoundError: it is not open. StorageError: it is as it was. Whatever `step` raises.
+        """
+        async with self._turn:
+            before = self.queue.jobs.get(job_id)
+            if before is None:
+                raise NotFoundError(f"no open job {job_id!r}", hint="GET /api/v1/jobs lists them")
+            job = step(before)
+            if job == before:
+                return before
+            events, records = [self._told(before, job, by)], list[JobRecord]([job])
+            queue = None if also is None or job.vehicle_id is None else also(job, self.vehicle(job.vehicle_id))
+            if queue is not None and queue != self.vehicle(queue.vehicle_id):
+                events.append(self._queue_told(queue, "stopped" if queue.stopped else "cleared"))
+                records.append(queue)
+            await self._journal.record(*events, jobs=records)
+            self.queue = self.queue.with_job(job)
+            if queue is not None:
+                self._vehicles[queue.vehicle_id] = queue
+            return job
+
+    async def change_vehicle(
+        self, vehicle_id: str, step: Callable[[VehicleQueue], VehicleQueue], change: Literal["stopped", "resumed"]
+    ) -> VehicleQueue:
+        """The queue of a vehicle after `step`; stored if it differs. Raises StorageError."""
+        async with self._turn:
+            before = self.vehicle(vehicle_id)
+            queue = step(before)
+            if queue != before:
+                await self._journal.record(self._queue_told(queue, change), jobs=(queue,))
+                self._vehicles[vehicle_id] = queue
+            return queue
+
+    def _told(self, before: Job | None, job: Job, by: str) -> NewEvent:
+        vehicle_id = job.vehicle_id or (before.vehicle_id if before is not None else None)
+        changed = JobChanged(change=change_word(before, job), by=by, job=job)
+        return self._journal.new_event(changed, vehicle_id=vehicle_id)
+
+    def _queue_told(self, queue: VehicleQueue, change: Literal["stopped", "resumed", "cleared"]) -> NewEvent:
+        return self._journal.new_event(JobQueueChanged(change=change, queue=queue), vehicle_id=queue.vehicle_id)

@@ -1,0 +1,298 @@
+"""The desk: looks at the queue again and again, and gives each job that is due to the vehicle that can."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import Awaitable, Sequence
+from contextlib import suppress
+from typing import Final
+
+import structlog
+
+from app.domain.errors import ConflictError, NotFoundError, WaydropError, WrongStateError
+from app.domain.jobs.assignment import chosen_of, why_not_ready
+from app.domain.jobs.job import Candidate, Job, JobState, Wish, after, must_be_taken_off
+from app.domain.jobs.queue import VehicleQueue
+from app.domain.prediction import CALM, Wind
+from app.domain.reasons import Reason, ReasonCode, because, because_of_error
+from app.domain.run.run import Run, RunState
+from app.services.clock import Clock
+from app.services.jobs.availability import Assessment, TimeSlice, VehicleAvailability
+from app.services.jobs.repository import JobRepository
+from app.services.jobs.views import JobSettings
+from app.services.plans import Plans
+from app.services.runs import Runs
+from app.services.runs.recorder import new_run_id
+
+# Follows the jobs that have a vehicle: takes runs off it that are not to fly, and starts those that may start.
+
+
+EXPIRED = because(ReasonCode.JOB_EXPIRED)
+
+
+class _NotNowError(ConflictError):
+    """What was looked at before a start is not so any more."""
+
+    def __init__(self, why: Reason) -> None:
+        super().__init__("the run may not be started now")
+        self.why = why
+
+
+class JobFollower:
+    """One look at one job at a time. That a start is asked is stored first, and never done a second time: after a
+    restart of ours a person decides.
+    """
+
+    def __init__(self, book: JobRepository, runs: Runs, sights: VehicleAvailability, clock: Clock) -> None:
+        self._book = book
+        self._runs = runs
+        self._sights = sights
+        self._clock = clock
+
+    async def follow(self, job: Job) -> None:
+        """Look once. Raises StorageError, and what a run answers to being started or ended."""
+        run = await self._run_of(job)
+        now = self._clock.now()
+        if run is not None and must_be_taken_off(job, run, now):
+            await self._take_off(job, run)
+            return
+        job = await self._book.change(
+            job.id,
+            lambda current: after(current, run, self._clock.now()),
+            also=lambda changed, queue: self._judged(job, changed, run, queue),
+        )
+        if run is not None and run.state is RunState.UPLOADED and _may_be_started(job):
+            await self._start(job, run)
+
+    async def note_unknown_start(self, job: Job) -> None:
+        """After a restart of ours: say of a run that was being started that nobody starts it again by itself."""
+        if job.state is JobState.PREPARED and job.start_asked_at is not None:
+            await self._note(job, because(ReasonCode.JOB_START_UNKNOWN))
+
+    def _judged(self, before: Job, job: Job, run: Run | None, queue: VehicleQueue) -> VehicleQueue:
+        if run is None or not job.is_over:
+            return queue
+        taken_off = before.end_asked and job.state in (JobState.CANCELLED, JobState.EXPIRED)
+        return queue.cleared(run.id) if taken_off else queue.judged(run, now=self._clock.now())
+
+    async def _run_of(self, job: Job) -> Run | None:
+        try:
+            return await self._runs.get(job.run_id or "")
+        except NotFoundError:
+            return None
+
+    async def _take_off(self, job: Job, run: Run) -> None:
+        """End the run on the ground; one that a person starts at this moment is let go, and the next look finds it."""
+        if not job.end_asked:
+            asked = {"end_asked": "expired", "reason": EXPIRED}
+            job = await self._book.change(job.id, lambda current: current.changed(now=self._clock.now(), **asked))
+        with suppress(WrongStateError):
+            await self._runs.end_unstarted(run.id)
+
+    async def _start(self, job: Job, run: Run) -> None:
+        if not self._sights.has(run.vehicle_id, run.id) or job.is_late(self._clock.now()):
+            return
+        if why := self._why_unready(run):
+            await self._note(job, why)
+            return
+        asked = await self._book.change(job.id, self._asked)
+        if asked.start_asked_at is None:
+            return  # somebody cancelled it meanwhile
+        try:
+            await self._runs.start(run.id, job.requested_by, last_look=lambda: self._look_again(job.id, run))
+        except _NotNowError as error:
+            why = error.why
+            await self._book.change(job.id, lambda current: _unasked(current, why, self._clock.now()))
+        except WaydropError as error:
+            await self._note(asked, because_of_error(error.code, error.detail))
+
+    def _asked(self, job: Job) -> Job:
+        now = self._clock.now()
+        return job.changed(now=now, start_asked_at=now, reason=None) if _may_be_started(job) else job
+
+    def _look_again(self, job_id: str, run: Run) -> None:
+        """The disk, the vehicle's facts and the rules took their time: all that could forbid the start, once more."""
+        job = self._book.queue.jobs.get(job_id)
+        if job is None or job.state is not JobState.PREPARED or job.end_asked:
+            raise _NotNowError(because(ReasonCode.JOB_IS_TO_END))
+        why = EXPIRED if job.is_late(self._clock.now()) else self._why_unready(run)
+        if why is not None:
+            raise _NotNowError(why)
+
+    def _why_unready(self, run: Run) -> Reason | None:
+        refusals = why_not_ready(self._sights.one(run.vehicle_id, run.id))
+        if not refusals:
+            return None
+        first = refusals[0]
+        return because(ReasonCode.JOB_NOT_READY, first.reason, code=first.code, refusal=first.message)
+
+    async def _note(self, job: Job, reason: Reason) -> None:
+        await self._book.change(job.id, lambda current: _because(current, reason, self._clock.now()))
+
+
+def _because(job: Job, reason: Reason, now: float) -> Job:
+    return job if job.reason == reason else job.changed(now=now, reason=reason)
+
+
+def _unasked(job: Job, reason: Reason, now: float) -> Job:
+    """It was not told to start after all, and may be later. Of a job that is to end, the reason of that stays."""
+    return job.changed(now=now, start_asked_at=None, reason=job.reason if job.end_asked else reason)
+
+
+def _may_be_started(job: Job) -> bool:
+    wanted = job.auto_start and job.state is JobState.PREPARED
+    return wanted and job.start_asked_at is None and not job.end_asked
+
+
+log = structlog.get_logger(__name__)
+SEEN_FOR_S: Final = 0.5
+"""How long a pass goes by what it saw of the vehicles."""
+
+
+class JobScheduler:
+    """One task. `look` is one pass: follow what has a vehicle, end what is too late, give what is due."""
+
+    def __init__(
+        self,
+        book: JobRepository,
+        runs: Runs,
+        plans: Plans,
+        sights: VehicleAvailability,
+        assessment: Assessment,
+        clock: Clock,
+        settings: JobSettings,
+    ) -> None:
+        self._book = book
+        self._runs = runs
+        self._plans = plans
+        self._sights = sights
+        self._assessment = assessment
+        self._clock = clock
+        self._settings = settings
+        self._follower = JobFollower(book, runs, sights, clock)
+        self._woken = asyncio.Event()
+        self._not_before_s: dict[str, float] = {}
+
+    def wake(self) -> None:
+        """Look soon: somebody changed something."""
+        self._not_before_s.clear()
+        self._woken.set()
+
+    async def run(self) -> None:
+        """Look until cancelled."""
+        for job in self._book.queue.active:
+            await self._told(self._follower.note_unknown_start(job), job)
+        while True:
+            self._woken.clear()
+            await self.look()
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(self._settings.look_every_s):
+                    await self._woken.wait()
+
+    async def look(self) -> None:
+        """One pass. What fails is logged, and tried again at a later one."""
+        breath = TimeSlice()
+        for job in self._book.queue.active:
+            await self._told(self._follower.follow(job), job)
+            await breath.take()
+        now = self._clock.now()
+        for job in self._book.queue.waiting:
+            if job.is_late(now):
+                await self._told(self._expire(job), job)
+        await breath.take()
+        due = [job for job in self._book.queue.due(now) if self._may_be_tried(job)]
+        if due and await self._judge_ready(breath):
+            await self._give_out(due, breath)
+        self._not_before_s = {key: at for key, at in self._not_before_s.items() if key in self._book.queue.jobs}
+
+    async def candidates(self, job: Job) -> tuple[Candidate, ...]:
+        """What speaks for and against each vehicle now. Raises NotFoundError, PlanInvalid, StorageError."""
+        plan = await self._plans.plan(job.plan_id)
+        return await self._assessment.candidates(plan, job.wish, self._sights.all(), job.wind or CALM)
+
+    def _may_be_tried(self, job: Job) -> bool:
+        return self._not_before_s.get(job.id, 0.0) <= self._clock.monotonic()
+
+    async def _give_out(self, due: Sequence[Job], breath: TimeSlice) -> None:
+        """Try the jobs in their order; of those that are alike, none after one that no vehicle could take.
+
+        What was seen of the vehicles only says whether a job is worth a try: the one that is chosen is looked at anew.
+        """
+        refused = set[tuple[str, Wind | None, Wish]]()
+        free, seen_s = self._free(), self._clock.monotonic()
+        for job in due:
+            await breath.take()
+            alike = (job.plan_id, job.wind, job.wish)
+            if alike in refused or not any(job.wish.allows(vehicle_id) for vehicle_id in free):
+                continue
+            await self._told(self._assign(job), job)
+            if not self._may_be_tried(job):
+                refused.add(alike)
+            if self._book.queue.jobs.get(job.id) is not job or self._clock.monotonic() - seen_s >= SEEN_FOR_S:
+                free, seen_s = self._free(), self._clock.monotonic()
+
+    def _free(self) -> frozenset[str]:
+        """The vehicles that could begin now."""
+        return frozenset(sight.vehicle_id for sight in self._sights.all() if not why_not_ready(sight))
+
+    async def _judge_ready(self, breath: TimeSlice) -> bool:
+        """Stop the queues of vehicles whose newest run ended badly. Whether that is known of all that are ready."""
+        try:
+            await breath.take()
+            for sight in self._sights.all():
+                await breath.take()
+                if not why_not_ready(sight):
+                    await self._sights.judge(sight.vehicle_id, self._clock.now())
+        except WaydropError as error:
+            log.warning("no job is begun: the runs before it cannot be read", error=error.detail)
+            return False
+        return True
+
+    async def _expire(self, job: Job) -> None:
+        try:
+            candidates = await self.candidates(job)
+        except WaydropError:
+            candidates = ()
+        await self._book.change(job.id, lambda current: self._expired(current, candidates))
+
+    def _expired(self, job: Job, candidates: tuple[Candidate, ...]) -> Job:
+        if job.state is not JobState.QUEUED:
+            return job
+        return job.moved_to(JobState.EXPIRED, now=self._clock.now(), reason=EXPIRED, candidates=candidates)
+
+    async def _assign(self, job: Job) -> None:
+        candidates = await self.candidates(job)
+        chosen = chosen_of(candidates)
+        if chosen is None:
+            self._not_before_s[job.id] = self._clock.monotonic() + self._settings.look_again_s
+            return
+        await self._sights.judge(chosen.vehicle_id, self._clock.now())  # a run may have ended while rules were read
+        if why_not_ready(self._sights.one(chosen.vehicle_id)):
+            return
+        run_id = new_run_id()  # stored before the run is made: a restart finds it, or that it is not
+        given = await self._book.change(job.id, lambda current: self._given(current, chosen, run_id, candidates))
+        if given.run_id != run_id:
+            return  # cancelled, or moved into the future, while the rules were looked at
+        try:
+            wind, by = given.wind or CALM, given.requested_by
+            await self._runs.create(given.plan_id, chosen.vehicle_id, start=False, by=by, wind=wind, run_id=run_id)
+        except WaydropError as error:
+            self._not_before_s[job.id] = self._clock.monotonic() + self._settings.look_again_s
+            reason = because(
+                ReasonCode.JOB_VEHICLE_FAILED, vehicle_id=chosen.vehicle_id, error=error.code, detail=error.detail
+            )
+            await self._book.change(job.id, lambda current: current.requeued(reason, now=self._clock.now()))
+
+    def _given(self, job: Job, chosen: Candidate, run_id: str, candidates: tuple[Candidate, ...]) -> Job:
+        if not job.is_due(self._clock.now()):
+            return job
+        return job.assigned(chosen.vehicle_id, run_id, candidates, now=self._clock.now())
+
+    async def _told(self, work: Awaitable[None], job: Job) -> None:
+        try:
+            await work
+        except NotFoundError:  # it ended, or its vehicle is not seen yet: the next look finds out
+            return
+        except WaydropError as error:
+            log.warning("job not advanced", job=job.id, error=error.detail)

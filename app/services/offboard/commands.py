@@ -1,0 +1,240 @@
+"""Flying by commands: one order at a time, awaited by its ack; the newest wanted one is next, never a queue."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import Awaitable, Callable
+from contextlib import aclosing
+from dataclasses import dataclass
+from typing import Final
+
+from app.domain.errors import ConflictError, LinkError, LinkTimeoutError, VehicleRefusedError, WaydropError
+from app.domain.mission.mission import NAN, MavCmd
+from app.domain.offboard.capability import FlightKind
+from app.domain.offboard.state import who_acts
+from app.domain.reasons import Reason, ReasonCode, because
+from app.domain.vehicle.commands import CommandRequest, MavResult
+from app.domain.vehicle.link import VehicleLink
+from app.services.clock import Clock
+from app.services.vehicle_commands import circle_here
+from app.services.views import OrderView
+
+# One order on the wire at a time, and the newest one with its answer.
+
+
+SET_MODE: Final = CommandRequest(MavCmd.DO_SET_MODE, (NAN, NAN, NAN, NAN, NAN, NAN, NAN))
+
+UNHEARD: Final = 4
+"""So many orders without an answer are remembered; an ack of an older one does not come any more."""
+
+
+@dataclass(slots=True, eq=False)
+class Given:
+    """An order that was sent, and how it was answered: an answer belongs to one sending and to no later one."""
+
+    request: CommandRequest
+    sent_s: float
+    result: str = "sent"
+
+
+class Delivery:
+    """All of it runs on the event loop."""
+
+    def __init__(self, link: VehicleLink, clock: Clock) -> None:
+        self._link = link
+        self._clock = clock
+        self._turn = asyncio.Lock()
+        self._newest: Given | None = None
+        self._unheard: deque[CommandRequest] = deque(maxlen=UNHEARD)
+
+    async def send(self, request: CommandRequest) -> None:
+        """Wait for the turn, send, and return when it is accepted.
+
+        A COMMAND_ACK names its command and not the order: one that comes late would pass for the answer to the next
+        order of the same kind. So for each earlier one without an answer it is sent, and must be answered, once more.
+
+        Raises:
+            VehicleRefusedError, LinkError, ConflictError: somebody else sends the same command to this vehicle.
+        """
+        async with self._turn:
+            for doubts in reversed(range(1 + self._may_still_be_answered(request))):
+                try:
+                    await self._send(request)
+                except VehicleRefusedError:
+                    if not doubts:
+                        raise
+            others = [one for one in self._unheard if one.command is not request.command]
+            self._unheard = deque(others, maxlen=UNHEARD)
+
+    async def switch(self, switching: Awaitable[None]) -> None:
+        """A change of mode: shown with its answer like any order. Raises what it raises."""
+        given = self._begin(SET_MODE)
+        try:
+            await switching
+        except LinkError as error:
+            unseen = "ACCEPTED, not seen" if "mode" in error.extra else "no answer"
+            given.result = str(error.extra.get("result", unseen))
+            raise
+        given.result = MavResult.ACCEPTED.name
+
+    def since_s(self, now_s: float) -> float | None:
+        """How long ago the newest was sent, in seconds."""
+        return None if self._newest is None else now_s - self._newest.sent_s
+
+    def view(self, now_s: float) -> OrderView | None:
+        """The newest order and its answer."""
+        if self._newest is None:
+            return None
+        request = self._newest.request
+        place = request.place
+        return OrderView(
+            command=request.command.name,
+            latitude_deg=None if place is None else place[0] / 1e7,
+            longitude_deg=None if place is None else place[1] / 1e7,
+            altitude_m=None if place is None else round(request.params[6], 2),
+            radius_m=request.params[0] if request.command is MavCmd.DO_ORBIT else None,
+            result=self._newest.result,
+            age_s=round(now_s - self._newest.sent_s, 3),
+        )
+
+    def _may_still_be_answered(self, request: CommandRequest) -> int:
+        return sum(one.command is request.command and one != request for one in self._unheard)
+
+    def _begin(self, request: CommandRequest) -> Given:
+        self._newest = given = Given(request, self._clock.monotonic())
+        return given
+
+    async def _send(self, request: CommandRequest) -> None:
+        if who_acts(self._link.state()):
+            raise LinkError(f"{request.command.name} was not sent: a failsafe acts, or somebody else has the vehicle")
+        given, final = self._begin(request), None
+        self._unheard.append(request)
+        try:
+            async with aclosing(self._link.command(request)) as acks:
+                async for ack in acks:
+                    given.result = ack.word
+                    final = ack
+        except ConflictError:
+            self._unheard.remove(request)
+            given.result = "not sent"
+            raise
+        except LinkTimeoutError:
+            given.result = "no answer"
+            raise
+        if final is None or not final.is_final:
+            raise LinkError(f"the acks of {request.command.name} ended without a final one")
+        self._unheard.remove(request)
+        if final.result is not MavResult.ACCEPTED:
+            raise VehicleRefusedError(f"{request.command.name} was answered {final.word}", result=final.word)
+
+
+EVERY_S: Final = 0.3
+HEARD_S: Final = 0.3
+"""An order takes the vehicle to Hold, out of a pilot's mode too: it leaves so soon after a HEARTBEAT that says Hold."""
+REFUSALS: Final = 3
+"""So many in a row of an order that is asked for again, and nothing more can be done by orders."""
+UNANSWERED: Final = 3
+"""So many in a row without an ack, and the vehicle is not ours any more."""
+
+
+class CommandQueue:
+    """All of it runs on the event loop. `changed` is called when an order was answered.
+
+    `gone_s`: who guides must say what it wants at least so often.
+    """
+
+    def __init__(self, link: VehicleLink, clock: Clock, gone_s: float, changed: Callable[[], None]) -> None:
+        self._link = link
+        self._clock = clock
+        self._gone_s = gone_s
+        self._changed = changed
+        self._delivery = Delivery(link, clock)
+        self._wanted: CommandRequest | None = None
+        self._wanted_s = 0.0
+        self._holds: CommandRequest | None = None
+        self._unanswered = self._refusals = 0
+        self._sending: asyncio.Task[None] | None = None
+        self.refused = ""
+        """Why the newest order was not accepted, in words."""
+
+    def want(self, request: CommandRequest) -> None:
+        """This is to hold now. Said at every tick: who falls silent has nothing guided."""
+        if request != self._wanted:
+            self._wanted, self.refused, self._refusals = request, "", 0
+        self._wanted_s = self._clock.monotonic()
+
+    def ask_again(self) -> None:
+        """What was refused is to hold all the same: for a circle there is nothing else to do instead."""
+        if self._refusals < REFUSALS:
+            self.refused = ""
+
+    def tick(self, now_s: float, kind: FlightKind) -> Reason | None:
+        """Send what is wanted and does not hold yet. Why nothing may be ordered any more, in words, else empty."""
+        if kind is not FlightKind.WING:
+            return because(ReasonCode.OFFBOARD_HOVERS)
+        if self._wanted is None:
+            return None
+        if now_s - self._wanted_s > self._gone_s:
+            return because(ReasonCode.OFFBOARD_NOT_GUIDED, silent_s=now_s - self._wanted_s)
+        if self._unanswered >= UNANSWERED:
+            return because(ReasonCode.OFFBOARD_UNANSWERED, count=UNANSWERED)
+        if self._refusals >= REFUSALS:
+            return because(ReasonCode.OFFBOARD_REFUSED, count=self._refusals, detail=self.refused)
+        if self._is_due(self._wanted, now_s):
+            self._sending = asyncio.create_task(self._deliver(self._wanted), name="flight order")
+            self._sending.add_done_callback(self._sent)
+        return None
+
+    async def circle_here(self) -> None:
+        """Nothing that was wanted before is sent any more; the vehicle circles where it is.
+
+        Raises:
+            VehicleRefusedError, LinkError: not confirmed. The vehicle may fly on to its last place and circle there.
+        """
+        self.forget()
+        if self._sending is not None:
+            await asyncio.wait({self._sending})
+        await circle_here(self._link, self._delivery.send)
+
+    async def switch(self, switching: Awaitable[None]) -> None:
+        """A change of mode: shown with its answer like any order. Raises what it raises."""
+        await self._delivery.switch(switching)
+
+    def forget(self) -> None:
+        """Nothing is wanted any more, and no ack awaited. It may hold no longer: somebody else speaks next."""
+        self._wanted, self._holds, self.refused = None, None, ""
+        self._unanswered = self._refusals = 0
+        if self._sending is not None:
+            self._sending.cancel()
+
+    def view(self, now_s: float) -> OrderView | None:
+        """The newest order and its answer."""
+        return self._delivery.view(now_s)
+
+    def _is_due(self, wanted: CommandRequest, now_s: float) -> bool:
+        if self._sending is not None or self.refused or self._holds == wanted:
+            return False
+        since_s = self._delivery.since_s(now_s)
+        if since_s is not None and since_s < EVERY_S:
+            return False
+        state = self._link.state()
+        return state.heartbeat_age_s is not None and state.heartbeat_age_s <= HEARD_S and not who_acts(state)
+
+    async def _deliver(self, request: CommandRequest) -> None:
+        self._holds = None
+        try:
+            await self._delivery.send(request)
+        except LinkTimeoutError:
+            self._unanswered += 1
+        except ConflictError:
+            return  # somebody else's command of the same kind is under way: nothing was sent, it is tried again
+        except WaydropError as error:
+            if request == self._wanted:
+                self.refused, self._refusals = error.detail, self._refusals + 1
+        else:
+            self._unanswered, self._refusals, self._holds = 0, 0, request
+
+    def _sent(self, _task: asyncio.Task[None]) -> None:
+        self._sending = None
+        self._changed()

@@ -1,0 +1,219 @@
+"""What must be true before a vehicle enters offboard control: its state, its run, its parameters, its fence."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, replace
+
+from app.domain.airspace.geofence import FenceArea, onboard_fence
+from app.domain.autopilot import Behaviour, Quantity, autopilot, behaviour_of
+from app.domain.errors import AuditFailedError, OffboardNotReadyError
+from app.domain.geo import LocalProjection
+from app.domain.mission.mission import MissionType
+from app.domain.offboard.capability import AuditEntry, FirmwareProfile, FlightKind, flight_kind
+from app.domain.offboard.control_method import ControlMethod, means_if_any
+from app.domain.offboard.encode import Follower
+from app.domain.offboard.limits import VehiclePose
+from app.domain.offboard.messages import Vector
+from app.domain.offboard.tasks.commanded import Wing
+from app.domain.run.run import Run, RunState
+from app.domain.vehicle.clock import MAX_LIVE_RATE, is_too_fast
+from app.domain.vehicle.link import VehicleLink
+from app.domain.vehicle.state import FirmwareVersion, VehicleState, VehicleType
+
+# The vehicle as a setpoint meets it: what it flies like, where it is, which fence it has on board.
+
+
+@dataclass(frozen=True, slots=True)
+class ControlContext:
+    """What stays as it is during one lease. `fence` is in metres around the home it was read with.
+
+    `wing`: how it flies to a place by command.
+    """
+
+    vehicle_type: VehicleType
+    profile: FirmwareProfile
+    fresh_s: float
+    fence: FenceArea | None = None
+    wing: Wing = field(default_factory=Wing)
+
+    @classmethod
+    def of(cls, vehicle_type: VehicleType, firmware: FirmwareVersion | None, fresh_s: float) -> ControlContext:
+        """Before anything was read."""
+        known = behaviour_of(vehicle_type, firmware)
+        return cls(vehicle_type, autopilot().setpoint_profile(firmware), fresh_s, wing=Wing.of(None, known))
+
+    def means(self, state: VehicleState) -> ControlMethod | None:
+        """How its tasks are flown as it flies now; None: not at all."""
+        return means_if_any(self.kind(state), self.profile)
+
+    def kind(self, state: VehicleState) -> FlightKind:
+        """What it flies like now."""
+        return flight_kind(self.vehicle_type, state.vtol_state)
+
+    def follower(self, state: VehicleState) -> Follower:
+        """What a setpoint is encoded for."""
+        home_m = None if state.home is None else state.home.altitude_m
+        return Follower(self.kind(state), self.profile, home_m, has_estimate=self.has_estimate(state))
+
+    def has_estimate(self, state: VehicleState) -> bool:
+        """Whether a position came lately: PX4 sends none without a valid estimate."""
+        return state.position_age_s is not None and state.position_age_s <= self.fresh_s
+
+    def whereabouts(self, state: VehicleState) -> VehiclePose:
+        """What a setpoint is limited by."""
+        home = state.home
+        velocity = (state.velocity_north_m_s or 0.0, state.velocity_east_m_s or 0.0, -(state.velocity_down_m_s or 0.0))
+        return VehiclePose(
+            kind=self.kind(state),
+            home=None if home is None else (home.latitude_deg, home.longitude_deg, home.altitude_m),
+            home_ned=state.home_ned_m,
+            here=_from_home(state) if self.has_estimate(state) else None,
+            velocity=velocity,
+            heading_deg=state.heading_deg or 0.0,
+            fence=self.fence,
+        )
+
+
+def _from_home(state: VehicleState) -> Vector | None:
+    """North, east, up in metres."""
+    home = state.home
+    if home is None or state.latitude_deg is None or state.longitude_deg is None or state.absolute_altitude_m is None:
+        return None
+    east, north = LocalProjection(home.latitude_deg, home.longitude_deg).to_local(
+        state.latitude_deg, state.longitude_deg
+    )
+    return north, east, state.absolute_altitude_m - home.altitude_m
+
+
+# What must be right before a vehicle is flown by hand: its state, its run, its parameters, the fence on board.
+
+
+IN_TRANSITION = "transition"
+
+
+@dataclass(frozen=True, slots=True)
+class PreflightReport:
+    """What would keep offboard control from beginning now. `reason` is empty unless the vehicle's state forbids it.
+
+    `run_id`: the run that must be paused first. `flown_by`: how its tasks would be flown; None: not at all.
+    """
+
+    reason: str
+    hint: str
+    audit: Sequence[AuditEntry]
+    flown_by: ControlMethod | None = None
+    run_id: str | None = None
+
+    @property
+    def ready(self) -> bool:
+        """Whether it could begin."""
+        return not self.reason and not any(entry.blocks for entry in self.audit)
+
+
+async def look_ahead(
+    vehicle_id: str, link: VehicleLink, surroundings: ControlContext, run: Run | None, *, sticks_held: bool
+) -> PreflightReport:
+    """The same checks as an entry makes, and nothing commanded. No parameter is read over a lost link.
+
+    Raises:
+        LinkError: the parameters cannot be read.
+    """
+    state = link.state()
+    reason, hint = _why_not(vehicle_id, state, surroundings.kind(state), run)
+    means = surroundings.means(state)
+    entries = await _audited(link, means or ControlMethod.SETPOINTS, sticks_held=sticks_held) if state.connected else ()
+    in_the_way = None if run is None or run.state is RunState.PAUSED else run.id
+    return PreflightReport(reason, hint, entries, means, in_the_way)
+
+
+def refuse_unready(vehicle_id: str, state: VehicleState, kind: FlightKind, run: Run | None) -> None:
+    """Raises OffboardNotReadyError with the first reason why offboard control may not begin."""
+    reason, hint = _why_not(vehicle_id, state, kind, run)
+    if reason:
+        raise OffboardNotReadyError(reason, hint=hint)
+
+
+async def refuse_unsafe_parameters(
+    link: VehicleLink, means: ControlMethod, *, sticks_held: bool
+) -> tuple[AuditEntry, ...]:
+    """The audited parameters, read now. Raises AuditFailedError if one of them forbids it, LinkError."""
+    entries = await _audited(link, means, sticks_held=sticks_held)
+    bad = [entry for entry in entries if entry.blocks]
+    if bad:
+        raise AuditFailedError(
+            "; ".join(f"{entry.parameter}: {entry.meaning}" for entry in bad),
+            hint="set the parameter on the vehicle; or say sticks_held if a pilot holds the sticks",
+            audit=[asdict(entry) for entry in entries],
+        )
+    return entries
+
+
+async def until_calm(link: VehicleLink, within_s: float) -> None:
+    """Return when the vehicle, in Hold by our command, says that no failsafe acts: HEARTBEAT tells it at 1 Hz.
+
+    Raises:
+        OffboardNotReadyError: one still acts: a stream could pull the vehicle out of it.
+    """
+    changed = asyncio.Event()
+    end = link.subscribe(lambda _fact: changed.set())
+    try:
+        async with asyncio.timeout(within_s):
+            while link.state().in_failsafe:
+                changed.clear()
+                await changed.wait()
+    except TimeoutError:
+        raise OffboardNotReadyError(
+            "a failsafe still acts, in Hold too",
+            hint="mend what it is about; a stream would pull the vehicle out of it",
+        ) from None
+    finally:
+        end()
+
+
+async def enclosed(surroundings: ControlContext, link: VehicleLink, entries: Sequence[AuditEntry]) -> ControlContext:
+    """With the fence on board and how wide it circles. Raises as `_read_fence`."""
+    known = behaviour_of(surroundings.vehicle_type, link.identity.firmware)
+    loiter = known.name_of(Quantity.LOITER_RADIUS_M)
+    loiter_m = next((entry.value for entry in entries if entry.parameter == loiter), None)
+    return replace(surroundings, fence=await _read_fence(link, known), wing=Wing.of(loiter_m, known))
+
+
+async def _read_fence(link: VehicleLink, behaviour: Behaviour) -> FenceArea | None:
+    """The fence on board around home; None without one. Raises OffboardNotReadyError without a home, LinkError."""
+    items = await link.download(MissionType.FENCE)
+    home = link.state().home
+    if not items:
+        return None
+    if home is None:
+        raise OffboardNotReadyError("the vehicle has a fence but no home to measure it from", hint="wait for its fix")
+    projection = LocalProjection(home.latitude_deg, home.longitude_deg)
+    return onboard_fence(items, projection, needs_all_inclusions=behaviour.needs_all_inclusions)
+
+
+async def _audited(link: VehicleLink, means: ControlMethod, *, sticks_held: bool) -> tuple[AuditEntry, ...]:
+    known = autopilot(link.identity.autopilot)
+    audit = known.audit_commanded if means is ControlMethod.COMMANDS else known.audit
+    return audit.entries(await link.read_parameters(audit.names), sticks_held=sticks_held)
+
+
+def _why_not(vehicle_id: str, state: VehicleState, kind: FlightKind, run: Run | None) -> tuple[str, str]:
+    if not state.connected:
+        return f"the link to vehicle {vehicle_id} is lost", "wait until it is connected"
+    if not state.armed:
+        return f"vehicle {vehicle_id} is not armed", "start a run and pause it in the air, or take off by RC"
+    if kind is FlightKind.AIRSHIP:
+        return "PX4 names no setpoint that an airship follows", ""
+    rate = state.clock.least_rate
+    if rate is not None and is_too_fast(rate):
+        words = f"its clock runs at least {rate:.1f} times as fast as ours"
+        return words, f"by hand it is flown up to {MAX_LIVE_RATE:g} times: slow the simulation down"
+    if state.vtol_state is not None and state.vtol_state.startswith(IN_TRANSITION):
+        return f"vehicle {vehicle_id} is in transition", "wait until it hovers or flies"
+    if run is not None and run.state is not RunState.PAUSED:
+        return (
+            f"vehicle {vehicle_id} flies run {run.id}, which is {run.state.value}",
+            f"pause it first: POST /api/v1/runs/{run.id}/pause",
+        )
+    return "", ""

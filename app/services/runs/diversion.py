@@ -1,0 +1,106 @@
+"""A return to a rally point: to which one it goes now, by the vehicle's own parameters, and the order itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from app.domain.airspace.rally import RallyDestination, ReturnSight
+from app.domain.autopilot import autopilot, behaviour
+from app.domain.errors import ConflictError, LinkTimeoutError, RallyRefusedError
+from app.domain.mission.mission import MavCmd, Mission, MissionItem
+from app.domain.vehicle.link import VehicleLink
+from app.domain.vehicle.state import FlightMode, LandedState, VehicleProfile, VehicleState, VehicleType
+from app.services.runs.monitor import FlightMonitor
+
+_LANDINGS: Final = frozenset({MavCmd.NAV_LAND, MavCmd.NAV_VTOL_LAND})
+
+
+@dataclass(frozen=True, slots=True)
+class RallyChoice:
+    """Where a return goes, and the vehicle's parameters that say so."""
+
+    destination: RallyDestination
+    parameters: Mapping[str, float | int]
+
+
+class RallyReturn:
+    """Looks, and looks again as it orders. How it returns is asked each time: another ground station may set it."""
+
+    def __init__(self, link: VehicleLink, watch: FlightMonitor) -> None:
+        self._link = link
+        self._watch = watch
+
+    async def choose(self) -> RallyChoice:
+        """Where a return ordered now goes; commands nothing.
+
+        Raises:
+            RallyRefusedError: to no rally point, or that is not sure. ConflictError: not in the air, not heard, or it
+            returns already. LinkError: it does not tell how it returns.
+        """
+        self._refuse_unfit(self._link.state())
+        vehicle_type = self._watch.flight.leg.plan.vehicle_type
+        names = autopilot(self._link.identity.autopilot).return_parameters(vehicle_type)
+        found = await self._link.read_parameters(names)
+        if names[0] not in found:
+            raise LinkTimeoutError(f"the vehicle does not tell its {names[0]}", hint="order it again, or return")
+        return RallyChoice(self._destination(found), found)
+
+    async def order(self, chosen: RallyChoice) -> None:
+        """Return mode, if it still goes to that rally point: the order may have waited while the vehicle flew on.
+
+        Raises:
+            RallyRefusedError, ConflictError: as `choose`, or it goes to another one now; nothing was sent. LinkError.
+        """
+        told, now = chosen.destination, self._destination(chosen.parameters)
+        if now.index != told.index or not {*now.or_index} <= {*told.or_index}:
+            raise RallyRefusedError(
+                f"the vehicle flew on while the order waited: it would return to rally point {now.index + 1}",
+                hint="order it again",
+                because="flew_on",
+            )
+        await self._link.return_to_launch()
+
+    def _destination(self, found: Mapping[str, float | int]) -> RallyDestination:
+        state, leg, change = self._link.state(), self._watch.flight.leg, self._watch.flight.change
+        self._refuse_unfit(state)
+        self._refuse_others_points(state, leg.mission)
+        does = behaviour(
+            VehicleProfile(leg.plan.vehicle_type, parameters=found, autopilot=self._link.identity.autopilot)
+        )
+        missions = [leg.mission] if change is None or not change.is_open else [leg.mission, change.mission]
+        landings = [item for mission in missions for item in mission.items if item.command in _LANDINGS][:2]
+        return ReturnSight(
+            vehicle_type=leg.plan.vehicle_type,
+            state=state,
+            rally=[_place(item) for item in leg.mission.rally],
+            landings=[_place(item) for item in landings],
+            returns=does.returns,
+            there=does.rally_return,
+        ).destination()
+
+    def _refuse_unfit(self, state: VehicleState) -> None:
+        if not state.connected:
+            raise ConflictError("the link to the vehicle is lost", hint="wait until it is connected")
+        if state.landed is not LandedState.IN_AIR and self._watch.flight.leg.plan.vehicle_type is not VehicleType.ROVER:
+            raise ConflictError("the vehicle is not in the air, or takes off or lands", hint="wait, or return")
+        if state.mode is FlightMode.RETURN:
+            raise ConflictError(
+                "the vehicle returns already, to where PX4 chose as it began", hint="pause it, and order it then"
+            )
+
+    def _refuse_others_points(self, state: VehicleState, mission: Mission) -> None:
+        """Firmware that names missions names rally points too (MISSION_CURRENT.rally_points_id)."""
+        if not mission.rally or state.mission_id is None:
+            return
+        if state.rally_points_id != self._link.rally_points_id_of(mission):
+            raise RallyRefusedError(
+                "the rally points on the vehicle are not those of the run: somebody else changed them",
+                hint="return, or change the plan to land at a place of your choice",
+                because="other_rally_points",
+            )
+
+
+def _place(item: MissionItem) -> tuple[float, float]:
+    return item.x / 1e7, item.y / 1e7

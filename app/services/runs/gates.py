@@ -1,0 +1,142 @@
+"""Gates: a vehicle or a plan that is not fit is refused before a run is stored, uploaded or started."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable, Sequence
+from dataclasses import replace
+from typing import Final, Protocol
+
+from app.domain.errors import ConflictError, PlanRejectedError, VehicleBusyError
+from app.domain.mission.compiler import compile_plan
+from app.domain.mission.mission import Mission
+from app.domain.plan import Plan
+from app.domain.prediction import Timeline, Wind
+from app.domain.rules import Finding, Severity, check_plan, checked
+from app.domain.run.run import Run
+from app.domain.vehicle.clock import TOO_FAST_HINT, is_too_fast, needs_longer_look, too_fast_words
+from app.domain.vehicle.link import VehicleLink
+from app.domain.vehicle.modes import armed_by_others
+from app.domain.vehicle.state import GlobalPosition, LandedState, VehicleProfile
+from app.services.clock import Clock
+from app.services.fleet import FleetVehicle
+from app.services.runs.settings import RECORDED_VISITS
+
+# Before a start: a vehicle whose clock runs too fast for supervised drops does not take off with one.
+
+
+LONGEST_LOOK_S: Final = 12.0
+LOOK_EVERY_S: Final = 0.1
+LONGEST_UNMEASURED_S: Final = 1.5
+"""A vehicle that was just found is measured within about a second. One that sends no positions does not wait here."""
+
+
+async def refuse_fast_clock(link: VehicleLink, mission: Mission, clock: Clock) -> None:
+    """Raises ConflictError. Returns at once for a real vehicle heard for a second, or without supervised drops.
+
+    The plan's check (`vehicle.clock_too_fast`) says the same earlier, but a vehicle that was just found has not been
+    listened to for long then.
+    """
+    if not any(drop.supervised for drop in mission.drops):
+        return
+    began_s = clock.monotonic()
+    while True:
+        heard, waited_s = link.state().clock, clock.monotonic() - began_s
+        undecided = needs_longer_look(heard) if heard.is_measured else waited_s < LONGEST_UNMEASURED_S
+        if not undecided or waited_s >= LONGEST_LOOK_S:
+            break
+        await asyncio.sleep(LOOK_EVERY_S)
+    least_rate = heard.least_rate
+    if least_rate is not None and is_too_fast(least_rate):
+        raise ConflictError(too_fast_words(least_rate), hint=TOO_FAST_HINT)
+
+
+# A plan that the vehicle would not fly, as it is now, is refused: before the upload, and again at each start.
+
+
+class FactsRead(Protocol):
+    """See Fleet.facts."""
+
+    def __call__(self, *, fresh: bool = False) -> Awaitable[VehicleProfile]:
+        """Raises LinkError."""
+
+
+async def refuse_unfit_plan(plan: Plan, facts: VehicleProfile, wind: Wind) -> None:
+    """Raises PlanRejectedError with all findings; slow plans are checked in a thread."""
+    _refuse_errors(await asyncio.to_thread(check_plan, plan, facts, wind))
+
+
+async def refuse_changed_vehicle(
+    plan: Plan,
+    home: GlobalPosition | None,
+    now: VehicleProfile,
+    wind: Wind,
+    id_of: Callable[[Mission], int],
+    on_board: int,
+) -> None:
+    """Before arming, with parameters read just now. `on_board` is the id of the mission that the vehicle holds, and
+    `home` the one that it was compiled with: it stays where it is when home moves.
+
+    Raises PlanRejectedError, with `parameters_age_s` too.
+    """
+    try:
+        await refuse_unfit_plan(plan, now, wind)
+        if id_of(compile_plan(plan, replace(now, home=home))) != on_board:
+            raise PlanRejectedError(
+                "the vehicle's parameters changed since the upload: its mission would be another now",
+                hint="abort the run, and order it again",
+                findings=[],
+            )
+    except PlanRejectedError as error:
+        found = {**error.extra, "parameters_age_s": now.parameters_age_s}
+        raise PlanRejectedError(error.detail, hint=error.hint, **found) from error
+
+
+async def compiled_and_predicted(plan: Plan, facts: VehicleProfile, wind: Wind) -> tuple[Mission, Timeline]:
+    """The mission, and what the vehicle is predicted to do with it, by its own parameters.
+
+    Raises PlanRejectedError.
+    """
+    found = await asyncio.to_thread(checked, plan, facts, wind)
+    _refuse_errors(found.findings)
+    return compile_plan(plan, facts), found.timeline.first(RECORDED_VISITS)
+
+
+def _refuse_errors(findings: Sequence[Finding]) -> None:
+    errors = [finding for finding in findings if finding.severity is Severity.ERROR]
+    if errors:
+        raise PlanRejectedError(
+            f"the plan cannot be flown by this vehicle: {errors[0].message}",
+            hint="mend what the findings name, and post it as a new plan",
+            findings=[finding.model_dump(mode="json") for finding in findings],
+        )
+
+
+# A vehicle that cannot take a run now is refused: before anything is stored for it.
+
+
+def refuse_unfit_vehicle(vehicle: FleetVehicle, taken_by: str | None) -> None:
+    """Raises VehicleBusyError, VehicleTakenError, ConflictError. `taken_by` is the run that has the vehicle."""
+    state = vehicle.link.state()
+    if taken_by is not None:
+        raise VehicleBusyError(
+            f"vehicle {vehicle.id} already flies run {taken_by}",
+            hint="wait until it is over; on the ground abort it, in the air return it",
+            run_id=taken_by,
+        )
+    if not state.connected:
+        raise ConflictError(f"the link to vehicle {vehicle.id} is lost", hint="wait until it is connected")
+    if state.armed:
+        raise armed_by_others(f"vehicle {vehicle.id}", state.mode)
+
+
+def refuse_other_or_moving(run: Run, link: VehicleLink) -> None:
+    """What is left of a run is flown from the ground, by the vehicle that has its parcels. Raises ConflictError."""
+    uid = link.identity.uid
+    if run.vehicle_uid is not None and uid is not None and uid != run.vehicle_uid:
+        raise ConflictError(
+            f"{run.vehicle_id} is another vehicle now: the parcels of run {run.id} are not on board",
+            hint="post a plan of what is left as a new run",
+        )
+    if link.state().landed is not LandedState.ON_GROUND:
+        raise ConflictError(f"vehicle {run.vehicle_id} is not known to stand on the ground", hint="land it first")

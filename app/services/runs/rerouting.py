@@ -1,0 +1,69 @@
+"""Orders that change where a run flies, or continue one that is over, made of stored plans."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Sequence
+from typing import Any
+
+from app.domain.errors import ChangeUnderWayError
+from app.domain.plan import Plan
+from app.domain.prediction import CALM, Wind
+from app.domain.run.mission_change import with_items
+from app.domain.run.remaining_mission import tail_of
+from app.domain.run.run import Run
+from app.services.plans import Plans
+from app.services.runs import Runs
+
+
+class Rerouting:
+    """A plan that comes to be is stored and announced like any other, in one step with the run that is to fly it.
+
+    What is refused leaves no plan behind.
+    """
+
+    def __init__(self, runs: Runs, plans: Plans) -> None:
+        self._runs = runs
+        self._plans = plans
+
+    async def change(self, run_id: str, plan_id: str | None, continue_at: str | None, by: str) -> Run:
+        """Fly on with another plan, or with the run's own, from an item. Raises as Runs.change_mission."""
+        if plan_id is None:
+            plan_id = (await self._runs.get(run_id)).plan_id
+        return await self._runs.change_mission(run_id, plan_id, continue_at, by)
+
+    async def insert(self, run_id: str, items: Sequence[Any], *, at: str, after: bool, by: str) -> Run:
+        """Fly to more items, before or after a stop that is still to come.
+
+        Raises:
+            NotFoundError, PlanInvalid, PlanRejectedError: the flight is past that place, or the plan has errors.
+            ChangeUnderWayError: also if the run got another plan meanwhile. Others as Runs.change_mission.
+        """
+        before = await self._runs.get(run_id)
+        old = await self._plans.plan(before.plan_id)
+        plan, new_ids = await asyncio.to_thread(with_items, old, items, at=at, after=after)
+        new = await self._plans.checked(plan, by)
+        run = await self._runs.get(run_id)
+        if run.plan_id != before.plan_id:  # else what that one brought would be taken out again
+            raise ChangeUnderWayError("the plan was changed meanwhile", hint="order it again")
+        begins = new_ids[0] if _comes_next(plan, new_ids, run.item_id) else None
+        return await self._runs.change_mission(run_id, new, begins, by, needed=new_ids)
+
+    async def continue_over(self, run_id: str, continue_at: str | None, wind: Wind | None, by: str) -> Run:
+        """A new run of what is left of one that is over; it does not start by itself. `wind` None: as the old one.
+
+        Raises:
+            NotFoundError, RunNotOverError, RunContinuedError, NothingLeftError, PlanRejectedError, ConflictError,
+            VehicleBusyError, VehicleQuarantinedError, LinkError, StorageError.
+        """
+        run = await self._runs.continuable(run_id)
+        self._runs.require_free(run.vehicle_id)
+        new = await self._plans.checked(tail_of(run, await self._plans.plan(run.plan_id), continue_at), by)
+        wind = wind or run.wind or CALM
+        return await self._runs.create(new, run.vehicle_id, start=False, by=by, wind=wind, continues=run_id)
+
+
+def _comes_next(plan: Plan, new_ids: Sequence[str], current: str | None) -> bool:
+    """Whether the new items stand right before the item that is flown now."""
+    last = plan.index_of(new_ids[-1])
+    return last is not None and last + 1 < len(plan.items) and plan.items[last + 1].id == current

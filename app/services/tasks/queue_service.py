@@ -1,0 +1,252 @@
+"""The task queues of the whole fleet: one for each vehicle that was ever asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from app.domain.errors import ConflictError, LeaseLostError, TaskRefusedError, TaskUnderWayError
+from app.domain.offboard.control_method import ControlMethod, task_means
+from app.domain.offboard.state import OffboardState
+from app.domain.offboard.tasks.admission import course_of, refuse_beyond
+from app.domain.offboard.tasks.course import Course, EkfOrigin
+from app.domain.offboard.tasks.forms import Circle, Goto, InsertMode, Motion, Task, TaskPoint, TaskTerms, WhenEmpty
+from app.domain.offboard.tasks.queue import QueuedTask
+from app.domain.reasons import ReasonCode, because
+from app.domain.vehicle.link import Unsubscribe
+from app.services.clock import Clock
+from app.services.fleet import Fleet
+from app.services.offboard import Offboard
+from app.services.offboard.preflight import ControlContext
+from app.services.tasks.flight import Phase, TaskFlight
+from app.services.views import FlownBy, OriginView, QueuedTaskView, TaskReport, TasksView
+
+# What clients ask of the task queue of one vehicle. Every request needs the lease and renews it.
+
+
+NEVER_USED = TaskReport(state="idle", remaining_s=-1.0, task_list=[0], current_id=None, reason=None)
+
+
+class TaskQueueService:
+    """All methods that take a `lease_id` may raise LeaseLostError."""
+
+    def __init__(self, flight: TaskFlight, clock: Clock) -> None:
+        self._flight = flight
+        self._clock = clock
+
+    def insert(
+        self, lease_id: str, task: Task, mode: InsertMode = "append", when_empty: WhenEmpty | None = None
+    ) -> QueuedTask:
+        """Queue a task: flown when its turn comes and the vehicle is under offboard control.
+
+        Raises:
+            TaskRefusedError, TasksFullError: nothing has changed. ConflictError: control goes back to the plan already,
+            or the task in whose place it would be flown works the gripper now, and would do so again.
+        """
+        flight = self._own(lease_id)
+        if mode != "append":
+            self._refuse_while_gripping("append the task")
+        course, up_m = self._admit(task)
+        queue = flight.queue.insert(task, course, mode, up_m)
+        flight.when_empty = when_empty or flight.when_empty
+        entry = queue.entries[-1 if mode == "append" else 0]
+        flight.put(queue, "inserted", entry, mode)
+        return entry
+
+    def skip(self, lease_id: str) -> None:
+        """On to the next task. Raises ConflictError if there is none to leave."""
+        flight = self._own(lease_id)
+        if flight.queue.current is None:
+            raise ConflictError("the queue is empty: there is nothing to skip")
+        flight.finish("skipped")
+
+    def move(self, lease_id: str, task_id: str, before: str | None) -> None:
+        """Another place in the queue: before that other task, or last. What becomes the first is flown at once.
+
+        Raises:
+            NotFoundError: one of them is not in the queue. ConflictError: the current task works the gripper, and would
+            lose its place.
+        """
+        flight = self._own(lease_id)
+        queue = flight.queue.reordered(task_id, before)
+        if queue.current is not flight.queue.current:
+            self._refuse_while_gripping("move it later")
+        if queue is not flight.queue:
+            flight.put(queue, "moved", queue.entry(task_id))
+
+    def change(self, lease_id: str, task_id: str, terms: TaskTerms) -> None:
+        """Mend how a task is flown that has not begun; it keeps its place, its course and its leg.
+
+        Raises:
+            NotFoundError: it is over, or never was. TaskUnderWayError: it is flown already. TaskRefusedError: it stays
+            as it was.
+        """
+        flight = self._own(lease_id)
+        found = flight.queue.entry(task_id)
+        if found is flight.queue.current and flight.control.state is not OffboardState.LEASED:
+            raise TaskUnderWayError(
+                f"task {task_id} is flown already",
+                hint="queue another with replace_current, or move another task before it first",
+            )
+        task = terms.applied(found.task)
+        if task == found.task:
+            return
+        course, up_m = self._admit(task)
+        entry = replace(
+            found,
+            task=task,
+            course=course if isinstance(task, Circle) else found.course,
+            up_m=up_m if terms.gives_altitude else found.up_m,
+        )
+        flight.put(flight.queue.mended(entry), "changed", entry)
+
+    def remove(self, lease_id: str, task_id: str) -> None:
+        """Take one task out; the current one as if it were skipped. Raises NotFoundError."""
+        flight = self._own(lease_id)
+        entry = flight.queue.entry(task_id)
+        flight.put(flight.queue.without(task_id), "removed", entry)
+
+    def clear(self, lease_id: str) -> None:
+        """Drop all tasks; what happens then is as when the last one ends."""
+        flight = self._own(lease_id)
+        if flight.queue.entries:
+            flight.put(flight.queue.cleared(), "cleared", None)
+
+    def pause(self, lease_id: str) -> None:
+        """Stand (a wing circles); the current task keeps its time. Raises ConflictError if nothing is flown."""
+        flight = self._own(lease_id)
+        if flight.phase not in (Phase.FLYING, Phase.BY_HAND):
+            raise ConflictError(f"the queue is {flight.phase.value}: there is nothing to pause")
+        flight.stop("paused", because(ReasonCode.TASKS_PAUSED))
+
+    def resume(self, lease_id: str) -> None:
+        """Go on with the current task. Raises ConflictError if the queue was not stopped."""
+        flight = self._own(lease_id)
+        if flight.phase not in (Phase.PAUSED, Phase.BY_HAND):
+            raise ConflictError(f"the queue is {flight.phase.value}: there is nothing to resume")
+        flight.go_on()
+
+    def retarget(self, lease_id: str, task_id: str, point: TaskPoint, motion: Motion | None) -> None:
+        """Where the target of a goto is now, and how it moves.
+
+        Raises:
+            TaskRefusedError, NotFoundError, ConflictError: the target stays as it was.
+        """
+        flight = self._own(lease_id)
+        found = flight.queue.entry(task_id)
+        if not isinstance(found.task, Goto) or found.task.gripper is not None:
+            raise ConflictError(f"task {task_id} has no target that may move: only a goto without gripper has one")
+        task = found.task.model_copy(update={"point": point, "motion": motion})
+        course, _ = self._admit(task)
+        flight.queue = flight.queue.moved(task_id, task, course)
+
+    def view(self) -> TasksView:
+        """The whole queue."""
+        flight = self._flight
+        origin = flight.origin or EkfOrigin.of(flight.control.link.state())
+        shown = None if origin is None else OriginView.of(origin)
+        return TasksView(
+            report=flight.report() or NEVER_USED,
+            origin=shown,
+            when_empty=flight.when_empty,
+            flown_by=self._flown_by(),
+            capacity=flight.queue.capacity,
+            tasks=[self._entry_view(entry) for entry in flight.queue.entries],
+        )
+
+    @property
+    def changes(self) -> int:
+        """How often the queue has changed; 0 while nobody has ever used it."""
+        return self._flight.changes
+
+    def subscribe(self, listener: Callable[[], None]) -> Unsubscribe:
+        """Call `listener` when state, lease or queue have changed."""
+        return self._flight.control.subscribe(listener)
+
+    def _flown_by(self) -> FlownBy | None:
+        """By the lease's surroundings; without a lease as the vehicle flies now."""
+        control = self._flight.control
+        if control.lease is not None:
+            return control.means.value
+        who = control.link.identity
+        if who.vehicle_type is None:
+            return None
+        means = ControlContext.of(who.vehicle_type, who.firmware, control.settings.fresh_s).means(control.link.state())
+        return None if means is None else means.value
+
+    def _own(self, lease_id: str) -> TaskFlight:
+        """The queue of this lease; a new lease begins with an empty one."""
+        flight = self._flight
+        lease = flight.control.require(lease_id)
+        if flight.phase is Phase.ENDING:
+            raise ConflictError("no task was left: control goes back to the plan", hint="take the lease again")
+        flight.lease_id = lease.id
+        return flight
+
+    def _refuse_while_gripping(self, instead: str) -> None:
+        """Raises ConflictError where another task would take the place of one that works the gripper."""
+        if self._flight.is_gripping:
+            raise ConflictError(
+                "the current task works the gripper now: flown again it would do so twice",
+                hint=f"wait for the gripper's answer, {instead}, or skip the current one",
+            )
+
+    def _admit(self, task: Task) -> tuple[Course, float | None]:
+        flight = self._flight
+        control, surroundings = flight.control, flight.control.surroundings
+        if surroundings is None:
+            raise LeaseLostError("the lease has ended")
+        state = control.link.state()
+        means = task_means(surroundings.kind(state), surroundings.profile)
+        is_entered = control.state is not OffboardState.LEASED
+        if is_entered and means is ControlMethod.COMMANDS and control.means is ControlMethod.SETPOINTS:
+            raise TaskRefusedError(
+                "offboard control was entered by setpoints, and this vehicle follows none that a task needs",
+                refusal="tasks.entered_by_setpoints",
+                hint="leave, and enter without `by`",
+            )
+        origin = flight.origin or EkfOrigin.of(state)
+        if origin is None:
+            raise TaskRefusedError(
+                "the vehicle has not told its home in local coordinates: its EKF origin is not known",
+                refusal="tasks.origin_unknown",
+                hint="wait for its position",
+            )
+        flight.origin = origin
+        course, up_m = course_of(task, origin, self._clock.monotonic()), origin.up_of(task)
+        wing = surroundings.wing if means is ControlMethod.COMMANDS else None
+        refuse_beyond(task, course, up_m, control.settings.limits, surroundings.whereabouts(state), wing)
+        return course, up_m
+
+    def _entry_view(self, entry: QueuedTask) -> QueuedTaskView:
+        flight = self._flight
+        is_current = flight.queue.current is entry
+        seen = flight.seen if is_current else None
+        limit_s = entry.task.duration_s if entry.task.duration_s > 0.0 else -1.0
+        left_m = None if seen is None or seen.left_m == float("inf") else round(seen.left_m, 2)
+        return QueuedTaskView(
+            id=entry.id,
+            task=entry.task,
+            remaining_s=round(flight.queue.remaining_s, 1) if is_current else limit_s,
+            leg=entry.leg,
+            cross_m=None if seen is None else round(seen.cross_m, 2),
+            left_m=left_m,
+        )
+
+
+class Tasks:
+    """The registry."""
+
+    def __init__(self, offboard: Offboard, fleet: Fleet, clock: Clock) -> None:
+        self._offboard = offboard
+        self._fleet = fleet
+        self._clock = clock
+        self._desks: dict[str, TaskQueueService] = {}
+
+    def vehicle(self, vehicle_id: str) -> TaskQueueService:
+        """The queue of one vehicle. Raises NotFoundError."""
+        control = self._offboard.vehicle(vehicle_id)
+        if vehicle_id not in self._desks:
+            flight = TaskFlight(control, self._fleet)
+            self._desks[vehicle_id] = TaskQueueService(flight, self._clock)
+        return self._desks[vehicle_id]

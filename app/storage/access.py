@@ -1,0 +1,148 @@
+"""Bearer tokens, answers by Idempotency-Key and webhooks on disk."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Final
+
+import sqlalchemy as sa
+from sqlalchemy.dialects.sqlite import insert
+from sqlalchemy.ext.asyncio import AsyncConnection
+
+from app.domain.stores import StoredAnswer, StoredToken
+from app.domain.webhooks.webhook import Progress, StoredWebhook, Webhook
+from app.storage.database import Database, from_json, object_from_json, to_json
+from app.storage.schema import ANSWERS, TOKENS, WEBHOOKS
+
+# Bearer tokens on disk; implements TokenStore.
+
+
+class SqliteTokenStore:
+    """TokenStore on one SQLite file."""
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+
+    async def add(self, token: StoredToken) -> None:
+        """See TokenStore. Raises StorageError, also if the id or the hash is taken."""
+        row = asdict(token)
+        await self._database.write(lambda connection: connection.execute(sa.insert(TOKENS), row))
+
+    async def find_by_hash(self, token_hash: str) -> StoredToken | None:
+        """See TokenStore."""
+        query = sa.select(TOKENS).where(TOKENS.c.token_hash == token_hash, TOKENS.c.revoked_at.is_(None))
+        rows = await self._database.read(query)
+        return _stored_token(rows[0]) if rows else None
+
+    async def list_tokens(self) -> Sequence[StoredToken]:
+        """See TokenStore. In order of creation."""
+        return tuple(
+            [_stored_token(row) for row in await self._database.read(sa.select(TOKENS).order_by(TOKENS.c.position))]
+        )
+
+    async def revoke(self, token_id: str, *, now: float) -> bool:
+        """See TokenStore."""
+        change = sa.update(TOKENS).where(TOKENS.c.id == token_id, TOKENS.c.revoked_at.is_(None)).values(revoked_at=now)
+        result = await self._database.write(lambda connection: connection.execute(change))
+        return result.rowcount == 1
+
+
+def _stored_token(row: sa.RowMapping) -> StoredToken:
+    return StoredToken(**{key: value for key, value in row.items() if key != "position"})
+
+
+# Answers by Idempotency-Key on disk; implements AnswerStore.
+
+
+KEPT_FOR_S: Final = 24 * 3600.0
+
+
+class SqliteAnswerStore:
+    """AnswerStore on one SQLite file."""
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+
+    async def get(self, key: str) -> StoredAnswer | None:
+        """See AnswerStore."""
+        rows = await self._database.read(sa.select(ANSWERS).where(ANSWERS.c.key == key))
+        return _stored_answer(rows[0]) if rows else None
+
+    async def put(self, answer: StoredAnswer, *, now: float) -> None:
+        """See AnswerStore. The first answer of a key stands: a replay must always say the same."""
+        row = {
+            "key": answer.key,
+            "request_hash": answer.request_hash,
+            "status": answer.status,
+            "headers": to_json("the headers of an answer", answer.headers),
+            "body": answer.body,
+            "stored_at": now,
+        }
+
+        async def replace_old(connection: AsyncConnection) -> None:
+            await connection.execute(sa.delete(ANSWERS).where(ANSWERS.c.stored_at < now - KEPT_FOR_S))
+            await connection.execute(insert(ANSWERS).on_conflict_do_nothing(index_elements=["key"]), row)
+
+        await self._database.write(replace_old)
+
+
+def _stored_answer(row: sa.RowMapping) -> StoredAnswer:
+    return StoredAnswer(
+        key=row["key"],
+        request_hash=row["request_hash"],
+        status=row["status"],
+        headers=object_from_json("the headers of an answer", row["headers"]),
+        body=row["body"],
+    )
+
+
+# Webhooks on disk; implements WebhookStore.
+
+
+class SqliteWebhookStore:
+    """WebhookStore on one SQLite file."""
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+
+    async def add(self, stored: StoredWebhook) -> None:
+        """See WebhookStore. Raises StorageError, also if the id is taken."""
+        row = {
+            "id": stored.hook.id,
+            "secret": stored.secret,
+            "document": stored.hook.model_dump_json(),
+            "progress": stored.progress.model_dump_json(),
+        }
+        await self._database.write(lambda connection: connection.execute(sa.insert(WEBHOOKS), row))
+
+    async def list_webhooks(self) -> Sequence[StoredWebhook]:
+        """See WebhookStore."""
+        rows = await self._database.read(sa.select(WEBHOOKS).order_by(WEBHOOKS.c.position))
+        return tuple([_stored_webhook(row) for row in rows])
+
+    async def change(self, hook: Webhook) -> None:
+        """See WebhookStore."""
+        await self._set(hook.id, document=hook.model_dump_json())
+
+    async def save_progress(self, hook_id: str, progress: Progress) -> None:
+        """See WebhookStore."""
+        await self._set(hook_id, progress=progress.model_dump_json())
+
+    async def delete(self, hook_id: str) -> None:
+        """See WebhookStore."""
+        gone = sa.delete(WEBHOOKS).where(WEBHOOKS.c.id == hook_id)
+        await self._database.write(lambda connection: connection.execute(gone))
+
+    async def _set(self, hook_id: str, **columns: str) -> None:
+        change = sa.update(WEBHOOKS).where(WEBHOOKS.c.id == hook_id).values(**columns)
+        await self._database.write(lambda connection: connection.execute(change))
+
+
+def _stored_webhook(row: sa.RowMapping) -> StoredWebhook:
+    what = f"webhook {row['id']}"
+    return StoredWebhook(
+        hook=from_json(Webhook, what, row["document"]),
+        secret=row["secret"],
+        progress=from_json(Progress, f"the progress of {what}", row["progress"]),
+    )

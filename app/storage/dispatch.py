@@ -1,0 +1,210 @@
+"""Plans, runs and jobs on disk. Each is written in the transaction of the event that tells of it (events.py)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict
+from typing import Any
+
+import sqlalchemy as sa
+from sqlalchemy.dialects.sqlite import insert
+from sqlalchemy.ext.asyncio import AsyncConnection
+
+from app.domain.jobs.job import Job
+from app.domain.jobs.queue import VehicleQueue
+from app.domain.run.run import Run
+from app.domain.stores import JobFilter, JobRecord, RunFilter, StoredPlan
+from app.domain.vehicle.state import VehicleType
+from app.storage.database import Database, from_json, object_from_json, to_json, unreadable
+from app.storage.schema import JOB_QUEUES, JOBS, PLANS, RUNS
+
+# Plans on disk; implements PlanStore. They are written with the events that announce them (events.py).
+
+
+def plan_row(plan: StoredPlan) -> dict[str, Any]:
+    """The plan as a row; events.py stores it with its event. Raises InvalidInputError if it is not JSON."""
+    document = to_json(f"plan {plan.id}", plan.document)
+    return asdict(plan) | {"vehicle_type": plan.vehicle_type.value, "document": document}
+
+
+class SqlitePlanStore:
+    """PlanStore on one SQLite file."""
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+
+    async def get(self, plan_id: str) -> StoredPlan | None:
+        """See PlanStore."""
+        rows = await self._database.read(sa.select(PLANS).where(PLANS.c.id == plan_id))
+        return _stored(rows[0]) if rows else None
+
+    async def list_plans(self, *, limit: int) -> Sequence[StoredPlan]:
+        """See PlanStore."""
+        query = sa.select(PLANS).order_by(PLANS.c.position.desc()).limit(limit)
+        return tuple([_stored(row) for row in await self._database.read(query)])
+
+
+def _stored(row: sa.RowMapping) -> StoredPlan:
+    try:
+        return StoredPlan(
+            id=row["id"],
+            hash=row["hash"],
+            name=row["name"],
+            vehicle_type=VehicleType(row["vehicle_type"]),
+            created_at=row["created_at"],
+            created_by=row["created_by"],
+            document=object_from_json(f"plan {row['id']}", row["document"]),
+        )
+    except ValueError as error:
+        raise unreadable(f"plan {row['id']}") from error
+
+
+# Runs on disk; implements RunStore. They are written with the events that changed them (events.py).
+
+
+_INSERT_RUN = insert(RUNS)
+_UPSERT_RUN = _INSERT_RUN.on_conflict_do_update(
+    index_elements=["id"],
+    set_={column: _INSERT_RUN.excluded[column] for column in ("plan_id", "vehicle_id", "is_over", "state", "document")},
+)
+
+
+async def upsert_runs(connection: AsyncConnection, runs: Sequence[Run]) -> None:
+    """Store each run as it is now; of several versions of one run the last one counts."""
+    newest = {run.id: run for run in runs}
+    if not newest:
+        return
+    rows = [
+        {
+            "id": run.id,
+            "plan_id": run.plan_id,
+            "vehicle_id": run.vehicle_id,
+            "is_over": run.is_over,
+            "state": run.state.value,
+            "created_at": run.created_at,
+            "document": run.model_dump_json(),
+        }
+        for run in newest.values()
+    ]
+    await connection.execute(_UPSERT_RUN, rows)
+
+
+class SqliteRunStore:
+    """RunStore on one SQLite file."""
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+
+    async def get(self, run_id: str) -> Run | None:
+        """See RunStore."""
+        query = sa.select(RUNS.c.id, RUNS.c.document).where(RUNS.c.id == run_id)
+        rows = await self._database.read(query)
+        return _run(rows[0]) if rows else None
+
+    async def list_runs(self, wanted: RunFilter, *, limit: int) -> Sequence[Run]:
+        """See RunStore."""
+        query = sa.select(RUNS.c.id, RUNS.c.document).order_by(RUNS.c.position.desc()).limit(limit)
+        rows = await self._database.read(query.where(*_run_conditions(wanted)))
+        return tuple([_run(row) for row in rows])
+
+
+def _run_conditions(wanted: RunFilter) -> Iterator[sa.ColumnElement[bool]]:
+    if wanted.vehicle_id is not None:
+        yield RUNS.c.vehicle_id == wanted.vehicle_id
+    if wanted.plan_id is not None:
+        yield RUNS.c.plan_id == wanted.plan_id
+    if wanted.open_only:
+        yield RUNS.c.is_over.is_(False)
+    if wanted.states:
+        yield RUNS.c.state.in_(sorted(state.value for state in wanted.states))
+    if wanted.created_from is not None:
+        yield RUNS.c.created_at >= wanted.created_from
+    if wanted.created_before is not None:
+        yield RUNS.c.created_at < wanted.created_before
+    if wanted.older_than is not None:
+        last = sa.select(RUNS.c.position).where(RUNS.c.id == wanted.older_than).scalar_subquery()
+        yield RUNS.c.position < last
+
+
+def _run(row: sa.RowMapping) -> Run:
+    return from_json(Run, f"run {row['id']}", row["document"])
+
+
+# Jobs and the queues of vehicles on disk; implements JobStore. They are written with their events (events.py).
+
+
+_INSERT_JOB = insert(JOBS)
+_UPSERT_JOB = _INSERT_JOB.on_conflict_do_update(
+    index_elements=["id"],
+    set_={column: _INSERT_JOB.excluded[column] for column in ("vehicle_id", "state", "is_over", "document")},
+)
+_INSERT_QUEUE = insert(JOB_QUEUES)
+_UPSERT_QUEUE = _INSERT_QUEUE.on_conflict_do_update(
+    index_elements=["vehicle_id"], set_={"document": _INSERT_QUEUE.excluded.document}
+)
+
+
+async def upsert_jobs(connection: AsyncConnection, records: Sequence[JobRecord]) -> None:
+    """Store each as it is now; of several versions of one the last counts."""
+    jobs = {record.id: record for record in records if isinstance(record, Job)}
+    queues = {record.vehicle_id: record for record in records if isinstance(record, VehicleQueue)}
+    if jobs:
+        await connection.execute(_UPSERT_JOB, [job_row(job) for job in jobs.values()])
+    if queues:
+        rows = [{"vehicle_id": one.vehicle_id, "document": one.model_dump_json()} for one in queues.values()]
+        await connection.execute(_UPSERT_QUEUE, rows)
+
+
+def job_row(job: Job) -> dict[str, object]:
+    """The columns of a job."""
+    named = None if job.wish.is_any else job.wish.vehicle
+    return {
+        "id": job.id,
+        "plan_id": job.plan_id,
+        "vehicle_id": job.vehicle_id or named,
+        "state": job.state.value,
+        "is_over": job.is_over,
+        "document": job.model_dump_json(),
+    }
+
+
+class SqliteJobStore:
+    """JobStore on one SQLite file."""
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+
+    async def get(self, job_id: str) -> Job | None:
+        """See JobStore."""
+        query = sa.select(JOBS.c.id, JOBS.c.document).where(JOBS.c.id == job_id)
+        rows = await self._database.read(query)
+        return _job(rows[0]) if rows else None
+
+    async def list_jobs(self, wanted: JobFilter, *, limit: int) -> Sequence[Job]:
+        """See JobStore."""
+        query = sa.select(JOBS.c.id, JOBS.c.document).order_by(JOBS.c.position.desc()).limit(limit)
+        rows = await self._database.read(query.where(*_job_conditions(wanted)))
+        return tuple([_job(row) for row in rows])
+
+    async def list_queues(self) -> Sequence[VehicleQueue]:
+        """See JobStore."""
+        rows = await self._database.read(sa.select(JOB_QUEUES).order_by(JOB_QUEUES.c.vehicle_id))
+        return tuple([from_json(VehicleQueue, f"the queue of {row['vehicle_id']}", row["document"]) for row in rows])
+
+
+def _job_conditions(wanted: JobFilter) -> Iterator[sa.ColumnElement[bool]]:
+    if wanted.vehicle_id is not None:
+        yield JOBS.c.vehicle_id == wanted.vehicle_id
+    if wanted.plan_id is not None:
+        yield JOBS.c.plan_id == wanted.plan_id
+    if wanted.open_only:
+        yield JOBS.c.is_over.is_(False)
+    if wanted.states:
+        yield JOBS.c.state.in_(sorted(state.value for state in wanted.states))
+    if wanted.older_than is not None:
+        last = sa.select(JOBS.c.position).where(JOBS.c.id == wanted.older_than).scalar_subquery()
+        yield JOBS.c.position < last
+
+
+def _job(row: sa.RowMapping) -> Job:
+    return from_json(Job, f"job {row['id']}", row["document"])

@@ -1,0 +1,294 @@
+"""VehicleLink on native mavsdk: puts one vehicle's parts together and answers the port's calls with them."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import time
+from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
+from contextlib import aclosing
+from dataclasses import replace
+
+from app.domain.autopilot import autopilot, autopilot_kind
+from app.domain.errors import LinkError, VehicleQuarantinedError
+from app.domain.mission.mission import MavCmd, Mission, MissionItem, MissionType
+from app.domain.offboard.messages import SetpointMessage
+from app.domain.reasons import Reason
+from app.domain.vehicle.commands import CommandAck, CommandRequest
+from app.domain.vehicle.link import (
+    ClockRateTold,
+    DuplicateSystem,
+    LinkFact,
+    LinkRestored,
+    ParametersChanged,
+    Rebooted,
+    Unsubscribe,
+    UploadProgress,
+    VehicleIdentity,
+)
+from app.domain.vehicle.state import FlightMode, VehicleProfile, VehicleState, vehicle_type
+from app.vehicles.command_sender import CommandSender, CurrentItem, command
+from app.vehicles.decoders import REPORTS, Heartbeat
+from app.vehicles.encoders import GroundHeartbeat, Outgoing, SetpointOut
+from app.vehicles.facts import FactReader, Identity
+from app.vehicles.inbox import Inbox
+from app.vehicles.link_watch import FactStream, LinkWatch
+from app.vehicles.measurements import Measurements
+from app.vehicles.mission_readiness import MissionReadiness
+from app.vehicles.mission_upload import MissionUploader
+from app.vehicles.mission_wire import mission_checksum, to_wire
+from app.vehicles.modes import ModeSwitch, heard_disarmed
+from app.vehicles.native import NativeSystem
+from app.vehicles.parameters import ParameterReader
+from app.vehicles.settings import LinkSettings
+from app.vehicles.status_texts import StatusTexts
+from app.vehicles.stream_rates import LinkSetup, StreamRates
+
+_log = logging.getLogger(__name__)
+
+
+class MavsdkVehicleLink:
+    """One vehicle. Made on the event loop; `tick` is called a few times a second; ended by `close`.
+
+    `announce` is called with it once, on the first HEARTBEAT of a PX4 autopilot. Nothing is sent before.
+    """
+
+    def __init__(
+        self,
+        system: NativeSystem,
+        connection: str,
+        settings: LinkSettings,
+        announce: Callable[[MavsdkVehicleLink], None],
+    ) -> None:
+        loop = asyncio.get_running_loop()
+        self._system = system
+        self._connection = connection
+        self._settings = settings
+        self._facts = FactStream(loop)
+        self._inbox = Inbox(loop, capacity=settings.mailbox_capacity)
+        self._measurements = Measurements()
+        self._texts = StatusTexts(self._facts.tell)
+        self._identity = Identity(self._send, settings)
+        self._watch = LinkWatch(self._inbox, self._measurements, self._identity, self._texts, self._facts, settings)
+        self._sender = CommandSender(self._send, self._inbox, self._texts)
+        self._modes = ModeSwitch(self._sender, self._inbox, settings, lambda: self._measurements.mode)
+        self._current = CurrentItem(self._send, self._sender, self._inbox, settings)
+        self._parameters = ParameterReader(self._send, system.read_int_parameter, self._inbox, settings)
+        self._fact_reader = FactReader(
+            self._measurements,
+            self._identity,
+            self._parameters,
+            self._inbox,
+            lambda changed: self._facts.tell(ParametersChanged(changed)),
+        )
+        self._uploader = MissionUploader(
+            system, self._send, self._inbox, self._texts, self._watch.is_connected, settings
+        )
+        self._readiness = MissionReadiness(self._measurements, self._inbox, self._texts, self._uploader, settings)
+        self._setup = LinkSetup(StreamRates(self._sender, settings), self._fact_reader, self._watch)
+        self._announce = announce
+        self._announced = self._foreign = False
+        self._closed = False
+        self._inbox.on(Heartbeat, self._first_heartbeat)
+        self._facts.subscribe(self._set_up_again)
+        system.listen(self._inbox.names, REPORTS, self._inbox.post)
+
+    @property
+    def identity(self) -> VehicleIdentity:
+        """See VehicleLink."""
+        beat = self._measurements.heartbeat
+        return VehicleIdentity(
+            system_id=self._system.system_id,
+            connection=self._connection,
+            vehicle_type=None if beat is None else vehicle_type(beat.type),
+            firmware=self._identity.firmware,
+            uid=self._identity.uid,
+            autopilot=self._measurements.autopilot,
+        )
+
+    def state(self) -> VehicleState:
+        """See VehicleLink."""
+        return self._measurements.state(time.monotonic(), connected=self._watch.is_connected())
+
+    def subscribe(self, listener: Callable[[LinkFact], None]) -> Unsubscribe:
+        """See VehicleLink. A quarantined link tells DuplicateSystem to each new listener."""
+        return self._facts.subscribe(listener)
+
+    def tell_clock_rate(self, rate: float) -> None:
+        """See VehicleLink."""
+        self._measurements.clock = self._measurements.clock.told(rate)
+        self._facts.tell(ClockRateTold(rate))
+
+    async def read_facts(self, *, fresh: bool = False) -> VehicleProfile:
+        """See VehicleLink."""
+        return await self._fact_reader.read(fresh=fresh)
+
+    async def upload(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:
+        """See VehicleLink."""
+        self._refuse_if_quarantined()
+        async with aclosing(self._uploader.upload(mission)) as steps:
+            async for step in steps:
+                yield step
+
+    def mission_id_of(self, mission: Mission) -> int:
+        """See MissionLink."""
+        return mission_checksum(to_wire(mission.items))
+
+    def rally_points_id_of(self, mission: Mission) -> int:
+        """See MissionLink."""
+        return mission_checksum(to_wire(mission.rally))
+
+    async def replace_mission(self, mission: Mission) -> AsyncGenerator[UploadProgress, None]:
+        """See MissionLink."""
+        self._refuse_if_quarantined()
+        async with aclosing(self._uploader.replace(mission)) as steps:
+            async for step in steps:
+                yield step
+
+    async def download(self, mission_type: MissionType) -> tuple[MissionItem, ...]:
+        """See VehicleLink."""
+        total = self.state().mission_total or 100
+        return await self._uploader.download(mission_type, expected_items=total)
+
+    async def wait_mission_ready(self, *, mission_id: int | None, rerun: bool, timeout_s: float) -> None:
+        """See VehicleLink."""
+        await self._readiness.wait(mission_id=mission_id, rerun=rerun, timeout_s=timeout_s)
+
+    async def set_current(self, seq: int) -> None:
+        """See VehicleLink."""
+        await self._current.set(seq)
+
+    async def arm(self, leaves: Callable[[], None] = lambda: None) -> None:
+        """See VehicleLink."""
+        self._refuse_if_closed()
+        self._refuse_if_quarantined()
+        send_before_s = await heard_disarmed(self._inbox, self._settings.mode_seen_timeout_s, mode=FlightMode.HOLD)
+        leaves()
+        await self._arm(armed=True, attempts=1, send_before_s=send_before_s)
+
+    async def disarm(self) -> None:
+        """See VehicleLink."""
+        await self._arm(armed=False, attempts=self._settings.command_attempts)
+
+    async def start_mission(self) -> None:
+        """See VehicleLink."""
+        await self._modes.to(FlightMode.MISSION)
+
+    async def hold(self) -> None:
+        """See VehicleLink."""
+        await self._modes.to(FlightMode.HOLD)
+
+    async def hold_disarmed(self) -> None:
+        """See VehicleLink."""
+        self._refuse_if_closed()
+        await self._modes.to_hold_disarmed()
+
+    async def return_to_launch(self) -> None:
+        """See VehicleLink."""
+        await self._come_down(FlightMode.RETURN)
+
+    async def land(self) -> None:
+        """See VehicleLink."""
+        await self._come_down(FlightMode.LAND)
+
+    async def enter_offboard(self) -> None:
+        """See VehicleLink."""
+        await self._modes.to(FlightMode.OFFBOARD)
+
+    def send_setpoint(self, message: SetpointMessage) -> None:
+        """See VehicleLink."""
+        self._send(SetpointOut(message))
+
+    async def read_parameters(self, names: Sequence[str]) -> Mapping[str, float | int]:
+        """See VehicleLink."""
+        return await self._parameters.read(names)
+
+    async def command(self, request: CommandRequest) -> AsyncGenerator[CommandAck, None]:
+        """See VehicleLink. ConflictError while the same command is under way."""
+        async with aclosing(self._sender.acks(request)) as acks:
+            async for ack in acks:
+                yield ack
+
+    def tick(self, now_s: float) -> None:
+        """Look at the silence, ask for what is not known yet."""
+        self._watch.tick(now_s)
+        if self._announced and not self._watch.lost and self._facts.duplicate is None:
+            try:
+                self._identity.tick(now_s)
+            except LinkError as error:
+                _log.info("cannot ask %d for its identity: %s", self._system.system_id, error.detail)
+
+    def quarantine(self, reason: Reason) -> None:
+        """Another vehicle has this system id: say so, and send nothing any more."""
+        self._facts.tell(DuplicateSystem(reason))
+
+    async def close(self) -> None:
+        """End everything that waits. The native system is destroyed afterwards, by its instance."""
+        if self._closed:
+            return
+        self._closed = True
+        self._system.cancel_transfers()
+        await self._setup.close()
+        await self._fact_reader.close()
+        self._sender.close()
+        await self._uploader.close(timeout_s=self._settings.close_timeout_s)
+        await self._parameters.close(timeout_s=self._settings.close_timeout_s)
+        self._inbox.close()
+        self._facts.close()
+
+    def _first_heartbeat(self, message: Heartbeat, _received_s: float) -> None:
+        if self._announced:
+            return
+        if autopilot_kind(message.autopilot) is None:
+            if not self._foreign:
+                self._foreign = True
+                _log.warning(
+                    "system %d is no PX4 (MAV_AUTOPILOT %d): left alone", self._system.system_id, message.autopilot
+                )
+            return
+        self._announced = True
+        if self._facts.duplicate is None:
+            self._send(GroundHeartbeat())  # mavsdk's own may come a second later
+        self._announce(self)
+        self._setup.begin()
+
+    def _set_up_again(self, fact: LinkFact) -> None:
+        if isinstance(fact, Rebooted):
+            self._setup.begin_after_reboot()
+        elif isinstance(fact, LinkRestored):
+            self._setup.begin_after_silence()
+        elif isinstance(fact, ParametersChanged):
+            self._setup.look_at_gripper()
+
+    async def _come_down(self, mode: FlightMode) -> None:
+        through_hold = self._measurements.goes_back_to_offboard
+        await (self._modes.through_hold_to(mode) if through_hold else self._modes.to(mode))
+
+    async def _arm(self, *, armed: bool, attempts: int, send_before_s: float | None = None) -> None:
+        request = command(
+            MavCmd.COMPONENT_ARM_DISARM,
+            float(armed),
+            0.0,
+            timeout_s=self._settings.command_timeout_s,
+            attempts=attempts,
+        )
+        request = replace(request, send_before_s=send_before_s)
+        await self._sender.accepted(
+            request, "arm" if armed else "disarm", text_window_s=self._settings.refusal_text_window_s
+        )
+
+    def _send(self, message: Outgoing) -> None:
+        self._refuse_if_closed()
+        self._refuse_if_quarantined()
+        self._system.send(message)
+
+    def _refuse_if_closed(self) -> None:
+        if self._closed:
+            raise LinkError("the link is closed")
+
+    def _refuse_if_quarantined(self) -> None:
+        if self._facts.duplicate is not None:
+            raise VehicleQuarantinedError(
+                f"two vehicles have the system id {self._system.system_id}",
+                hint=f"give each vehicle its own {autopilot().system_id_name}, then restart Waydrop",
+            )

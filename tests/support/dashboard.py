@@ -1,0 +1,144 @@
+"""The page as its users use it: by the names of its buttons, with a watch on its console and its requests."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from typing import Any, Literal, Self
+
+from playwright.async_api import Browser, ConsoleMessage, Locator, Page, Request, expect
+
+from tests.support.paths import ROOT
+
+CLINIC_RUN = (ROOT / "plans" / "clinic-run.json").read_text()
+
+HOLD_MS = 1200
+"""Longer than the page asks for."""
+FLIGHT_MS = 90_000
+"""More than a flight takes at the tests' speed on a busy machine."""
+
+Scheme = Literal["dark", "light"]
+
+TAP = """button => ['pointerdown', 'pointerup'].forEach(
+  kind => button.dispatchEvent(new PointerEvent(kind, { bubbles: true, isPrimary: true })))"""
+
+SOFTWARE_GL = "GPU stall due to ReadPixels"
+"""What Chromium says when a canvas is copied without a graphics card; no fault of the page."""
+
+
+def is_object(text: str) -> bool:
+    """Whether this is a JSON object: the least that can be listed."""
+    try:
+        return isinstance(json.loads(text), dict)
+    except ValueError:
+        return False
+
+
+class Dashboard:
+    """One open page. `problems` collects what no test may see: console errors, exceptions, requests to other hosts."""
+
+    def __init__(self, page: Page, url: str, vehicles: int = 4) -> None:
+        self.page = page
+        self.url = url
+        self.vehicles = vehicles
+        self.problems: list[str] = []
+        self.tolerated: tuple[str, ...] = ()
+        page.on("console", self._on_console)
+        page.on("pageerror", lambda error: self.problems.append(f"exception: {error}"))
+        page.on("request", self._on_request)
+
+    @classmethod
+    @asynccontextmanager
+    async def opened(
+        cls,
+        browser: Browser,
+        url: str,
+        *,
+        vehicles: int = 4,
+        width: int = 1440,
+        height: int = 900,
+        scheme: Scheme = "dark",
+    ) -> AsyncIterator[Self]:
+        """A page that is live and shows all its vehicles; at the end it must have had no problems."""
+        context = await browser.new_context(viewport={"width": width, "height": height}, color_scheme=scheme)
+        dashboard = cls(await context.new_page(), url, vehicles)
+        await dashboard.open()
+        yield dashboard
+        await context.close()
+        assert dashboard.problems == [], dashboard.problems
+
+    async def open(self) -> None:
+        """Load the page and wait for the stream and the whole fleet."""
+        await self.page.goto(self.url)
+        await self.until_live()
+        await expect(self.page.locator(".vehicle")).to_have_count(self.vehicles, timeout=30_000)
+
+    async def until_live(self) -> None:
+        """Wait until the stream is open."""
+        await expect(self.page.locator(".connection.live")).to_be_visible(timeout=30_000)
+
+    def button(self, name: str) -> Locator:
+        """A button by its name."""
+        return self.page.get_by_role("button", name=name)
+
+    def vehicle(self, vehicle_id: str) -> Locator:
+        """The row of a vehicle in the fleet list."""
+        return self.page.get_by_role("region", name="Fleet").get_by_role("button", name=vehicle_id)
+
+    async def write_plan(self, text: str) -> None:
+        """Paste a plan into the plan panel; its items are shown if it has any."""
+        await self.page.get_by_role("tab", name="Plan").click()
+        await self.fill_plan(text)
+
+    async def fill_plan(self, text: str) -> None:
+        """Paste a plan into the panel that is open."""
+        await self.page.get_by_role("tab", name="JSON").click()
+        await self.page.get_by_label("Plan as JSON").fill(text)
+        items = self.page.get_by_role("tab", name="Items")
+        if is_object(text):
+            await items.click()
+        else:
+            await expect(items).to_be_disabled()
+
+    async def upload(self, text: str, vehicle_id: str) -> None:
+        """Paste a plan, choose the vehicle, upload, and wait until the run can be started."""
+        await self.write_plan(text)
+        await self.page.get_by_label("Vehicle").select_option(vehicle_id)
+        await expect(self.page.get_by_text("Can be flown")).to_be_visible(timeout=20_000)
+        await self.button(f"Upload to {vehicle_id}").click()
+        await self.until_state("uploaded")
+
+    async def tap(self, name: str) -> None:
+        """Press a button and let go at once, by the clock of its events: a busy page makes a held one of a click."""
+        await self.button(name).evaluate(TAP)
+
+    async def hold(self, name: str) -> None:
+        """Hold a button until it is confirmed."""
+        await self.button(name).click(delay=HOLD_MS)
+
+    async def until_state(self, *states: str) -> None:
+        """Wait until the shown run is in one of these states."""
+        selector = ", ".join(f'.run-head[data-state="{state}"]' for state in states)
+        await expect(self.page.locator(selector)).to_be_visible(timeout=FLIGHT_MS)
+
+    async def run_id(self) -> str | None:
+        """The run that is shown."""
+        return await self.page.locator(".run-head").get_attribute("data-run")
+
+    async def feed_seqs(self) -> list[int]:
+        """The numbers of all events in the feed, newest first."""
+        older = self.button("Show older events")
+        while await older.is_visible():
+            await older.click()
+        seqs: list[Any] = await self.page.locator(".event").evaluate_all("rows => rows.map(r => Number(r.dataset.seq))")
+        return [int(seq) for seq in seqs]
+
+    def _on_console(self, message: ConsoleMessage) -> None:
+        tolerated = (SOFTWARE_GL, *self.tolerated)
+        if message.type in ("error", "warning") and not any(part in message.text for part in tolerated):
+            self.problems.append(f"console {message.type}: {message.text}")
+
+    def _on_request(self, request: Request) -> None:
+        if not request.url.startswith((self.url, self.url.replace("http", "ws", 1), "data:", "blob:")):
+            self.problems.append(f"request to another host: {request.url}")

@@ -1,0 +1,175 @@
+"""A flight of plans/clinic-run.json that answers its orders, ten looks a second, on a clock of its own; no asyncio."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+
+from app.domain.events import AnyPayload
+from app.domain.events.run import RunChanged
+from app.domain.flight.flight import DEFAULT_MAX_OFFSET_M, LOST_AFTER_S, Flight
+from app.domain.flight.inputs import DropFailed, FlightInput, Looked, Record, ReleaseAnswered, Sight, TakenUp, Told
+from app.domain.flight.leg import drop_records, leg_of
+from app.domain.flight.look import FailureOrder, Order, ReleaseOrder, ResumeOrder
+from app.domain.flight.step import step
+from app.domain.mission.compiler import compile_plan
+from app.domain.mission.mission import MavCmd
+from app.domain.plan import parse_plan
+from app.domain.run.fold import RunFold
+from app.domain.run.run import Asked, Run, RunState
+from app.domain.vehicle.commands import CommandAck, MavResult
+from app.domain.vehicle.declared import default_facts
+from app.domain.vehicle.link import ItemReached
+from app.domain.vehicle.state import FlightMode, LandedState, MissionState, VehicleState, VehicleType
+from tests.support.paths import PLANS
+
+PLAN = parse_plan((PLANS / "clinic-run.json").read_text(encoding="utf-8"))
+MISSION = compile_plan(PLAN, default_facts(VehicleType.MULTICOPTER))
+DROP = MISSION.drops[0]
+MISSION_ID = 7
+TICK_S = 0.1
+LEG_S = 4.0
+"""From one item to the next."""
+ACK_S = 0.4
+"""From a release to its final ack; the output moves in its middle."""
+BEGAN_S, BEGAN_AT = 1000.0, 1_700_000_000.0
+
+
+def a_run() -> Run:
+    """The run as its vehicle has just taken off."""
+    run = Run(id="r", plan_id="p", plan_hash="h", vehicle_id="v1", created_at=BEGAN_AT, updated_at=BEGAN_AT)
+    given = {"state": RunState.FLYING, "mission_id": MISSION_ID, "drops": drop_records(MISSION), "started_at": BEGAN_AT}
+    return run.model_copy(update=given)
+
+
+def a_flight(run: Run, now_s: float = BEGAN_S) -> Flight:
+    return Flight.of(run, leg_of(run, PLAN, MISSION, DEFAULT_MAX_OFFSET_M), now_s, LOST_AFTER_S, DEFAULT_MAX_OFFSET_M)
+
+
+@dataclass
+class Flown:
+    """A vehicle and the flight that looks at it. `seen` are all inputs so far, `told` all that was recorded."""
+
+    flight: Flight = field(default_factory=lambda: a_flight(a_run()))
+    now_s: float = BEGAN_S
+    seen: list[FlightInput] = field(default_factory=list)
+    told: list[AnyPayload] = field(default_factory=lambda: [RunChanged(a_run())])
+    orders: list[Order] = field(default_factory=list)
+    seq: int = 0
+    at_item_s: float = 0.0
+    released_s: float | None = None
+    attempt: int = 0
+    returning: bool = False
+    landed: bool = False
+
+    @property
+    def state(self) -> VehicleState:
+        """What is seen of the vehicle now."""
+        on_way_m = max(0.0, LEG_S - self.at_item_s) * 10.0 if self.seq <= DROP.hold_seqs[0] else 40.0
+        holds = self.seq == DROP.hold_seqs[0] and on_way_m == 0.0
+        opened = self.released_s is not None and self.now_s - self.released_s > ACK_S / 2
+        returns = self.ends
+        return VehicleState(
+            connected=True,
+            mode=FlightMode.RETURN if returns else FlightMode.MISSION,
+            armed=not self.landed,
+            landed=LandedState.ON_GROUND if self.landed else LandedState.IN_AIR,
+            latitude_deg=DROP.latitude_deg - on_way_m / 111_195,
+            longitude_deg=DROP.longitude_deg,
+            relative_altitude_m=15.0,
+            velocity_north_m_s=0.0 if holds else 10.0,
+            velocity_east_m_s=0.0,
+            position_age_s=0.05,
+            boot_time_s=self.now_s - 900.0,
+            mission_seq=self.seq,
+            mission_id=MISSION_ID,
+            mission_state=MissionState.COMPLETE if self.landed and not self.returning else MissionState.ACTIVE,
+            has_gripper_output=True,
+            gripper_output_us=1000 if opened else 2000,
+            gripper_output_age_s=0.05,
+        )
+
+    @property
+    def ends(self) -> bool:
+        """Whether it is on its way back."""
+        return self.returning or self.seq == MISSION.items[-1].seq
+
+    @property
+    def sight(self) -> Sight:
+        return Sight(self.state, self.now_s, BEGAN_AT + self.now_s - BEGAN_S)
+
+    @property
+    def run(self) -> Run:
+        return self.flight.run
+
+    def feed(self, heard: FlightInput) -> None:
+        """One input; releases and resumes are carried out."""
+        self.seen.append(heard)
+        self.flight, effects = step(self.flight, heard)
+        for effect in effects:
+            if isinstance(effect, Record):
+                self.told.append(effect.payload)
+                continue
+            self.orders.append(effect)
+            match effect:
+                case ReleaseOrder(attempt=attempt):
+                    self.released_s, self.attempt = self.now_s, attempt
+                case ResumeOrder(seq=seq):
+                    self.go_on(seq)
+                case FailureOrder(action="return"):
+                    self.returning, self.at_item_s = True, 0.0
+                    self.feed(DropFailed(self.sight, Asked.CONTINGENCY))
+                case _:
+                    raise AssertionError(f"not in this flight: {effect}")
+
+    def go_on(self, seq: int) -> None:
+        self.seq, self.at_item_s = seq, 0.0
+
+    def tick(self) -> None:
+        """A tenth of a second: the vehicle flies, answers, and is looked at."""
+        for heard in self.flown_on():
+            self.feed(heard)
+        self.feed(Looked(self.sight))
+
+    def flown_on(self) -> list[FlightInput]:
+        """A tenth of a second of the vehicle's, and what it tells in it."""
+        self.now_s, self.at_item_s = self.now_s + TICK_S, self.at_item_s + TICK_S
+        told: list[FlightInput] = []
+        if self.attempt and self.released_s is not None and self.now_s - self.released_s > ACK_S:
+            attempt, self.attempt = self.attempt, 0
+            ack = CommandAck(MavCmd.DO_GRIPPER, MavResult.ACCEPTED)
+            told.append(ReleaseAnswered(self.sight, self.run.changes, DROP.plan_item_id, attempt, ack))
+        hold_s = DROP.hold_s if self.seq == DROP.hold_seqs[0] else 0.0
+        if self.at_item_s > LEG_S + hold_s and not self.ends:
+            told.append(Told(self.sight, ItemReached(self.seq)))
+            self.go_on(self.seq + 1)
+        self.landed = self.landed or (self.ends and self.at_item_s > LEG_S)
+        return told
+
+    def to_the_end(self) -> Run:
+        """Until the run is over."""
+        while not self.run.is_over:
+            assert self.now_s < BEGAN_S + 200.0, "the run must end"
+            self.tick()
+        return self.run
+
+    def restarted(self, down_s: float) -> Flown:
+        """Killed now for so long: what was stored is folded, what was told meanwhile is lost, the vehicle flies on."""
+        fold = RunFold()
+        for payload in self.told:
+            fold.take(payload)
+        run = fold.run()
+        assert run is not None
+        again = replace(self, attempt=0, seen=[], told=[*self.told], orders=[])
+        for _ in range(round(down_s / TICK_S)):
+            again.flown_on()
+        again.flight = a_flight(run, again.now_s)
+        again.feed(TakenUp(again.sight, run.flown_item_ids, again.state.mission_seq))
+        return again
+
+
+def prefixes(flown: Flown) -> Iterator[Flown]:
+    """The flight after each look, until its end."""
+    while not flown.run.is_over:
+        yield replace(flown, seen=[*flown.seen], told=[*flown.told], orders=[*flown.orders])
+        flown.tick()

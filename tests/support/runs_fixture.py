@@ -1,0 +1,166 @@
+"""A running service around one scripted vehicle and one plan, which can be restarted."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+from collections.abc import AsyncIterator, Callable, Sequence
+from dataclasses import dataclass, field
+
+from app.domain.drop.record import DropRecord
+from app.domain.flight.recording import from_text, replay
+from app.domain.mission.compiler import compile_plan
+from app.domain.mission.mission import Mission
+from app.domain.plan import Plan, parse_plan, plan_hash
+from app.domain.run.run import Run, RunState
+from app.domain.stores import RunFilter, StoredPlan
+from app.domain.vehicle.performance import Performance
+from app.services.clock import SystemClock
+from app.services.fleet import Fleet
+from app.services.journal import Journal
+from app.services.plans import KnownPlans
+from app.services.runs import Runs, RunSettings
+from tests.support.fakes import MemoryEventStore, MemoryFlightLog
+from tests.support.known_links import KnownLinks
+from tests.support.paths import PLANS
+from tests.support.scripted_link import FAST, ScriptedVehicle
+
+WITHIN_S = 5.0
+
+
+@dataclass
+class MemoryPlans:
+    """PlanStore in a dict."""
+
+    plans: dict[str, StoredPlan] = field(default_factory=dict)
+
+    def add(self, plan: Plan, plan_id: str = "plan-1") -> None:
+        """Store a plan."""
+        document = plan.model_dump(mode="json")
+        self.plans[plan_id] = StoredPlan(plan_id, plan_hash(plan), plan.name, plan.vehicle_type, 0.0, "test", document)
+
+    async def get(self, plan_id: str) -> StoredPlan | None:
+        return self.plans.get(plan_id)
+
+    async def list_plans(self, *, limit: int) -> Sequence[StoredPlan]:
+        return list(self.plans.values())[:limit]
+
+
+class MemoryRuns:
+    """RunStore over what the event store was given."""
+
+    def __init__(self, events: MemoryEventStore) -> None:
+        self._events = events
+
+    async def get(self, run_id: str) -> Run | None:
+        return self._events.runs.get(run_id)
+
+    async def list_runs(self, wanted: RunFilter, *, limit: int) -> Sequence[Run]:
+        found = [run for run in self._events.runs.values() if wanted.vehicle_id in (None, run.vehicle_id)]
+        return [run for run in reversed(found) if not (wanted.open_only and run.is_over)][:limit]
+
+
+@dataclass
+class Desk:
+    """A service with one vehicle and one plan."""
+
+    vehicle: ScriptedVehicle
+    events: MemoryEventStore
+    journal: Journal
+    fleet: Fleet
+    runs: Runs
+    plans: MemoryPlans
+    plan: Plan
+    mission: Mission
+    flight_log: MemoryFlightLog
+    run_id: str = ""
+
+    async def create(self, *, start: bool = True) -> Run:
+        run = await self.runs.create("plan-1", "v1", start=start, by="test")
+        self.run_id = run.id
+        return run
+
+    @property
+    def run(self) -> Run:
+        """The run as stored."""
+        return self.events.runs[self.run_id]
+
+    @property
+    def drop(self) -> DropRecord:
+        """The first drop's record."""
+        return self.run.drops[0]
+
+    async def until(self, what: Callable[[], bool], promise: str) -> None:
+        """Wait for a condition."""
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(WITHIN_S):
+                while not what():
+                    await asyncio.sleep(0.005)
+        assert what(), f"{promise}; the run is {self.run.state.value} ({self.run.reason}), drops {self.run.drops}"
+
+    async def until_state(self, *states: RunState) -> None:
+        await self.until(lambda: self.run.state in states, f"the run must become {[s.value for s in states]}")
+
+    async def fly_to_drop(self) -> None:
+        """Start, and stop in the hold of the first drop."""
+        await self.until_state(RunState.FLYING)
+        drop = self.mission.drops[0]
+        await self.vehicle.fly_to_hold(drop.latitude_deg, drop.longitude_deg, drop.hold_seqs[0])
+
+    def kinds(self) -> list[str]:
+        """The kinds of this run's events, in order."""
+        return [event.kind.value for event in self.events.events if event.run_id == self.run_id]
+
+
+@contextlib.asynccontextmanager
+async def desk(
+    plan_file: str = "clinic-run.json",
+    *,
+    changes: Callable[[dict[str, object]], None] | None = None,
+    performance: Performance | None = None,
+    settings: RunSettings = FAST,
+) -> AsyncIterator[Desk]:
+    """A running service around one scripted vehicle."""
+    document = json.loads((PLANS / plan_file).read_text())
+    if changes is not None:
+        changes(document)
+    plan = parse_plan(document)
+    vehicle, events, clock = ScriptedVehicle(plan.vehicle_type), MemoryEventStore(), SystemClock()
+    plans = MemoryPlans()
+    plans.add(plan)
+    journal = Journal(events, clock)
+    await journal.start()
+    fleet = Fleet(KnownLinks(vehicle), journal, None if performance is None else {"v1": performance})
+    await fleet.start()
+    flight_log = MemoryFlightLog()
+    runs = Runs(fleet, KnownPlans(plans), MemoryRuns(events), journal, clock, flight_log, settings)
+    mission = compile_plan(plan, vehicle.facts)
+    try:
+        at = Desk(vehicle, events, journal, fleet, runs, plans, plan, mission, flight_log)
+        yield at
+    finally:
+        events.open.set()  # a test that fails while nothing is stored must not hang
+        await runs.close()
+        await fleet.close()
+        await journal.close()
+    await at.runs.close()
+    for run_id, text in flight_log.texts.items():
+        assert replay(from_text(text)).differences == (), f"run {run_id} must be decided again as it was"
+
+
+async def restarted(before: Desk, *, meanwhile: Callable[[], None] = lambda: None) -> tuple[Runs, Fleet, Journal]:
+    """The same vehicle, plans and disk under a new process of the service; the old one is gone without a goodbye."""
+    await before.runs.close()
+    await before.fleet.close()
+    await before.journal.close()
+    meanwhile()
+    clock = SystemClock()
+    journal = Journal(before.events, clock)
+    await journal.start()
+    fleet = Fleet(KnownLinks(before.vehicle), journal)
+    await fleet.start()
+    runs = Runs(fleet, KnownPlans(before.plans), MemoryRuns(before.events), journal, clock, before.flight_log, FAST)
+    await runs.begin()
+    before.runs, before.fleet, before.journal = runs, fleet, journal
+    return runs, fleet, journal

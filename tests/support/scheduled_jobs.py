@@ -1,0 +1,27 @@
+"""The desk gives jobs to vehicles, and moves nothing that is not ready, is held by somebody, or came too late."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+
+from app.domain.offboard.state import OffboardState
+from app.services.views import LeaseView, OffboardView
+from tests.support.job_fleet import Yard
+
+
+def at(yard: Yard, in_s: float) -> str:
+    """A time from now on the yard's clock."""
+    return datetime.fromtimestamp(yard.clock.now() + in_s, UTC).isoformat()
+
+
+def lease(vehicle_id: str, yard: Yard, holder: str | None) -> None:
+    """Somebody flies the vehicle by hand, or nobody does any more."""
+    view = OffboardView(
+        state=OffboardState.LEASED,
+        lease=LeaseView(holder=holder or "", expires_in_s=5.0, offered_to=None),
+        reason=None,
+        sent=None,
+        cadence=None,
+        tasks=None,
+    )
+    yard.fleet.vehicle(vehicle_id).offboard = lambda: view if holder else None

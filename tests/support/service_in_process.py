@@ -1,0 +1,212 @@
+"""A running service for a test: a server on a socket of its own, and what stands behind it."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Callable
+from contextlib import AsyncExitStack, asynccontextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import aiohttp
+from aiohttp import web
+
+from app.api import ApiServices, ApiSettings, build_app
+from app.domain.offboard.step import DeadMan
+from app.domain.webhooks.webhook import Backoff
+from app.services.access import Access, Role
+from app.services.attachments import Attachments
+from app.services.clock import SystemClock
+from app.services.delivery_reports import Comparisons, Proofs
+from app.services.fleet import Fleet
+from app.services.jobs import Jobs, JobSettings
+from app.services.journal import Journal
+from app.services.offboard import Offboard, OffboardSettings
+from app.services.plans import KnownPlans, Plans
+from app.services.runs import Runs
+from app.services.runs.rerouting import Rerouting
+from app.services.simulation import Simulation
+from app.services.targets import Targets
+from app.services.tasks import Tasks
+from app.services.telemetry import TelemetryFeed
+from app.services.vehicle_commands import VehicleCommands
+from app.services.webhooks import Webhooks, WebhookSettings
+from app.storage.attachments import ATTACHMENTS_MAX_BYTES
+from app.storage.storage import Storage, open_storage
+from app.webhooks import open_sender
+from tests.support.described import assert_described
+from tests.support.fake_links import FakeLink
+from tests.support.known_links import KnownLinks
+
+SETTINGS = ApiSettings(gateway="gw-test", version="0.0-test", body_timeout_s=0.5)
+
+PATIENT = OffboardSettings(stream_s=0.2, gap_s=60.0, dead_man=DeadMan(max_age_s=20.0, gone_s=30.0))
+"""On a busy machine a client of a test may be silent for long; the dead-man has tests of its own."""
+
+PROMPT = WebhookSettings(backoff=Backoff(first_s=0.01, longest_s=0.05))
+"""Webhooks that try again soon."""
+
+LOOK_AGAIN_S = 0.05
+"""Who waits for a run over REST asks so often: requests and the checks of their answers are not for nothing."""
+
+LIVELY = JobSettings(look_every_s=0.05, look_again_s=0.05)
+"""A queue that is looked at often."""
+
+
+@dataclass(frozen=True)
+class Service:
+    """The server's address, a client without headers of its own, and the parts behind."""
+
+    port: int
+    http: aiohttp.ClientSession
+    links: tuple[FakeLink, ...]
+    services: ApiServices
+    storage: Storage
+    app: web.Application
+
+    @property
+    def url(self) -> str:
+        return f"http://127.0.0.1:{self.port}"
+
+    @property
+    def access(self) -> Access:
+        return self.services.access
+
+    async def token(self, role: Role) -> dict[str, str]:
+        """Headers of a new token with this role."""
+        _, secret = await self.services.access.create_token(f"a {role.value}", role)
+        return {"Authorization": f"Bearer {secret}"}
+
+    async def call(self, method: str, path: str, **options: Any) -> tuple[int, Any, Any]:
+        """Status, headers, and the body: data if it is JSON, else text. The answer is as the document describes it."""
+        async with self.http.request(method, self.url + path, allow_redirects=False, **options) as response:
+            is_json = response.content_type.endswith("json")
+            body = await response.json(content_type=None) if is_json else await response.text()
+            assert_described(method, path, response.status, response.content_type, body)
+            return response.status, response.headers, body
+
+
+@asynccontextmanager
+async def run_service(
+    folder: Path,
+    *,
+    settings: ApiSettings = SETTINGS,
+    change: Callable[[ApiServices], ApiServices] = lambda services: services,
+    bootstrap_token: str | None = None,
+    hooks: WebhookSettings = PROMPT,
+    webhook_timeout_s: float = 30.0,
+    links: int = 2,
+    jobs_settings: JobSettings = LIVELY,
+    attachments_max_bytes: int = ATTACHMENTS_MAX_BYTES,
+) -> AsyncIterator[Service]:
+    """A service with some vehicles. `change` may put other services in before it starts."""
+    clock, stack, vehicles = SystemClock(), AsyncExitStack(), tuple(FakeLink(n) for n in range(1, links + 1))
+    file = await _journal_file(folder)
+    async with open_storage(file, attachments_max_bytes=attachments_max_bytes) as storage:
+        journal = Journal(storage.events, clock)
+        fleet = Fleet(KnownLinks(*vehicles), journal)
+        telemetry = TelemetryFeed(fleet, period_s=0.02)
+        for begun in (journal, fleet, telemetry):
+            await begun.start()
+        webhooks = await stack.enter_async_context(_webhooks(storage, journal, clock, hooks, webhook_timeout_s))
+        access = Access(storage.tokens, clock, bootstrap_token)
+        plain = _services(storage, clock, journal, fleet, telemetry, webhooks, access, jobs_settings)
+        services = change(plain)
+        try:
+            await until(lambda: journal.last_seq >= links)  # each vehicle has been seen
+            await plain.jobs.begin()
+            async with _served(services, settings, vehicles, storage) as service:
+                yield service
+        finally:
+            await stack.aclose()
+            for part in (plain.jobs, services.offboard, services.runs, telemetry, fleet, journal):
+                await part.close()
+
+
+def _services(
+    storage: Storage,
+    clock: SystemClock,
+    journal: Journal,
+    fleet: Fleet,
+    telemetry: TelemetryFeed,
+    webhooks: Webhooks,
+    access: Access,
+    jobs_settings: JobSettings,
+) -> ApiServices:
+    targets = Targets(clock)
+    known = KnownPlans(storage.plans)
+    runs = Runs(fleet, known, storage.runs, journal, clock, storage.flight_log, targets=targets)
+    offboard = Offboard(fleet, runs, clock, PATIENT)
+    plans = Plans(known, journal, clock)
+    return ApiServices(
+        journal=journal,
+        plans=plans,
+        access=access,
+        fleet=fleet,
+        telemetry=telemetry,
+        comparisons=Comparisons(runs, journal),
+        attachments=Attachments(runs, storage.attachments, journal, clock),
+        proofs=Proofs(runs, storage.plans, storage.attachments, journal, clock, storage.gateway_id),
+        runs=runs,
+        rerouting=Rerouting(runs, plans),
+        targets=targets,
+        jobs=Jobs(storage.jobs, plans, runs, fleet, journal, clock, jobs_settings),
+        commands=VehicleCommands(fleet, journal),
+        offboard=offboard,
+        tasks=Tasks(offboard, fleet, clock),
+        simulation=Simulation(None, fleet, runs, journal),
+        webhooks=webhooks,
+        answers=storage.answers,
+        clock=clock,
+    )
+
+
+@asynccontextmanager
+async def _webhooks(
+    storage: Storage, journal: Journal, clock: SystemClock, settings: WebhookSettings, timeout_s: float
+) -> AsyncIterator[Webhooks]:
+    async with open_sender(version="0.0-test", total_s=timeout_s) as sender:
+        webhooks = Webhooks(storage.webhooks, storage.plans, journal, sender, clock, storage.gateway_id, settings)
+        await webhooks.begin()
+        yield webhooks
+        await webhooks.close()
+
+
+_EMPTY_JOURNAL: list[bytes] = []
+"""Made once: migrating a new file takes longer than most tests."""
+
+
+async def _journal_file(folder: Path) -> Path:
+    path = folder / "waydrop.db"
+    if not path.exists():
+        if not _EMPTY_JOURNAL:
+            async with open_storage(path):
+                pass
+            _EMPTY_JOURNAL.append(path.read_bytes())
+        path.write_bytes(_EMPTY_JOURNAL[0])
+    return path
+
+
+@asynccontextmanager
+async def _served(
+    services: ApiServices, settings: ApiSettings, links: tuple[FakeLink, ...], storage: Storage
+) -> AsyncIterator[Service]:
+    app = build_app(services, replace(settings, gateway=storage.gateway_id))
+    runner = web.AppRunner(app, access_log=None, shutdown_timeout=10.0)
+    await runner.setup()
+    try:
+        site = web.TCPSite(runner, "127.0.0.1", 0)
+        await site.start()
+        port = runner.addresses[0][1]
+        async with aiohttp.ClientSession(auto_decompress=True) as http:
+            yield Service(port, http, links, services, storage, app)
+    finally:
+        await runner.cleanup()
+
+
+async def until(condition: Callable[[], bool], *, timeout_s: float = 15.0) -> None:
+    """Wait until something is so."""
+    async with asyncio.timeout(timeout_s):
+        while not condition():
+            await asyncio.sleep(0.005)

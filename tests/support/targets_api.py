@@ -1,0 +1,47 @@
+"""Moving delivery targets: reported over REST, followed by changes of the plan, and looked at before a release."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from tests.support.service_in_process import Service
+
+NOW_S = 1_790_000_000.0
+CLINIC = (47.398641, 8.546656)
+EAST_DEG_M = 1 / 75_268
+"""A metre to the east there."""
+
+
+class StillClock:
+    """Time stands still until a test moves it: no report grows old while a busy machine takes its time."""
+
+    passed_s = 0.0
+
+    def now(self) -> float:
+        return NOW_S + self.passed_s
+
+    def monotonic(self) -> float:
+        return 1000.0 + self.passed_s
+
+
+@pytest.fixture
+def clock() -> StillClock:
+    return StillClock()
+
+
+@pytest.fixture
+def service(service: Service, clock: StillClock) -> Service:
+    service.services.targets._clock = clock
+    return service
+
+
+def report(east_m: float = 0.0, *, age_s: float = 0.0, **more: float) -> dict[str, float]:
+    place = {"latitude_deg": CLINIC[0], "longitude_deg": CLINIC[1] + east_m * EAST_DEG_M}
+    return {**place, "north_m_s": 0.0, "east_m_s": 0.0, "time": NOW_S - age_s, **more}
+
+
+async def say(service: Service, body: dict[str, float], **options: Any) -> tuple[int, Any]:
+    status, _, answer = await service.call("POST", "/api/v1/targets/ship-1", json=body, **options)
+    return status, answer

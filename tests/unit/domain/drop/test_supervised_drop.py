@@ -1,0 +1,259 @@
+"""A supervised drop ends in a known state, whatever the link, the gripper or another pilot does."""
+
+from __future__ import annotations
+
+import dataclasses
+
+from app.domain.drop.record import Certainty, DropOutcome, DropPhase
+from app.domain.drop.supervised_inputs import SendRelease
+from app.domain.drop.supervised_state import DropMachine
+from app.domain.reasons import in_words
+from app.domain.vehicle.commands import MavResult
+from app.domain.vehicle.state import FlightMode
+from tests.support.supervised_flight import TERMS, Flight
+
+
+def ended(flight: Flight) -> tuple[DropOutcome, Certainty]:
+    assert flight.finish is not None, "the drop must have ended"
+    return flight.finish.outcome, flight.finish.certainty
+
+
+def test_a_release_that_is_acknowledged_ends_released_and_resumes() -> None:
+    flight = Flight()
+    flight.until_sent()
+    flight.ack(MavResult.IN_PROGRESS)
+    assert flight.finish is None, "IN_PROGRESS must not end a drop"
+    flight.ack(MavResult.ACCEPTED)
+    assert ended(flight) == (DropOutcome.RELEASED, Certainty.ACKNOWLEDGED)
+    assert flight.resumed
+
+
+def test_no_release_while_the_vehicle_still_moves() -> None:
+    flight = Flight()
+    while flight.moving:
+        flight.tick()
+        assert not flight.sends_s or not flight.moving
+    assert not flight.sent_while_unsafe
+
+
+def test_with_a_visible_output_accepted_alone_is_not_enough() -> None:
+    flight = Flight(knows_output=True)
+    flight.until_sent()
+    flight.ack(MavResult.ACCEPTED)
+    assert flight.finish is None
+    flight.tick(2.0)
+    assert ended(flight) == (DropOutcome.UNKNOWN, Certainty.NONE), "the output stayed at grab"
+
+
+def test_with_a_visible_output_that_moves_the_release_is_acknowledged_not_sensed() -> None:
+    flight = Flight(knows_output=True)
+    flight.until_sent()
+    flight.gripper_open = True
+    flight.ack(MavResult.ACCEPTED)
+    flight.tick()
+    assert ended(flight) == (DropOutcome.RELEASED, Certainty.ACKNOWLEDGED)
+
+
+def test_a_refusal_keeps_the_parcel_and_flies_on() -> None:
+    flight = Flight()
+    flight.until_sent()
+    flight.ack(MavResult.FAILED)
+    assert ended(flight) == (DropOutcome.KEPT, Certainty.ACKNOWLEDGED)
+    assert flight.resumed
+    assert "FAILED" in in_words(flight.finish.reason) if flight.finish else False
+
+
+def test_a_lost_ack_is_retried_and_a_second_accepted_is_a_release() -> None:
+    flight = Flight()
+    flight.until_sent()
+    flight.tick(1.0)
+    flight.time_out()
+    flight.until_sent(2)
+    flight.ack(MavResult.ACCEPTED)
+    assert ended(flight) == (DropOutcome.RELEASED, Certainty.ACKNOWLEDGED)
+    assert len(flight.sends_s) == 2
+
+
+def test_all_acks_lost_and_no_output_seen_is_unknown_never_kept() -> None:
+    flight = Flight()
+    for attempt in range(1, TERMS.max_attempts + 1):
+        flight.until_sent(attempt)
+        flight.tick(1.0)
+        flight.time_out()
+    flight.tick(1.0)
+    assert ended(flight) == (DropOutcome.UNKNOWN, Certainty.NONE)
+    assert len(flight.sends_s) == TERMS.max_attempts
+
+
+def test_all_acks_lost_but_the_output_moved_is_a_release_by_inference() -> None:
+    flight = Flight(knows_output=True)
+    flight.until_sent()
+    flight.gripper_open = True
+    flight.tick(1.0)
+    flight.time_out()
+    flight.tick()
+    assert ended(flight) == (DropOutcome.RELEASED, Certainty.INFERRED)
+
+
+def test_an_output_that_went_to_release_counts_although_it_is_off_again_at_the_end() -> None:
+    flight = Flight(knows_output=True)
+    flight.until_sent()
+    flight.gripper_open = True
+    flight.tick(1.0)
+    flight.gripper_open = False
+    flight.tick(1.0)
+    flight.end()
+    assert ended(flight) == (DropOutcome.RELEASED, Certainty.INFERRED)
+    assert "went to release" in (in_words(flight.finish.reason) if flight.finish else "")
+
+
+def test_all_acks_lost_and_the_output_still_at_grab_is_kept_by_inference() -> None:
+    flight = Flight(knows_output=True)
+    for attempt in range(1, TERMS.max_attempts + 1):
+        flight.until_sent(attempt)
+        flight.time_out()
+    flight.tick(1.0)
+    assert ended(flight) == (DropOutcome.KEPT, Certainty.INFERRED)
+
+
+def test_a_doubled_or_late_ack_changes_nothing_after_the_end() -> None:
+    flight = Flight()
+    flight.until_sent()
+    flight.ack(MavResult.ACCEPTED)
+    assert flight.ack(MavResult.FAILED, attempt=1) == ()
+    assert flight.ack(MavResult.ACCEPTED, attempt=1) == ()
+    assert ended(flight) == (DropOutcome.RELEASED, Certainty.ACKNOWLEDGED)
+
+
+def test_an_ack_of_nobodys_release_is_ignored() -> None:
+    flight = Flight()
+    flight.tick()
+    assert flight.ack(MavResult.ACCEPTED, attempt=1) == (), "the boot grab's ack is not a release"
+    assert flight.finish is None
+
+
+def test_the_link_cut_before_the_command_keeps_the_parcel() -> None:
+    flight = Flight()
+    flight.tick(1.0)
+    flight.connected = False
+    flight.tick(60.0)
+    assert flight.finish is None, "without a link nothing is known"
+    flight.connected = True
+    flight.tick()
+    assert ended(flight)[0] is DropOutcome.KEPT
+    assert not flight.sends_s
+
+
+def test_the_link_cut_after_the_command_waits_and_is_then_unknown() -> None:
+    flight = Flight()
+    flight.until_sent()
+    flight.connected = False
+    flight.time_out()
+    flight.tick(60.0)
+    assert flight.finish is None
+    flight.connected = True
+    flight.tick()
+    assert ended(flight) == (DropOutcome.UNKNOWN, Certainty.NONE)
+    assert len(flight.sends_s) == 1, "a release is never sent after the hold"
+
+
+def test_somebody_elses_mode_stops_the_drop_and_is_not_fought() -> None:
+    flight = Flight()
+    while flight.machine.phase is not DropPhase.HOLDING:
+        flight.tick()
+    flight.mode = FlightMode.POSITION
+    flight.tick(30.0)
+    assert not flight.sends_s
+    assert not flight.resumed
+    flight.end()
+    assert ended(flight)[0] is DropOutcome.KEPT
+
+
+def test_a_hold_entered_again_after_a_pause_counts_from_the_pause() -> None:
+    flight = Flight()
+    while flight.machine.phase is not DropPhase.HOLDING:
+        flight.tick()
+    flight.mode = FlightMode.HOLD
+    flight.tick(60.0)
+    flight.mode = FlightMode.MISSION
+    flight.until_sent()
+    assert len(flight.sends_s) == 1
+    assert not flight.sent_while_unsafe
+
+
+def test_set_current_over_the_drop_keeps_the_parcel() -> None:
+    flight = Flight()
+    flight.tick(0.5)
+    flight.seq = 5
+    flight.tick()
+    assert ended(flight)[0] is DropOutcome.KEPT
+    assert not flight.resumed
+
+
+def test_a_stale_index_of_an_earlier_flight_is_not_a_passed_drop() -> None:
+    flight = Flight(seq=5)
+    flight.tick(1.0)
+    assert flight.finish is None
+    flight.seq, flight.offset_m = 2, 20.0
+    flight.until_sent()
+    assert len(flight.sends_s) == 1
+
+
+def test_a_hold_whose_start_was_not_seen_is_never_used() -> None:
+    flight = Flight(offset_m=0.2)
+    flight.tick(3.0)
+    assert not flight.sends_s
+    assert ended(flight)[0] is DropOutcome.KEPT
+
+
+def test_near_the_end_of_its_hold_the_mission_is_left_to_go_on_by_itself() -> None:
+    flight = Flight()
+    flight.until_sent()
+    flight.tick(TERMS.hold_s - 3.0)
+    flight.ack(MavResult.ACCEPTED)
+    assert ended(flight)[0] is DropOutcome.RELEASED
+    assert not flight.resumed, "a late set_current would fly it back"
+
+
+def test_an_open_gripper_before_the_command_is_unknown() -> None:
+    flight = Flight(knows_output=True, gripper_open=True)
+    flight.tick(20.0)
+    assert not flight.sends_s
+    assert ended(flight) == (DropOutcome.UNKNOWN, Certainty.NONE)
+
+
+def test_a_position_that_is_too_old_never_allows_a_release() -> None:
+    flight = Flight()
+    while flight.moving:
+        flight.tick()
+    flight.position_frozen_at_s = flight.now_s - 1.5
+    flight.sends_s.clear()
+    machine_before = flight.machine
+    flight.tick(5.0)
+    assert flight.machine.attempts == machine_before.attempts or not flight.sends_s
+
+
+def test_busy_is_tried_again_within_the_hold() -> None:
+    flight = Flight()
+    flight.until_sent()
+    flight.ack(MavResult.TEMPORARILY_REJECTED)
+    flight.until_sent(2)
+    assert flight.sends_s[1] - flight.sends_s[0] >= TERMS.retry_pause_s
+
+
+def test_after_our_restart_a_commanded_release_is_never_sent_again() -> None:
+    flight = Flight()
+    flight.machine = DropMachine.taken_up(TERMS, attempts=1)
+    flight.tick(40.0)
+    assert not any(isinstance(e, SendRelease) for e in flight.effects)
+    assert ended(flight) == (DropOutcome.UNKNOWN, Certainty.NONE)
+
+
+def test_the_hold_is_counted_on_the_vehicles_clock() -> None:
+    """At a speed factor of 4 a hold of 20 s lasts 5 s of ours."""
+    flight = Flight()
+    while flight.machine.phase is not DropPhase.HOLDING:
+        flight.tick()
+    seen = dataclasses.replace(flight.observation(), clock_rate=4.0)
+    left_s = flight.machine.hold.left_s(seen, TERMS)
+    assert left_s <= TERMS.hold_s / 4.0
