@@ -15,7 +15,7 @@ PAGE := web/dist/.built
 PAGE_SOURCES := $(shell find web -path web/node_modules -prune -o -path web/dist -prune -o -type f -print 2>/dev/null)
 LOCK_TOOL := uv==0.13.9
 
-.PHONY: all run test test-python test-web lint format types screenshots agreement bench-prediction check lock image clean help
+.PHONY: all run test test-python test-web lint format types screenshots agreement bench-prediction architecture check lock image clean help
 
 all: $(RUNTIME) $(DIALECT) $(PAGE)  ## build .venv, the simulated vehicles' MAVLink dialect and the page
 
@@ -53,6 +53,9 @@ agreement: $(DEV)  ## 10,000 random plans: what the rules accept, the simulated 
 
 bench-prediction: $(DEV)  ## all example plans on all suited simulated vehicles, in calm air and wind: predicted against flown
 	$(PY) -m bench.prediction
+
+architecture: $(RUNTIME)  ## the map of rooms with its arrows and circles; draws the picture of docs/architecture.md
+	$(PY) -m tools.architecture
 
 check:  ## what CI runs
 	.ci/run

@@ -21,7 +21,7 @@ from app.domain.errors import NotFoundError, StorageError
 from app.domain.events.event import JournalHead
 from app.domain.events.service import ServiceStarted, ServiceStopped
 from app.domain.flight.recording import Replay, from_text, replay
-from app.domain.stores import TokenStore
+from app.domain.ports.stores import TokenStore
 from app.file_limit import require_files
 from app.services.access import Access
 from app.services.attachments import Attachments

@@ -11,9 +11,9 @@ from typing import Annotated, Final, Literal
 from pydantic import Field, SecretStr, ValidationError, field_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
+from app.domain.autopilot.declared import require_known_keys
 from app.domain.errors import InvalidInputError
 from app.domain.offboard.limits import OffboardLimits
-from app.domain.vehicle.declared import require_known_keys
 from app.domain.vehicle.performance import Performance
 
 PREFIX: Final = "WAYDROP_"

@@ -26,9 +26,9 @@ from aiohttp import web
 from app.api import ApiServices, ApiSettings, build_app
 from app.domain.events import Event, NewEvent
 from app.domain.events.run import RunItem
+from app.domain.ports.stores import JobRecord, StoredPlan
+from app.domain.ports.vehicle_link import Unsubscribe, VehicleLink
 from app.domain.run.run import Run
-from app.domain.stores import JobRecord, StoredPlan
-from app.domain.vehicle.link import Unsubscribe, VehicleLink
 from app.services.access import Access
 from app.services.attachments import Attachments
 from app.services.clock import SystemClock

@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from app.domain.mission.compiler import compile_plan
-from app.domain.mission.mission import MavCmd, Mission, MissionItem
+from app.domain.mission import MavCmd, Mission, MissionItem
 from app.domain.plan import Plan
+from app.domain.plan.compiler import compile_plan
 from app.domain.vehicle.state import FirmwareVersion, GlobalPosition, VehicleProfile
 from app.simulator.clock import VehicleClock
 from app.simulator.dialect import Message, mavlink

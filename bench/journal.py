@@ -22,8 +22,8 @@ from pathlib import Path
 
 from app.domain.events import Event, NewEvent
 from app.domain.events.run import RunItem
+from app.domain.ports.stores import EventStore, JobRecord, StoredPlan
 from app.domain.run.run import Run
-from app.domain.stores import EventStore, JobRecord, StoredPlan
 from app.services.clock import SystemClock
 from app.services.journal import EventSubscription, Journal
 from app.storage import open_storage

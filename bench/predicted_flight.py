@@ -6,9 +6,9 @@ from collections import Counter
 from dataclasses import dataclass
 
 from app.domain.geo import distance_m
-from app.domain.mission.compiler import compile_plan
-from app.domain.mission.mission import Mission
+from app.domain.mission import Mission
 from app.domain.plan import Plan
+from app.domain.plan.compiler import compile_plan
 from app.domain.prediction import PredictedDrop, Timeline, Wind, predict
 from app.domain.vehicle.state import VehicleType
 from app.simulator.params import Value

@@ -8,7 +8,7 @@ from app.domain.drop.supervised import step
 from app.domain.drop.supervised_inputs import DropTerms, Observation, ReleaseAck, Resume, SendRelease
 from app.domain.drop.supervised_state import DropMachine
 from app.domain.geo import distance_m
-from app.domain.mission.mission import CompiledDrop, Mission
+from app.domain.mission import CompiledDrop, Mission
 from app.domain.plan import Gripper, Plan, Winch
 from app.domain.vehicle.commands import CommandAck
 from app.domain.vehicle.state import FlightMode, LandedState

@@ -16,7 +16,7 @@ from app.api.models import RequestModel
 from app.api.routing import API, BINARY, BINARY_SCHEMA, JSON, Answer, AnyRoute, Body, Call, NoQuery, Route
 from app.api.services import PLANS
 from app.domain.plan import parse_plan
-from app.domain.stores import StoredPlan
+from app.domain.ports.stores import StoredPlan
 from app.domain.vehicle.state import VehicleType
 from app.interchange.findings import ConversionFinding
 from app.interchange.formats import (

@@ -11,8 +11,8 @@ from app.api.bodies import NO_BODY, Empty, json_answer
 from app.api.proof_sheet.page import POLICY, proof_sheet
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import COMPARISONS, PROOFS
-from app.domain.run.comparison import Comparison
-from app.domain.run.delivery_report import Proof
+from app.domain.proof.comparison import Comparison
+from app.domain.proof.delivery_report import Proof
 from app.services.access import Role
 
 # /runs/{run_id}/proof: proof of delivery, as data and as a sheet.

@@ -14,7 +14,7 @@ from aiohttp import web
 
 from app.api.problems import ApiError
 from app.domain.errors import StorageError
-from app.domain.stores import AnswerStore, StoredAnswer
+from app.domain.ports.stores import AnswerStore, StoredAnswer
 from app.services.access import Principal
 from app.services.clock import Clock
 

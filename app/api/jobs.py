@@ -12,7 +12,7 @@ from app.api.models import Identifier, ListQuery, only_states_of
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import JOBS
 from app.domain.jobs.job import Job, JobState
-from app.domain.stores import JobFilter
+from app.domain.ports.stores import JobFilter
 from app.services.access import Role
 from app.services.jobs.views import AssignmentView, JobMove, JobOrder, JobQueuesView, VehicleQueueView
 

@@ -16,10 +16,10 @@ from app.api.models import EventsQuery, EventsView, Identifier, ListQuery, RunRe
 from app.api.routing import API, JSON, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.run_changes import ACCEPTED, accepted
 from app.api.services import JOURNAL, RUNS
+from app.domain.ports.stores import RunFilter
 from app.domain.prediction import CALM
 from app.domain.reasons import in_words
 from app.domain.run.run import Run, RunState
-from app.domain.stores import RunFilter
 from app.services.access import Role
 from app.services.runs import Runs
 

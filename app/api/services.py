@@ -8,7 +8,7 @@ from typing import Final
 
 from aiohttp import web
 
-from app.domain.stores import AnswerStore
+from app.domain.ports.stores import AnswerStore
 from app.services.access import Access
 from app.services.attachments import Attachments
 from app.services.clock import Clock

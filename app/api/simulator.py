@@ -7,7 +7,7 @@ from aiohttp import web
 from app.api.bodies import NO_BODY, Empty, json_answer, json_body
 from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import SIMULATION
-from app.domain.vehicle.simulated import FaultOrder, SpeedOrder
+from app.domain.ports.simulated_vehicles import FaultOrder, SpeedOrder
 from app.services.access import Role
 from app.services.simulation import FaultSet, SimulatorView, SpeedView
 

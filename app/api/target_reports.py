@@ -26,7 +26,7 @@ from app.api.websockets import (
     wait_for_room,
 )
 from app.domain.errors import WaydropError
-from app.domain.targets.report import TargetReport
+from app.domain.targets import TargetReport
 from app.services.access import Access, Role
 from app.services.targets import Targets
 

@@ -13,7 +13,7 @@ from app.api.routing import API, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import TARGETS
 from app.domain.errors import InvalidInputError
 from app.domain.items.drop_places import FEED_PATTERN
-from app.domain.targets.report import TargetFix, TargetReport
+from app.domain.targets import TargetFix, TargetReport
 from app.services.access import Role
 
 _FEED: Final = re.compile(FEED_PATTERN)

@@ -34,8 +34,8 @@ from app.domain.events.run import (
 )
 from app.domain.events.service import SimulatorFault
 from app.domain.events.vehicle import VehicleLinkLost, VehicleLinkRestored, VehicleRebooted, VehicleStatusText
+from app.domain.proof.comparison import Comparison, DropComparison, ItemComparison
 from app.domain.reasons import in_words
-from app.domain.run.comparison import Comparison, DropComparison, ItemComparison
 from app.domain.run.run import Run, RunState
 
 # Whether a flight did what was asked of it: pure, from the run as recorded.
@@ -124,6 +124,12 @@ def _told(event: Event) -> Text | None:
             return _drop(drop)
         case DropConsentAsked() | DropConsentClosed() as consent:
             return _consent(event, consent)
+        case _:
+            return _told_of_vehicle(event)
+
+
+def _told_of_vehicle(event: Event) -> Text | None:
+    match event.data:
         case VehicleStatusText(severity=severity, text=text):
             return Text(f"vehicle says ({severity}): {text}", style="dim")
         case VehicleLinkLost() | VehicleLinkRestored() | VehicleRebooted():

@@ -18,8 +18,8 @@ from app.cli.run_view import drops_table, show_comparison
 from app.cli.service_client import ServerOption, ServiceClient, TokenOption, service_client
 from app.cli.terminal import err, out, write_json
 from app.domain.errors import InvalidInputError
+from app.domain.proof.comparison import Comparison
 from app.domain.reasons import in_words
-from app.domain.run.comparison import Comparison
 from app.domain.run.run import Run, RunState
 
 JsonOption = Annotated[bool, typer.Option("--json", help="The answer of the service as it is.")]

@@ -12,7 +12,7 @@ from rich.table import Table
 from app.cli.serve import DataDirOption
 from app.cli.terminal import err, out
 from app.config import Settings, load_settings
-from app.domain.stores import StoredToken
+from app.domain.ports.stores import StoredToken
 from app.services.access import Role
 
 token_app = typer.Typer(help="Bearer tokens of this machine's Waydrop.", no_args_is_help=True)

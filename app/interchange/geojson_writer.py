@@ -10,11 +10,11 @@ import json
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from app.domain.autopilot.declared import default_facts
 from app.domain.plan import Plan
 from app.domain.plan.drops import drops_of
 from app.domain.plan.walk import reference_home, walk
 from app.domain.prediction import Timeline, predict
-from app.domain.vehicle.declared import default_facts
 from app.interchange.findings import ConversionFinding, Report
 from app.interchange.map_shapes import Coordinate, circle_ring, line_parts, polygon_parts
 

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from app.domain.items import FORMS
 from app.domain.items.base import CommandForm, Param
-from app.domain.mission.mission import MavCmd, MavFrame
+from app.domain.mission import MavCmd, MavFrame
 from app.interchange.findings import Report
 
 # A mission item as a file has it, before anybody asks what it means.

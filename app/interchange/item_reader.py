@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from app.domain.items import FORMS
 from app.domain.items.base import CommandForm, Param
-from app.domain.mission.mission import MavCmd
+from app.domain.mission import MavCmd
 from app.domain.vehicle.state import VehicleType
 from app.interchange.findings import Report
 from app.interchange.item_draft import (

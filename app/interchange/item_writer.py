@@ -10,15 +10,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
+from app.domain.autopilot.declared import default_facts
 from app.domain.items import FORMS
 from app.domain.items.fields import Altitude
 from app.domain.items.landing_pattern import LandingPattern, landing_pattern
-from app.domain.mission.compiler import EMBEDDED_HOLD_S, settle_s, stop_radius_m
-from app.domain.mission.mission import MavCmd, MavFrame
+from app.domain.mission import MavCmd, MavFrame
 from app.domain.plan import Delay, Land, Plan, PlanItem
+from app.domain.plan.compiler import EMBEDDED_HOLD_S, settle_s, stop_radius_m
 from app.domain.plan.drops import DropUse, drops_of
 from app.domain.plan.walk import Step, walk
-from app.domain.vehicle.declared import default_facts
 from app.domain.vehicle.state import FlightRegime, GlobalPosition, VehicleType
 from app.interchange.item_draft import FileItem, ItemExtra
 from app.interchange.item_reader import speed_kind

@@ -12,12 +12,12 @@ from dataclasses import dataclass
 from typing import Any, Final
 from xml.etree import ElementTree as Xml
 
+from app.domain.autopilot.declared import default_facts
 from app.domain.geo import LatLon
 from app.domain.plan import Plan, PlanItem, PositionItem
 from app.domain.plan.drops import alternate_items, drops_of
 from app.domain.plan.walk import reference_home, walk
 from app.domain.prediction import predict
-from app.domain.vehicle.declared import default_facts
 from app.interchange.findings import ConversionFinding, Report
 from app.interchange.map_shapes import Coordinate, circle_ring, line_parts, polygon_parts
 

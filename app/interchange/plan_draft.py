@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from app.domain.mission.compiler import EMBEDDED_HOLD_S, brakes_at_waypoint, stop_radius_m
 from app.domain.plan import Plan, PlanInvalid, PlanItem, parse_plan
+from app.domain.plan.compiler import EMBEDDED_HOLD_S, brakes_at_waypoint, stop_radius_m
 from app.domain.plan.drops import DropUse, drops_of
 from app.domain.plan.walk import reference_home, walk
 from app.domain.validation.finding import Finding

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from app.domain.autopilot.declared import default_facts
 from app.domain.plan import Geofence, RallyPoint
 from app.domain.plan.walk import cruise_speed_m_s
-from app.domain.vehicle.declared import default_facts
 from app.domain.vehicle.state import FlightRegime, VehicleType
 from app.interchange.findings import FileObject, Report, read_numbers
 from app.interchange.plan_draft import PlanDraft

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-from app.domain.mission.mission import MavCmd, MavFrame
+from app.domain.mission import MavCmd, MavFrame
 from app.domain.plan.json_tree import MAX_ITEMS
 from app.domain.validation.finding import json_pointer
 from app.domain.vehicle.state import VehicleType, vehicle_type

@@ -11,7 +11,7 @@ import math
 import re
 from typing import Final
 
-from app.domain.mission.mission import MavCmd
+from app.domain.mission import MavCmd
 from app.domain.plan.json_tree import MAX_ITEMS
 from app.domain.validation.finding import json_pointer
 from app.interchange.findings import Report

@@ -12,7 +12,7 @@ from enum import StrEnum
 from typing import Final
 
 from app.domain.errors import InvalidInputError, NotFoundError
-from app.domain.stores import StoredToken, TokenStore
+from app.domain.ports.stores import StoredToken, TokenStore
 from app.services.clock import Clock
 
 TOKEN_PREFIX: Final = "wd_"

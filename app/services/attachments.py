@@ -8,9 +8,9 @@ from collections.abc import Sequence
 
 from app.domain.errors import ConflictError, NotFoundError
 from app.domain.events.run import RunAttachment
+from app.domain.ports.stores import AttachmentStore
 from app.domain.run.attachment import MAX_PER_DROP, Attachment, checked_name, checked_type
 from app.domain.run.run import Run
-from app.domain.stores import AttachmentStore
 from app.services.clock import Clock
 from app.services.journal import Journal
 from app.services.runs import Runs

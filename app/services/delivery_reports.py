@@ -13,12 +13,12 @@ from app.domain.errors import AttachmentAlteredError
 from app.domain.events import Event
 from app.domain.events.run import RunItemEnded, RunMissionChanged, RunPredicted
 from app.domain.flight.progress import EndedItem
+from app.domain.ports.stores import AttachmentStore, PlanStore
 from app.domain.prediction import Timeline
+from app.domain.proof.comparison import Comparison, compare
+from app.domain.proof.delivery_report import Proof, Story, proof_of
 from app.domain.reasons import Reason, ReasonCode, because
 from app.domain.run.attachment import PICTURES
-from app.domain.run.comparison import Comparison, compare
-from app.domain.run.delivery_report import Proof, Story, proof_of
-from app.domain.stores import AttachmentStore, PlanStore
 from app.services.clock import Clock
 from app.services.journal import Journal
 from app.services.runs import Runs

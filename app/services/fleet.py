@@ -10,6 +10,7 @@ from typing import Final
 import structlog
 
 from app.domain.autopilot import autopilot
+from app.domain.autopilot.declared import Declared, declared_for
 from app.domain.errors import NotFoundError, StorageError, VehicleQuarantinedError
 from app.domain.events import AnyPayload, NewEvent
 from app.domain.events.vehicle import (
@@ -22,21 +23,18 @@ from app.domain.events.vehicle import (
     VehicleSeen,
     VehicleStatusText,
 )
+from app.domain.ports.vehicle_link import LinkSource, Unsubscribe, VehicleLink
 from app.domain.reasons import Reason
-from app.domain.vehicle.declared import Declared, declared_for
-from app.domain.vehicle.link import (
+from app.domain.vehicle.facts import (
     DuplicateSystem,
     IdentityKnown,
     LinkFact,
     LinkLost,
     LinkRestored,
-    LinkSource,
     ParametersChanged,
     Rebooted,
     StateChanged,
     StatusText,
-    Unsubscribe,
-    VehicleLink,
 )
 from app.domain.vehicle.state import LandedState, VehicleProfile, VehicleState
 from app.services.journal import Journal

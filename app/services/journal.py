@@ -10,8 +10,8 @@ from typing import Final
 
 from app.domain.errors import InvalidInputError, StorageError, WaydropError
 from app.domain.events import AnyPayload, Event, NewEvent
+from app.domain.ports.stores import EventStore, JobRecord, StoredPlan
 from app.domain.run.run import Run
-from app.domain.stores import EventStore, JobRecord, StoredPlan
 from app.services.clock import Clock
 
 # The fan-out of stored events: every subscriber gets each one, in order, or is cut off for being too slow.

@@ -15,9 +15,9 @@ from app.domain.errors import NotFoundError, PlanRejectedError
 from app.domain.events import NewEvent
 from app.domain.events.service import PlanCreated
 from app.domain.plan import Plan, PlanInvalid, parse_plan, plan_hash
+from app.domain.ports.stores import PlanStore, StoredPlan
 from app.domain.prediction import CALM, Timeline, Wind
 from app.domain.rules import Finding, Severity, checked
-from app.domain.stores import PlanStore, StoredPlan
 from app.domain.vehicle.state import VehicleProfile, VehicleType
 from app.services.clock import Clock
 from app.services.journal import Journal

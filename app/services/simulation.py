@@ -16,9 +16,7 @@ from app.domain.errors import (
     WaydropError,
 )
 from app.domain.events.service import SimulatorFault, SimulatorSpeedSet
-from app.domain.run.run import NOT_STARTED, Run, RunState
-from app.domain.vehicle.clock import MAX_LIVE_RATE
-from app.domain.vehicle.simulated import (
+from app.domain.ports.simulated_vehicles import (
     FAULT_KINDS,
     MAX_SPEED,
     Fault,
@@ -27,6 +25,8 @@ from app.domain.vehicle.simulated import (
     SimulatorControl,
     SimulatorSpeed,
 )
+from app.domain.run.run import NOT_STARTED, Run, RunState
+from app.domain.vehicle.clock import MAX_LIVE_RATE
 from app.services.fleet import Fleet, FleetVehicle
 from app.services.journal import Journal
 from app.services.runs import Runs

@@ -13,11 +13,11 @@ from app.domain.drop.record import DropPhase
 from app.domain.errors import StorageError, WaydropError
 from app.domain.events.run import Place, RunTargetMoved, RunTargetNotFollowed
 from app.domain.plan import Plan
+from app.domain.plan.intercept import Aim, FollowingDrop, NoAim, aim, follower_at, moved, speed_towards_m_s
 from app.domain.reasons import Reason, because_of_error
 from app.domain.run.mission_change import FRESH_POSITION_S
 from app.domain.run.run import Run, RunState
-from app.domain.targets.intercept import Aim, FollowingDrop, NoAim, aim, follower_at, moved, speed_towards_m_s
-from app.domain.targets.report import TargetEvidence, TargetFix
+from app.domain.targets import TargetEvidence, TargetFix
 from app.domain.vehicle.state import VehicleState
 from app.services.clock import Clock
 from app.services.fleet import Fleet

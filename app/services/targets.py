@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from app.domain.errors import ConflictError, InvalidInputError, NotFoundError
-from app.domain.targets.report import TargetFix, TargetReport
+from app.domain.targets import TargetFix, TargetReport
 from app.services.clock import Clock
 
 MOST_FEEDS: Final = 256

@@ -7,6 +7,7 @@ from collections.abc import Awaitable, Callable
 from contextlib import aclosing
 from typing import Final, Literal
 
+from app.domain.autopilot.capability import FlightKind, flight_kind
 from app.domain.errors import (
     ConflictError,
     LinkError,
@@ -16,12 +17,11 @@ from app.domain.errors import (
     WaydropError,
 )
 from app.domain.events.vehicle import VehicleCommand
-from app.domain.offboard.capability import FlightKind, flight_kind
 from app.domain.offboard.state import who_acts
 from app.domain.offboard.tasks.commanded import CIRCLE_HERE
+from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.reasons import Reason, because_of_error
 from app.domain.vehicle.commands import CommandRequest, MavResult
-from app.domain.vehicle.link import VehicleLink
 from app.domain.vehicle.state import FlightMode, VehicleState
 from app.services.fleet import Fleet
 from app.services.journal import Journal

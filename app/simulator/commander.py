@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import NamedTuple
 
 from app.simulator.clock import VehicleClock
 from app.simulator.navigator.mission_mode import MissionResult
@@ -82,6 +83,13 @@ Event = Callable[..., None]
 Text = Callable[[Severity, str], None]
 
 
+class Voice(NamedTuple):
+    """How a component speaks: a STATUSTEXT for people, an EVENT for programs."""
+
+    text: Text
+    event: Event
+
+
 class Commander:
     """Owns `status.mode`, `status.intended` and `status.armed`."""
 
@@ -93,8 +101,7 @@ class Commander:
         mission: MissionResult,
         offboard: OffboardStream,
         checks: ModeChecks,
-        text: Text,
-        event: Event,
+        voice: Voice,
         is_ground_vehicle: bool = False,
     ) -> None:
         self._state = state
@@ -103,8 +110,7 @@ class Commander:
         self._mission = mission
         self._offboard = offboard
         self._checks = checks
-        self._text = text
-        self._event = event
+        self._text, self._event = voice
         self._is_ground_vehicle = is_ground_vehicle
         self.mode_changes = 0
         """Counts what users and the ends of modes changed; failsafes do not count."""

@@ -10,7 +10,7 @@ import sqlalchemy as sa
 from sqlalchemy.dialects.sqlite import insert
 from sqlalchemy.ext.asyncio import AsyncConnection
 
-from app.domain.stores import StoredAnswer, StoredToken
+from app.domain.ports.stores import StoredAnswer, StoredToken
 from app.domain.webhooks.webhook import Progress, StoredWebhook, Webhook
 from app.storage.database import Database, from_json, object_from_json, to_json
 from app.storage.schema import ANSWERS, TOKENS, WEBHOOKS

@@ -12,8 +12,8 @@ from sqlalchemy.ext.asyncio import AsyncConnection
 
 from app.domain.jobs.job import Job
 from app.domain.jobs.queue import VehicleQueue
+from app.domain.ports.stores import JobFilter, JobRecord, RunFilter, StoredPlan
 from app.domain.run.run import Run
-from app.domain.stores import JobFilter, JobRecord, RunFilter, StoredPlan
 from app.domain.vehicle.state import VehicleType
 from app.storage.database import Database, from_json, object_from_json, to_json, unreadable
 from app.storage.schema import JOB_QUEUES, JOBS, PLANS, RUNS

@@ -14,8 +14,8 @@ from sqlalchemy.ext.asyncio import AsyncConnection
 from app.domain.errors import StorageError
 from app.domain.events import Event, NewEvent
 from app.domain.events.event import JournalHead, event_hash
+from app.domain.ports.stores import MOST_BYTES, MOST_RUNS, JobRecord, StoredPlan
 from app.domain.run.run import Run
-from app.domain.stores import MOST_BYTES, MOST_RUNS, JobRecord, StoredPlan
 from app.storage.database import Database, to_json, unreadable
 from app.storage.dispatch import plan_row, upsert_jobs, upsert_runs
 from app.storage.schema import BY_HAND, EVENTS, FLIGHT_INPUTS, PLANS

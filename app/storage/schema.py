@@ -37,7 +37,7 @@ EVENTS = sa.Table(
     sa.Index("ix_events_by_hand", "kind", "vehicle_id", "seq", sqlite_where=BY_HAND),
 )
 """Triggers (migrations/versions/v0001) refuse a change, a deletion and a seq that is not the next one.
-`hash` chains the rows (domain/journal_chain.py); storage/verify.py checks it."""
+`hash` chains the rows (domain/events/event.py); storage/verify.py checks it."""
 
 PLANS = sa.Table(
     "plans",

@@ -13,7 +13,7 @@ import sqlalchemy as sa
 from sqlalchemy.dialects.sqlite import insert
 from sqlalchemy.ext.asyncio import AsyncConnection
 
-from app.domain.stores import (
+from app.domain.ports.stores import (
     AnswerStore,
     AttachmentStore,
     EventStore,

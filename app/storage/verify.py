@@ -18,10 +18,10 @@ from app.domain.errors import StorageError
 from app.domain.events import AnyPayload, EventKind, payload_of
 from app.domain.events.event import JournalHead, event_hash
 from app.domain.events.run import RunAttachment, RunChanged, RunContinued, RunCreated, RunDrop, RunUploadProgress
+from app.domain.events.run_fold import RunFold
 from app.domain.events.service import JobChanged, PlanCreated
 from app.domain.jobs.job import Job
 from app.domain.plan.document import document_hash
-from app.domain.run.fold import RunFold
 from app.domain.run.run import Run
 from app.storage.attachments import attachments_folder, is_intact
 from app.storage.database import no_journal, storage_errors

@@ -13,7 +13,7 @@ from contextlib import aclosing
 from typing import Final
 
 from app.domain.errors import CommandExpiredError, ConflictError, LinkError, LinkTimeoutError, VehicleRefusedError
-from app.domain.mission.mission import NAN, MavCmd
+from app.domain.mission import NAN, MavCmd
 from app.domain.vehicle.commands import CommandAck, CommandRequest, MavResult, PendingCommand
 from app.vehicles.decoders import CommandAckReport, MissionCurrentReport
 from app.vehicles.encoders import CommandInt, CommandLong, MissionSetCurrent, Outgoing

@@ -12,7 +12,7 @@ from typing import Final
 from app.domain.autopilot import Autopilot, autopilot
 from app.domain.autopilot.base import GripperChannel
 from app.domain.errors import LinkTimeoutError, WaydropError
-from app.domain.mission.mission import MavCmd
+from app.domain.mission import MavCmd
 from app.domain.vehicle.state import FirmwareVersion, VehicleProfile, VehicleType, vehicle_type
 from app.vehicles.command_sender import command
 from app.vehicles.decoders import AutopilotVersion, Heartbeat, HomePosition

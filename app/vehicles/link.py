@@ -11,21 +11,12 @@ from dataclasses import replace
 
 from app.domain.autopilot import autopilot, autopilot_kind
 from app.domain.errors import LinkError, VehicleQuarantinedError
-from app.domain.mission.mission import MavCmd, Mission, MissionItem, MissionType
+from app.domain.mission import MavCmd, Mission, MissionItem, MissionType
 from app.domain.offboard.messages import SetpointMessage
+from app.domain.ports.vehicle_link import Unsubscribe, UploadProgress, VehicleIdentity
 from app.domain.reasons import Reason
 from app.domain.vehicle.commands import CommandAck, CommandRequest
-from app.domain.vehicle.link import (
-    ClockRateTold,
-    DuplicateSystem,
-    LinkFact,
-    LinkRestored,
-    ParametersChanged,
-    Rebooted,
-    Unsubscribe,
-    UploadProgress,
-    VehicleIdentity,
-)
+from app.domain.vehicle.facts import ClockRateTold, DuplicateSystem, LinkFact, LinkRestored, ParametersChanged, Rebooted
 from app.domain.vehicle.state import FlightMode, VehicleProfile, VehicleState, vehicle_type
 from app.vehicles.command_sender import CommandSender, CurrentItem, command
 from app.vehicles.decoders import REPORTS, Heartbeat

@@ -13,8 +13,8 @@ from typing import Final
 from urllib.parse import SplitResult, urlsplit
 
 from app.domain.errors import LinkError
+from app.domain.ports.vehicle_link import Unsubscribe, VehicleLink
 from app.domain.reasons import ReasonCode, because
-from app.domain.vehicle.link import Unsubscribe, VehicleLink
 from app.vehicles.link import MavsdkVehicleLink
 from app.vehicles.native import MAX_INSTANCES, NativeInstance, NativeSystem
 from app.vehicles.settings import LinkSettings

@@ -11,8 +11,9 @@ from enum import Enum, auto
 from typing import Final
 
 from app.domain.autopilot.base import GripperChannel
+from app.domain.ports.vehicle_link import Unsubscribe
 from app.domain.reasons import ReasonCode, because
-from app.domain.vehicle.link import (
+from app.domain.vehicle.facts import (
     DuplicateSystem,
     GripperOutput,
     IdentityKnown,
@@ -21,7 +22,6 @@ from app.domain.vehicle.link import (
     LinkLost,
     LinkRestored,
     Rebooted,
-    Unsubscribe,
 )
 from app.domain.vehicle.state import MissionState, vehicle_type
 from app.vehicles.decoders import (

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Final
 
 from app.domain.errors import LinkError, LinkTimeoutError, VehicleRefusedError
-from app.domain.mission.mission import MissionType
+from app.domain.mission import MissionType
 from app.vehicles.decoders import MissionAck
 from app.vehicles.encoders import MissionAckOut, MissionClearAll, Outgoing
 from app.vehicles.inbox import Inbox

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, Final
 
 from app.domain.vehicle.clock import VehicleClock
-from app.domain.vehicle.link import LinkFact, MissionCurrent, StateChanged
+from app.domain.vehicle.facts import LinkFact, MissionCurrent, StateChanged
 from app.domain.vehicle.state import (
     AutopilotKind,
     FlightMode,

@@ -11,7 +11,7 @@ import time
 from typing import Final
 
 from app.domain.errors import LinkTimeoutError, VehicleRefusedError
-from app.domain.mission.mission import MissionType
+from app.domain.mission import MissionType
 from app.domain.vehicle.state import MissionState
 from app.vehicles.decoders import MissionCurrentReport
 from app.vehicles.inbox import Inbox

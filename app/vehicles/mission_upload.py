@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Final
 
 from app.domain.errors import LinkError, UploadError
-from app.domain.mission.mission import Mission, MissionItem, MissionType
-from app.domain.vehicle.link import UploadProgress
+from app.domain.mission import Mission, MissionItem, MissionType
+from app.domain.ports.vehicle_link import UploadProgress
 from app.vehicles.decoders import MissionAck, MissionCurrentReport, MissionRequest
 from app.vehicles.encoders import Outgoing
 from app.vehicles.inbox import Inbox

@@ -10,7 +10,7 @@ from enum import IntEnum
 from typing import Final, NamedTuple
 
 from app.domain.errors import LinkError
-from app.domain.mission.mission import MavCmd, MavFrame, MissionItem, MissionType
+from app.domain.mission import MavCmd, MavFrame, MissionItem, MissionType
 
 # MAV_MISSION_RESULT: what a MISSION_ACK says, and which refusals are worth another try.
 

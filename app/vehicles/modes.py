@@ -12,8 +12,8 @@ from typing import Final
 
 from app.domain.autopilot import autopilot, autopilot_kind
 from app.domain.errors import CommandExpiredError, LinkError, LinkTimeoutError, VehicleRefusedError
-from app.domain.mission.mission import MavCmd
-from app.domain.vehicle.modes import armed_by_others, disarmed_by_others, taken_meanwhile
+from app.domain.flight.modes import armed_by_others, disarmed_by_others, taken_meanwhile
+from app.domain.mission import MavCmd
 from app.domain.vehicle.state import AutopilotKind, FlightMode, vehicle_type
 from app.vehicles.command_sender import CommandSender, command
 from app.vehicles.decoders import CurrentMode, Heartbeat

@@ -19,7 +19,7 @@ from mavsdk.plugins.mission_raw import MissionRaw, MissionRawError
 from mavsdk.plugins.param import Param, ParamError, ParamResult  # type: ignore[import-untyped]
 
 from app.domain.errors import LinkError
-from app.domain.mission.mission import MissionType
+from app.domain.mission import MissionType
 from app.vehicles.encoders import Outgoing
 from app.vehicles.mission_wire import WireItem
 

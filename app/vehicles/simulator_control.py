@@ -9,7 +9,7 @@ from typing import Final
 from pydantic import BaseModel, Field, ValidationError
 
 from app.domain.errors import SimulatorRefusedError, SimulatorSilentError
-from app.domain.vehicle.simulated import SimulatedVehicle, SimulatorSpeed, SimulatorState
+from app.domain.ports.simulated_vehicles import SimulatedVehicle, SimulatorSpeed, SimulatorState
 
 ANSWER_S: Final = 2.0
 MAX_ANSWER_BYTES: Final = 1024 * 1024

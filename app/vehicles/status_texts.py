@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from enum import Enum, auto
 from typing import Final, NamedTuple
 
-from app.domain.vehicle.link import StatusText
+from app.domain.vehicle.facts import StatusText
 from app.vehicles.decoders import EventReport, StatusTextChunk
 
 # PX4 EVENTs in words, for reasons that no STATUSTEXT tells.

@@ -7,7 +7,7 @@ import logging
 from typing import Final
 
 from app.domain.errors import LinkError, LinkTimeoutError, VehicleQuarantinedError
-from app.domain.mission.mission import MavCmd
+from app.domain.mission import MavCmd
 from app.vehicles.command_sender import CommandSender, command
 from app.vehicles.facts import FactReader
 from app.vehicles.link_watch import LinkWatch

@@ -8,7 +8,7 @@ from dataclasses import replace
 from app.api import ApiServices
 from app.domain.errors import StorageError
 from app.domain.events import Event, NewEvent
-from app.domain.stores import StoredAnswer
+from app.domain.ports.stores import StoredAnswer
 from app.services.access import Access
 from app.services.fleet import Fleet
 from app.services.journal import Journal

@@ -12,7 +12,7 @@ import pytest
 from app.api import delivery_reports as endpoints
 from app.domain.events.run import RunCommand
 from app.domain.events.service import SimulatorFault
-from app.domain.run.delivery_report import Story
+from app.domain.proof.delivery_report import Story
 from app.services import delivery_reports as service_proofs
 from tests.support.runs_api import create, reaches
 from tests.support.service_in_process import Service

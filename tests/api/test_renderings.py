@@ -12,7 +12,7 @@ import pytest
 from app.api import conversions
 from app.api.conversions import Renderings
 from app.domain.plan import Plan
-from app.domain.stores import StoredPlan
+from app.domain.ports.stores import StoredPlan
 from app.domain.vehicle.state import VehicleType
 from app.interchange.formats import Exported, TargetFormat, export_plan
 from tests.support.service_in_process import Service

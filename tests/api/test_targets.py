@@ -9,7 +9,7 @@ import pytest
 from app.domain.errors import LinkTimeoutError
 from app.domain.geo import distance_m
 from app.domain.plan import Plan
-from app.domain.targets.intercept import SETTLE_S
+from app.domain.plan.intercept import SETTLE_S
 from app.domain.vehicle.clock import VehicleClock
 from app.domain.vehicle.state import FlightMode
 from app.services.access import Role

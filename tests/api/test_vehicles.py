@@ -6,7 +6,7 @@ import pytest
 
 from app.domain.errors import LinkError, LinkTimeoutError, VehicleRefusedError, WaydropError
 from app.domain.reasons import ReasonCode, because
-from app.domain.vehicle.link import DuplicateSystem
+from app.domain.vehicle.facts import DuplicateSystem
 from app.domain.vehicle.state import FlightMode
 from tests.support.service_in_process import Service, until
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import ast
+import graphlib
 from collections.abc import Iterable, Iterator
+from pathlib import PurePath
 
 from tests.architecture.sources import Source
 
@@ -145,3 +147,69 @@ def impure_parts(sources: Iterable[Source]) -> list[str]:
             if module.split(".")[0] in PURE_MUST_NOT
         }
     )
+
+
+def circles(sources: Iterable[Source]) -> list[str]:
+    """Modules that import each other at import time, packages on the way included. The first circle that is found."""
+    by_module = {source.module: source for source in sources}
+    graph = {module: set(_imported_first(source, by_module)) - {module} for module, source in by_module.items()}
+    try:
+        graphlib.TopologicalSorter(graph).prepare()
+    except graphlib.CycleError as error:
+        return [f"{by_module[error.args[1][0]].path}:1: modules import each other: {' <- '.join(error.args[1])}"]
+    return []
+
+
+def _imported_first(source: Source, by_module: dict[str, Source]) -> Iterator[str]:
+    for node in _at_import_time(source.tree.body):
+        for module in _modules_of(node, by_module):
+            parts = module.split(".")
+            packages = (".".join(parts[:length]) for length in range(2, len(parts)))
+            yield module
+            yield from (name for name in packages if name in by_module and not source.module.startswith(f"{name}."))
+
+
+def _modules_of(node: ast.stmt, by_module: dict[str, Source]) -> Iterator[str]:
+    if isinstance(node, ast.Import):
+        yield from (alias.name for alias in node.names if alias.name in by_module)
+    elif isinstance(node, ast.ImportFrom) and node.module:
+        names = {f"{node.module}.{alias.name}" for alias in node.names}
+        yield from names & by_module.keys()
+        if names - by_module.keys() and node.module in by_module:
+            yield node.module
+
+
+def _at_import_time(body: Iterable[ast.stmt]) -> Iterator[ast.stmt]:
+    for node in body:
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            yield node
+        elif isinstance(node, ast.If) and ast.unparse(node.test) != "TYPE_CHECKING":
+            yield from _at_import_time(node.body)
+
+
+def tests_imported(sources: Iterable[Source]) -> list[str]:
+    """Imports of a test module: what two tests share lives in tests/support."""
+    return sorted(
+        {
+            f"{source.at(node)}: imports {module}; move what is shared to tests/support"
+            for source in sources
+            for node, module in imported(source)
+            if module.startswith("tests.") and any(part.startswith("test_") for part in module.split(".")[:-1])
+        }
+    )
+
+
+def tests_without_a_room(sources: Iterable[Source], rooms: Iterable[Source]) -> list[str]:
+    """Unit tests in a folder that mirrors no folder of app/ or tools/: a test is found by the path of what it tests."""
+    folders = {str(PurePath(room.path).parent) for room in rooms}
+    return [
+        f"{source.path}:1: no {mirrored}/ in the code; move the test to the folder of what it tests"
+        for source in sources
+        if source.path.startswith("tests/unit/") and PurePath(source.path).name.startswith("test_")
+        if (mirrored := _mirrored(source.path)) not in folders
+    ]
+
+
+def _mirrored(path: str) -> str:
+    inside = PurePath(path).parent.relative_to("tests/unit")
+    return str(inside) if inside.parts[:1] == ("tools",) else str("app" / inside)

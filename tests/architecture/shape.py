@@ -11,6 +11,7 @@ from tests.architecture.sources import Source
 
 MAX_FILE_LINES = 500
 MAX_FUNCTION_LINES = 49
+MAX_CONSTRUCTOR_PARAMETERS = 8
 VAGUE_FILE = re.compile(r"^(utils?|helpers?|common|misc|managers?|\w+_(utils?|helpers?|managers?))$")
 VAGUE_CLASS = re.compile(r"(Manager|Helper|Utils?)$")
 FIXED_PATH = re.compile(r"^/(tmp|work|root|home|opt|srv|mnt|Users)/")
@@ -40,6 +41,33 @@ def long_functions(sources: Iterable[Source]) -> list[str]:
                 if lines > MAX_FUNCTION_LINES:
                     found.append(f"{source.at(node)}: {node.name} has {lines} lines, at most {MAX_FUNCTION_LINES}")
     return found
+
+
+def wide_constructors(sources: Iterable[Source]) -> list[str]:
+    """Constructors that take more than eight things: the class does more than one job."""
+    found = []
+    for source in sources:
+        for node in source.nodes:
+            if isinstance(node, ast.FunctionDef) and node.name == "__init__":
+                count = len(node.args.posonlyargs) + len(node.args.args) + len(node.args.kwonlyargs) - 1
+                if count > MAX_CONSTRUCTOR_PARAMETERS:
+                    most = MAX_CONSTRUCTOR_PARAMETERS
+                    found.append(f"{source.at(node)}: a constructor with {count} parameters, at most {most}")
+    return found
+
+
+def double_class_names(sources: Iterable[Source]) -> list[str]:
+    """Public classes that share their name with another one of the same layer."""
+    places: dict[tuple[str, str], list[str]] = {}
+    for source in sources:
+        for node in source.tree.body:
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                places.setdefault((source.layer, node.name), []).append(source.at(node))
+    return [
+        f"{at[0]}: class {name} is also at {', '.join(at[1:])}; one name, one thing in a layer"
+        for (_, name), at in sorted(places.items())
+        if len(at) > 1
+    ]
 
 
 def vague_names(sources: Iterable[Source]) -> list[str]:

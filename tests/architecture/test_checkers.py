@@ -20,7 +20,7 @@ FORBIDDEN: list[tuple[Checker, str, str]] = [
     (imports.wrong_directions, "app/api/plans.py", "from app import storage"),
     (imports.wrong_directions, "app/application.py", "import app.simulator.fleet"),
     (imports.wrong_directions, "app/cli/sim.py", "from app.simulator import main"),
-    (imports.wrong_directions, "app/simulator/fleet.py", "from app.domain.mission.mission import MavCmd"),
+    (imports.wrong_directions, "app/simulator/fleet.py", "from app.domain.mission import MavCmd"),
     (imports.unknown_layers, "app/core/x.py", ""),
     (imports.unknown_layers, "app/things.py", ""),
     (imports.shared_exclusives, "app/services/fleet.py", "import mavsdk"),
@@ -39,6 +39,10 @@ FORBIDDEN: list[tuple[Checker, str, str]] = [
     (items.ladders, "app/domain/a.py", "from app.domain.items import Land\nmatch y:\n    case Land():\n        pass"),
     (shape.long_functions, "app/a.py", "def f():\n" + "    x = 1\n" * 49),
     (shape.long_functions, "app/a.py", "class A:\n  async def f(self):\n" + "    x = 1\n" * 49),
+    (shape.wide_constructors, "app/a.py", "class A:\n  def __init__(self, a, b, c, d, e, f, g, h, *, i): ..."),
+    (shape.double_class_names, "app/a.py", "class A: ...\nclass A: ..."),
+    (imports.tests_imported, "tests/api/test_a.py", "from tests.api.test_b import made"),
+    (imports.tests_imported, "bench/a.py", "import tests.api.test_b.made"),
     (shape.vague_names, "app/api/utils.py", ""),
     (shape.vague_names, "app/api/run_manager.py", ""),
     (shape.vague_names, "app/api/runs.py", "class RunManager: ..."),
@@ -106,6 +110,26 @@ def test_what_is_forbidden_is_caught_with_its_place(check: Checker, path: str, t
 @pytest.mark.parametrize(("check", "path", "text"), ALLOWED)
 def test_what_is_allowed_passes(check: Checker, path: str, text: str) -> None:
     assert check([source(path, text)]) == []
+
+
+def test_modules_that_import_each_other_are_caught_also_by_way_of_a_package() -> None:
+    a = source("app/domain/a.py", "from app.domain.b import x")
+    assert imports.circles([a, source("app/domain/b.py", "from app.domain.a import y")])
+    by_package = [
+        source("app/domain/p/__init__.py", "from app.domain.p.q import x"),
+        source("app/domain/p/q.py", "from app.domain.a import y"),
+        source("app/domain/p/r.py", ""),
+        source("app/domain/a.py", "from app.domain.p.r import z"),
+    ]
+    assert imports.circles(by_package)
+    later = "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from app.domain.a import y"
+    assert imports.circles([a, source("app/domain/b.py", later)]) == []
+
+
+def test_a_unit_test_in_no_room_is_caught() -> None:
+    rooms = [source("app/domain/plan/parse.py", "")]
+    assert imports.tests_without_a_room([source("tests/unit/domain/test_parse.py", "")], rooms)
+    assert imports.tests_without_a_room([source("tests/unit/domain/plan/test_parse.py", "")], rooms) == []
 
 
 def test_a_file_of_501_lines_is_too_long_and_one_of_500_is_not() -> None:

@@ -33,6 +33,18 @@ def test_imports_go_one_way() -> None:
     held(imports.wrong_directions(APP))
 
 
+def test_no_modules_import_each_other() -> None:
+    held(imports.circles((*APP, *python_sources("tools"))))
+
+
+def test_no_test_imports_a_test() -> None:
+    held(imports.tests_imported(python_sources("tests", "bench")))
+
+
+def test_a_unit_test_lies_in_the_folder_of_what_it_tests() -> None:
+    held(imports.tests_without_a_room(python_sources("tests"), python_sources("app", "tools")))
+
+
 def test_every_file_of_app_is_in_a_layer_of_the_design() -> None:
     held(imports.unknown_layers(APP))
 
@@ -73,6 +85,14 @@ def test_files_have_at_most_500_lines() -> None:
 
 def test_functions_have_less_than_50_lines() -> None:
     held(shape.long_functions(ALL))
+
+
+def test_constructors_take_at_most_eight_things() -> None:
+    held(shape.wide_constructors(APP))
+
+
+def test_a_class_name_means_one_thing_in_a_layer() -> None:
+    held(shape.double_class_names(APP))
 
 
 def test_names_say_the_job() -> None:

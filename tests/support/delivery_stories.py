@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from app.domain.errors import StorageError
-from app.domain.stores import StoredPlan
+from app.domain.ports.stores import StoredPlan
 from app.domain.vehicle.state import VehicleType
 
 PLAN = StoredPlan("plan-1", "ab", "clinic", VehicleType.MULTICOPTER, 1.0, "desk", {"order": {"id": "RX-1"}})

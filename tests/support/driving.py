@@ -9,8 +9,9 @@ from contextlib import asynccontextmanager
 from typing import TypeVar
 
 from app.domain.errors import VehicleRefusedError
-from app.domain.mission.mission import MavCmd, MavFrame, Mission, MissionItem, MissionType
-from app.domain.vehicle.link import LinkFact, UploadProgress, VehicleLink
+from app.domain.mission import MavCmd, MavFrame, Mission, MissionItem, MissionType
+from app.domain.ports.vehicle_link import UploadProgress, VehicleLink
+from app.domain.vehicle.facts import LinkFact
 from app.domain.vehicle.state import FlightMode
 from app.vehicles import LinkSettings, MavsdkLinkSource
 

@@ -6,14 +6,14 @@ import json
 import math
 from dataclasses import dataclass, field, replace
 
+from app.domain.autopilot.declared import default_facts
 from app.domain.drop.record import DropRecord
 from app.domain.flight.embedded_release import EmbeddedRelease
 from app.domain.flight.look import VehicleSnapshot
 from app.domain.flight.progress import GripperTurns, MissionProgress
-from app.domain.mission.compiler import compile_plan
-from app.domain.mission.mission import Mission
+from app.domain.mission import Mission
 from app.domain.plan import parse_plan
-from app.domain.vehicle.declared import default_facts
+from app.domain.plan.compiler import compile_plan
 from app.domain.vehicle.state import FlightMode, VehicleState, VehicleType
 from tests.support.paths import PLANS
 

@@ -7,18 +7,11 @@ from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
 from dataclasses import replace
 
 from app.domain.errors import WaydropError
-from app.domain.mission.mission import Mission, MissionItem, MissionType
+from app.domain.mission import Mission, MissionItem, MissionType
 from app.domain.offboard.messages import SetpointMessage
+from app.domain.ports.vehicle_link import Unsubscribe, UploadProgress, VehicleIdentity
 from app.domain.vehicle.commands import CommandAck, CommandRequest, MavResult
-from app.domain.vehicle.link import (
-    ClockRateTold,
-    LinkFact,
-    MissionCurrent,
-    StateChanged,
-    Unsubscribe,
-    UploadProgress,
-    VehicleIdentity,
-)
+from app.domain.vehicle.facts import ClockRateTold, LinkFact, MissionCurrent, StateChanged
 from app.domain.vehicle.state import (
     FirmwareVersion,
     FlightMode,

@@ -9,8 +9,8 @@ from app.domain.errors import WaydropError
 from app.domain.events import Event, EventKind, NewEvent
 from app.domain.jobs.job import Job
 from app.domain.jobs.queue import VehicleQueue
+from app.domain.ports.stores import JobRecord, StoredPlan
 from app.domain.run.run import Run
-from app.domain.stores import JobRecord, StoredPlan
 
 
 class ManualClock:

@@ -5,21 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
+from app.domain.autopilot.declared import default_facts
 from app.domain.events import AnyPayload
 from app.domain.events.run import RunChanged
+from app.domain.events.run_fold import RunFold
 from app.domain.flight.flight import DEFAULT_MAX_OFFSET_M, LOST_AFTER_S, Flight
 from app.domain.flight.inputs import DropFailed, FlightInput, Looked, Record, ReleaseAnswered, Sight, TakenUp, Told
 from app.domain.flight.leg import drop_records, leg_of
 from app.domain.flight.look import FailureOrder, Order, ReleaseOrder, ResumeOrder
 from app.domain.flight.step import step
-from app.domain.mission.compiler import compile_plan
-from app.domain.mission.mission import MavCmd
+from app.domain.mission import MavCmd
 from app.domain.plan import parse_plan
-from app.domain.run.fold import RunFold
+from app.domain.plan.compiler import compile_plan
 from app.domain.run.run import Asked, Run, RunState
 from app.domain.vehicle.commands import CommandAck, MavResult
-from app.domain.vehicle.declared import default_facts
-from app.domain.vehicle.link import ItemReached
+from app.domain.vehicle.facts import ItemReached
 from app.domain.vehicle.state import FlightMode, LandedState, MissionState, VehicleState, VehicleType
 from tests.support.paths import PLANS
 

@@ -6,9 +6,9 @@ import json
 import math
 from pathlib import Path
 
-from app.domain.mission.compiler import compile_plan
-from app.domain.mission.mission import CompiledDrop, MissionItem
+from app.domain.mission import CompiledDrop, MissionItem
 from app.domain.plan import parse_plan, plan_hash
+from app.domain.plan.compiler import compile_plan
 from app.domain.rules import default_facts
 from tests.support.paths import ROOT
 

@@ -6,7 +6,7 @@ import math
 from collections import deque
 from typing import Any
 
-from app.domain.offboard.capability import FirmwareProfile, FlightKind
+from app.domain.autopilot.capability import FirmwareProfile, FlightKind
 from app.domain.offboard.encode import Follower, encode
 from app.domain.offboard.messages import LocalTarget
 from app.domain.offboard.tasks.admission import course_of

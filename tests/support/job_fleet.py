@@ -12,8 +12,8 @@ from app.domain.errors import StorageError
 from app.domain.jobs.job import Job
 from app.domain.jobs.queue import VehicleQueue
 from app.domain.plan import parse_plan
-from app.domain.stores import JobFilter
-from app.domain.vehicle.link import VehicleIdentity
+from app.domain.ports.stores import JobFilter
+from app.domain.ports.vehicle_link import VehicleIdentity
 from app.domain.vehicle.state import FirmwareVersion, FlightMode, GlobalPosition, LandedState, MissionState, VehicleType
 from app.services.fleet import Fleet
 from app.services.jobs import Jobs, JobSettings

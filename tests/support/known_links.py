@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from app.domain.vehicle.link import Unsubscribe, VehicleLink
+from app.domain.ports.vehicle_link import Unsubscribe, VehicleLink
 
 
 class KnownLinks:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from app.domain.autopilot.declared import default_facts
 from app.domain.geo import LocalProjection
 from app.domain.plan import Plan, parse_plan
-from app.domain.vehicle.declared import default_facts
 from app.domain.vehicle.state import FirmwareVersion, GlobalPosition, VehicleProfile, VehicleType
 
 Json = dict[str, Any]

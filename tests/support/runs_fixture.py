@@ -10,11 +10,11 @@ from dataclasses import dataclass, field
 
 from app.domain.drop.record import DropRecord
 from app.domain.flight.recording import from_text, replay
-from app.domain.mission.compiler import compile_plan
-from app.domain.mission.mission import Mission
+from app.domain.mission import Mission
 from app.domain.plan import Plan, parse_plan, plan_hash
+from app.domain.plan.compiler import compile_plan
+from app.domain.ports.stores import RunFilter, StoredPlan
 from app.domain.run.run import Run, RunState
-from app.domain.stores import RunFilter, StoredPlan
 from app.domain.vehicle.performance import Performance
 from app.services.clock import SystemClock
 from app.services.fleet import Fleet

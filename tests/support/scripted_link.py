@@ -7,13 +7,14 @@ import time
 from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
 from dataclasses import replace
 
+from app.domain.autopilot.declared import default_facts
 from app.domain.errors import LinkError, VehicleQuarantinedError, VehicleRefusedError, VehicleTakenError, WaydropError
-from app.domain.mission.mission import MavCmd, Mission, MissionItem, MissionType
+from app.domain.mission import MavCmd, Mission, MissionItem, MissionType
 from app.domain.offboard.messages import SetpointMessage
+from app.domain.ports.vehicle_link import Unsubscribe, UploadProgress, VehicleIdentity
 from app.domain.vehicle.clock import VehicleClock
 from app.domain.vehicle.commands import CommandAck, CommandRequest, MavResult
-from app.domain.vehicle.declared import default_facts
-from app.domain.vehicle.link import ClockRateTold, LinkFact, StateChanged, Unsubscribe, UploadProgress, VehicleIdentity
+from app.domain.vehicle.facts import ClockRateTold, LinkFact, StateChanged
 from app.domain.vehicle.state import (
     FirmwareVersion,
     FlightMode,

@@ -7,7 +7,7 @@ from typing import Any
 from hypothesis import strategies as st
 from pydantic import TypeAdapter
 
-from app.domain.offboard.capability import FirmwareProfile, FlightKind
+from app.domain.autopilot.capability import FirmwareProfile, FlightKind
 from app.domain.offboard.encode import Follower
 from app.domain.offboard.setpoints import Setpoint
 

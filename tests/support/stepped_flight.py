@@ -16,11 +16,11 @@ from app.domain.flight.inputs import (
     Sight,
     Told,
 )
-from app.domain.mission.mission import MavCmd
+from app.domain.mission import MavCmd
 from app.domain.reasons import ReasonCode, because
 from app.domain.run.run import Asked, RunState
 from app.domain.vehicle.commands import CommandAck, MavResult
-from app.domain.vehicle.link import ItemReached, MissionCurrent, Rebooted
+from app.domain.vehicle.facts import ItemReached, MissionCurrent, Rebooted
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleState
 from tests.support.flown_flights import BEGAN_AT, BEGAN_S, DROP, MISSION_ID
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from app.domain.drop.record import DropRecord
 from app.domain.events import NewEvent
+from app.domain.ports.stores import StoredAnswer, StoredPlan, StoredToken
 from app.domain.run.run import Run, RunState
-from app.domain.stores import StoredAnswer, StoredPlan, StoredToken
 from app.domain.vehicle.state import VehicleType
 from tests.support.events import item
 

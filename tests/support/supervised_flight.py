@@ -21,7 +21,7 @@ from app.domain.drop.supervised_inputs import (
     SendRelease,
 )
 from app.domain.drop.supervised_state import DropMachine
-from app.domain.mission.mission import MavCmd
+from app.domain.mission import MavCmd
 from app.domain.reasons import Reason, ReasonCode, because
 from app.domain.vehicle.commands import CommandAck, MavResult
 from app.domain.vehicle.state import FlightMode, LandedState

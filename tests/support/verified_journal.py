@@ -12,7 +12,7 @@ from app.domain.events import AnyPayload, NewEvent
 from app.domain.events.run import RunCreated, RunDrop
 from app.domain.events.service import PlanCreated
 from app.domain.plan.document import document_hash
-from app.domain.stores import StoredPlan
+from app.domain.ports.stores import StoredPlan
 from app.storage import open_storage
 from tests.support.stored_samples import event, plan, run
 

@@ -7,9 +7,9 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from app.api.models import Identifier, RequestModel
+from app.domain.autopilot.capability import AuditEntry, FirmwareProfile, FlightKind
 from app.domain.errors import TaskRefusedError
-from app.domain.offboard.capability import AuditEntry, Capability, FirmwareProfile, FlightKind
-from app.domain.offboard.control_method import task_means
+from app.domain.offboard.control_method import Capability, task_means
 from app.domain.offboard.limits import Clamp, OffboardLimits
 from app.domain.offboard.setpoints import Setpoint
 from app.services.offboard import FASTEST_HZ, SLOWEST_HZ

@@ -31,7 +31,7 @@ from app.api.offboard.models import (
 from app.api.routing import BY_HAND_PATH, Answer, AnyRoute, Call, NoQuery, Route
 from app.api.services import FLEET, OFFBOARD
 from app.domain.autopilot import autopilot
-from app.domain.offboard.capability import flight_kind
+from app.domain.autopilot.capability import flight_kind
 from app.domain.offboard.control_method import capabilities
 from app.domain.reasons import ReasonCode, because
 from app.services.access import Role

@@ -156,16 +156,8 @@ class ByHandSession:
             case TaskFrame():
                 entry = self._desk.insert(lease_id, frame.task, frame.insert, frame.when_empty)
                 return QueuedFrame(id=frame.id, task_id=entry.id)
-            case QueueFrame():
-                ACTIONS[frame.do](self._desk, lease_id)
-            case MoveFrame():
-                self._desk.move(lease_id, frame.task_id, frame.before)
-            case ChangeFrame():
-                self._desk.change(lease_id, frame.task_id, frame.change)
-            case RemoveFrame():
-                self._desk.remove(lease_id, frame.task_id)
-            case TargetFrame():
-                self._desk.retarget(lease_id, frame.task_id, frame.point, frame.motion)
+            case QueueFrame() | MoveFrame() | ChangeFrame() | RemoveFrame() | TargetFrame():
+                self._edit_queue(lease_id, frame)
             case RenewFrame():
                 control.require(lease_id)
             case HandOverFrame():
@@ -177,6 +169,21 @@ class ByHandSession:
                 control.release(lease_id, because(ReasonCode.OFFBOARD_RELEASED))
                 self._lease_id = None
         return DoneFrame(id=frame.id, what=frame.type)
+
+    def _edit_queue(
+        self, lease_id: str, frame: QueueFrame | MoveFrame | ChangeFrame | RemoveFrame | TargetFrame
+    ) -> None:
+        match frame:
+            case QueueFrame():
+                ACTIONS[frame.do](self._desk, lease_id)
+            case MoveFrame():
+                self._desk.move(lease_id, frame.task_id, frame.before)
+            case ChangeFrame():
+                self._desk.change(lease_id, frame.task_id, frame.change)
+            case RemoveFrame():
+                self._desk.remove(lease_id, frame.task_id)
+            case TargetFrame():
+                self._desk.retarget(lease_id, frame.task_id, frame.point, frame.motion)
 
     def _take(self, frame: TakeFrame) -> GrantedFrame:
         if self._lease_id is not None:

@@ -14,9 +14,9 @@ from app.api.proof_sheet.picture import close_up, overview
 from app.domain.drop.consent import ConsentRecord, ConsentState
 from app.domain.drop.record import Certainty, DropOutcome, DropRecord, OutputEvidence
 from app.domain.events import EventKind
+from app.domain.proof.delivery_report import AttachmentProof, Entry, Proof
 from app.domain.reasons import Reason, in_words
-from app.domain.run.delivery_report import AttachmentProof, Entry, Proof
-from app.domain.targets.report import TargetEvidence
+from app.domain.targets import TargetEvidence
 
 # How texts and times stand on the sheet.
 

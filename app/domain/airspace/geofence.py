@@ -15,7 +15,7 @@ from shapely.ops import nearest_points
 
 from app.domain.geo import LocalProjection
 from app.domain.items.fields import Point as Corner
-from app.domain.mission.mission import MavCmd, MissionItem
+from app.domain.mission import MavCmd, MissionItem
 from app.domain.plan.document import FenceCircle, FenceKind, FencePolygon, Geofence
 
 # The fence as areas in local metres.

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from enum import StrEnum, auto
 from typing import Literal, NamedTuple, Protocol
 
-from app.domain.offboard.capability import AuditEntry, Cell, FirmwareProfile, FlightKind
+from app.domain.autopilot.capability import AuditEntry, Cell, FirmwareProfile, FlightKind
 from app.domain.vehicle.state import FirmwareVersion, FlightMode, FlightRegime, VehicleProfile, VehicleType
 
 

@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict
 
 from app.domain.drop.consent import ConsentRecord
 from app.domain.reasons import Reason
-from app.domain.targets.report import TargetEvidence
+from app.domain.targets import TargetEvidence
 from app.domain.vehicle.state import GnssFix, LandedState, Picture, VehicleState
 
 MOST_PICTURES: Final = 16

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from app.domain.drop.record import Certainty, DropOutcome
-from app.domain.mission.mission import CompiledDrop, MavCmd
+from app.domain.mission import CompiledDrop, MavCmd
 from app.domain.reasons import Reason
-from app.domain.targets.report import STALE_S
+from app.domain.targets import STALE_S
 from app.domain.vehicle.commands import CommandAck
 from app.domain.vehicle.state import FlightMode, LandedState
 

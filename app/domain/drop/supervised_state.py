@@ -165,7 +165,7 @@ class ConsentGate:
         return replace(self, state=ConsentState.WITHDRAWN) if ends else self
 
 
-# The state of one supervised drop, and what may be asked of it; `step` in machine.py changes it.
+# The state of one supervised drop, and what may be asked of it; `step` in supervised.py changes it.
 
 
 @dataclass(frozen=True, slots=True)

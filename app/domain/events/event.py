@@ -170,7 +170,7 @@ class NewEvent(BaseModel):
 class Event(NewEvent):
     """A stored event. `seq` starts at 1 and has no gaps within one gateway's journal.
 
-    `hash` is its link of the journal's chain (journal_chain.py): keep it, and it proves what the journal said.
+    `hash` is its link of the journal's chain: keep it, and it proves what the journal said.
     """
 
     seq: int

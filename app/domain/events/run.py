@@ -15,7 +15,7 @@ from app.domain.prediction.timeline import Timeline
 from app.domain.reasons import Reason
 from app.domain.run.attachment import Attachment
 from app.domain.run.run import PlanChange, Run
-from app.domain.targets.report import TargetEvidence
+from app.domain.targets import TargetEvidence
 from app.domain.validation.finding import Finding
 from app.domain.vehicle.commands import CommandAck
 from app.domain.vehicle.state import FlightMode

@@ -12,7 +12,7 @@ from app.domain.drop.record import DropPhase, DropRecord
 from app.domain.drop.supervised_inputs import Finish
 from app.domain.flight.look import FailureOrder, Order, VehicleSnapshot, failure_order, finished, where, with_output
 from app.domain.flight.progress import GripperTurns, MissionProgress
-from app.domain.mission.mission import CompiledDrop, MavCmd
+from app.domain.mission import CompiledDrop, MavCmd
 from app.domain.reasons import Reason, ReasonCode, because
 from app.domain.vehicle.state import VehicleState
 

@@ -12,13 +12,13 @@ from app.domain.events.run import RunChanged, RunDrop, RunItem, RunItemEnded, co
 from app.domain.flight.inputs import SETTLED_S, FlightEffect, PendingChange, Record, Sight
 from app.domain.flight.leg import MissionSegment, Release
 from app.domain.flight.look import Order, VehicleSnapshot
+from app.domain.flight.modes import ModeTracker
 from app.domain.flight.phase import is_of_hands
 from app.domain.flight.progress import EndedItem, ItemTimes, MissionCompleteDetector, MissionProgress
-from app.domain.mission.mission import Mission
+from app.domain.mission import Mission
 from app.domain.reasons import Reason
 from app.domain.run.run import Asked, Run, RunState
 from app.domain.vehicle.clock import UNHEARD, VehicleClock
-from app.domain.vehicle.modes import ModeTracker
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleState
 
 # Whether a run is paused because its vehicle was flown by hand, and not because somebody asked for the pause.

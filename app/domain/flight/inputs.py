@@ -11,14 +11,14 @@ from app.domain.drop.consent import Answer
 from app.domain.events import AnyPayload
 from app.domain.flight.look import Order
 from app.domain.flight.progress import MissionProgress
-from app.domain.mission.mission import Mission
+from app.domain.mission import Mission
 from app.domain.plan import Plan
 from app.domain.prediction import Timeline
 from app.domain.reasons import Reason
 from app.domain.run.run import Asked, PlanChange, RunState
-from app.domain.targets.report import TargetFix
+from app.domain.targets import TargetFix
 from app.domain.vehicle.commands import CommandAck
-from app.domain.vehicle.link import ClockRateTold, ItemReached, MissionCurrent, Rebooted
+from app.domain.vehicle.facts import ClockRateTold, ItemReached, MissionCurrent, Rebooted
 from app.domain.vehicle.state import VehicleState
 
 # A changed mission that was sent to a vehicle in flight, until it is known whether it arrived.

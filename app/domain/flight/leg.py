@@ -12,7 +12,7 @@ from app.domain.flight.embedded_release import EmbeddedRelease
 from app.domain.flight.progress import GripperTurns
 from app.domain.flight.supervised_release import SupervisedRelease
 from app.domain.items import Drop
-from app.domain.mission.mission import CompiledDrop, Mission
+from app.domain.mission import CompiledDrop, Mission
 from app.domain.plan import Plan
 from app.domain.run.run import IN_FLIGHT, PlanChange, Run, RunState
 

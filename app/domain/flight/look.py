@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 from app.domain.drop.record import DropOutcome, DropPhase, DropRecord, OutputEvidence
 from app.domain.drop.supervised_inputs import GRIPPER_CLOSED_US, GRIPPER_OPEN_US, Finish
 from app.domain.geo import distance_m
-from app.domain.mission.mission import CompiledDrop, MavCmd
+from app.domain.mission import CompiledDrop, MavCmd
 from app.domain.run.run import Asked
-from app.domain.targets.report import TargetFix
+from app.domain.targets import TargetFix
 from app.domain.vehicle.state import FlightMode, VehicleState
 
 _ASKED = {Asked.PAUSE: FlightMode.HOLD, Asked.RETURN: FlightMode.RETURN, Asked.LAND: FlightMode.LAND}

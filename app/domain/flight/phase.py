@@ -71,23 +71,29 @@ def phase_of(view: FlightView) -> tuple[RunState, Reason | None]:
     if state.mode is FlightMode.LAND:
         as_asked = view.asked is Asked.LAND
         return RunState.RETURNING, because(ReasonCode.LANDING_AS_ASKED if as_asked else ReasonCode.VEHICLE_LANDS)
-    if state.mode is FlightMode.HOLD and view.command in _THROUGH_HOLD:
-        return RunState.PAUSED, because(_THROUGH_HOLD[view.command])
-    if state.mode is FlightMode.HOLD and view.asked is Asked.RESUME:
-        return RunState.PAUSED, because(ReasonCode.RESUMING_AS_ASKED)
-    if state.mode is FlightMode.HOLD and view.asked is Asked.REFUSED:
-        return RunState.PAUSED, because(ReasonCode.CHANGE_REFUSED)
-    if state.mode is FlightMode.HOLD and view.asked is Asked.PAUSE:
-        return RunState.PAUSED, _why_paused(view)
-    is_ending = view.mission_done or view.asked in (Asked.RETURN, Asked.LAND, Asked.CONTINGENCY)
-    if state.mode is FlightMode.HOLD and is_ending and state.landed is LandedState.ON_GROUND:
-        # PX4 leaves Return mode as it disarms, and says so one by one
-        return RunState.RETURNING, because(ReasonCode.ON_GROUND)
-    if state.mode is FlightMode.HOLD and view.mission_done:
-        return RunState.FLYING, because(ReasonCode.HOLDS_WHERE_IT_ENDED)
+    if state.mode is FlightMode.HOLD:
+        return _phase_in_hold(view)
     if state.mode is FlightMode.OFFBOARD:
         return RunState.PAUSED, because(ReasonCode.BY_HAND)
-    if state.mode is FlightMode.HOLD and view.at_last_item and not (view.mode_is_settled or view.in_failsafe):
+    return RunState.PAUSED, _why_stopped(view)
+
+
+def _phase_in_hold(view: FlightView) -> tuple[RunState, Reason | None]:
+    if view.command in _THROUGH_HOLD:
+        return RunState.PAUSED, because(_THROUGH_HOLD[view.command])
+    if view.asked is Asked.RESUME:
+        return RunState.PAUSED, because(ReasonCode.RESUMING_AS_ASKED)
+    if view.asked is Asked.REFUSED:
+        return RunState.PAUSED, because(ReasonCode.CHANGE_REFUSED)
+    if view.asked is Asked.PAUSE:
+        return RunState.PAUSED, _why_paused(view)
+    is_ending = view.mission_done or view.asked in (Asked.RETURN, Asked.LAND, Asked.CONTINGENCY)
+    if is_ending and view.state.landed is LandedState.ON_GROUND:
+        # PX4 leaves Return mode as it disarms, and says so one by one
+        return RunState.RETURNING, because(ReasonCode.ON_GROUND)
+    if view.mission_done:
+        return RunState.FLYING, because(ReasonCode.HOLDS_WHERE_IT_ENDED)
+    if view.at_last_item and not (view.mode_is_settled or view.in_failsafe):
         return RunState.FLYING, None  # it may be about to say that the mission is complete
     return RunState.PAUSED, _why_stopped(view)
 

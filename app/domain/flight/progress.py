@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final
 
-from app.domain.mission.mission import CompiledDrop, MavCmd, Mission, MissionItem
+from app.domain.mission import CompiledDrop, MavCmd, Mission, MissionItem
 from app.domain.vehicle.state import FlightMode, MissionState, VehicleState
 
 # Whether MISSION_CURRENT's "complete" is about the mission.

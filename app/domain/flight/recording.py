@@ -20,10 +20,10 @@ from app.domain.flight.flight import Flight
 from app.domain.flight.inputs import FlightEffect, FlightFact, FlightInput, Record, Sight, Told
 from app.domain.flight.leg import leg_of
 from app.domain.flight.step import step
-from app.domain.mission.mission import Mission
+from app.domain.mission import Mission
 from app.domain.plan import Plan
 from app.domain.run.run import Run
-from app.domain.targets.report import TargetFix
+from app.domain.targets import TargetFix
 from app.domain.vehicle.state import VehicleState
 
 _OUR_CLOCK: Final = "clock"

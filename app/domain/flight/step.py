@@ -41,7 +41,7 @@ from app.domain.flight.progress import MissionCompleteDetector, MissionProgress
 from app.domain.flight.supervised_release import Heard, SupervisedRelease
 from app.domain.reasons import Reason, ReasonCode, because
 from app.domain.run.run import NEXT, Asked, RunState
-from app.domain.vehicle.link import ClockRateTold, ItemReached, MissionCurrent, Rebooted
+from app.domain.vehicle.facts import ClockRateTold, ItemReached, MissionCurrent, Rebooted
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleState
 
 UNFINISHED_DROPS_S: Final = 5.0

@@ -41,7 +41,7 @@ from app.domain.flight.look import (
     with_output,
 )
 from app.domain.flight.progress import MissionProgress
-from app.domain.mission.mission import CompiledDrop, MavCmd
+from app.domain.mission import CompiledDrop, MavCmd
 from app.domain.plan import Target
 from app.domain.reasons import Reason, ReasonCode, because
 from app.domain.vehicle.commands import CommandAck

@@ -13,7 +13,7 @@ from app.domain.geo import LatLon
 from app.domain.items.drop_places import Alternate, Target
 from app.domain.items.fields import Altitude, ItemId, PlanModel, Point, Position
 from app.domain.items.landing_pattern import Approach
-from app.domain.mission.mission import NAN, MavCmd, MavFrame
+from app.domain.mission import NAN, MavCmd, MavFrame
 from app.domain.vehicle.state import FlightRegime, GlobalPosition, VehicleProfile, VehicleType
 
 # A mission item before it has a number.

@@ -7,7 +7,7 @@ from typing import ClassVar, Final, Literal
 
 from app.domain.items.base import CommandForm, Draft, Forms, Item, Param, Site, command_draft
 from app.domain.items.fields import SpeedMS
-from app.domain.mission.mission import MavCmd
+from app.domain.mission import MavCmd
 from app.domain.vehicle.state import VehicleType
 
 _AIRSPEED, _GROUND_SPEED = 0.0, 1.0

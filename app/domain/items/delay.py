@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from app.domain.items.base import CommandForm, Draft, Forms, Item, Param, Site, T, Way, command_draft
-from app.domain.mission.mission import MavCmd
+from app.domain.mission import MavCmd
 
 
 def delay_draft(duration_s: float) -> Draft:

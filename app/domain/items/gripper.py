@@ -8,7 +8,7 @@ from typing import ClassVar, Final, Literal
 from app.domain.items.base import CommandForm, Draft, Forms, Param, command_draft
 from app.domain.items.drop import Drop
 from app.domain.items.drop_places import Alternate, Target
-from app.domain.mission.mission import MavCmd
+from app.domain.mission import MavCmd
 
 SETTLE_MARGIN_S: Final = 1.0
 _ACTION: Final = {"release": 0.0, "grab": 1.0}

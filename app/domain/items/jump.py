@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from app.domain.items.base import CommandForm, Draft, Forms, Item, Param, Site, command_draft
-from app.domain.mission.mission import NAN, MavCmd
+from app.domain.mission import NAN, MavCmd
 
 
 class Jump(Item):

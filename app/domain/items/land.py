@@ -9,7 +9,7 @@ from app.domain.items.base import YAW, CommandForm, Draft, Forms, Site, T, Way, 
 from app.domain.items.fields import Altitude
 from app.domain.items.landing_pattern import Approach, landing_pattern
 from app.domain.items.waypoint import Stop
-from app.domain.mission.mission import MavCmd
+from app.domain.mission import MavCmd
 from app.domain.vehicle.state import FlightRegime, VehicleType
 
 _TANGENT_EXIT = 1.0

@@ -12,7 +12,7 @@ from app.domain.errors import PlanRejectedError
 from app.domain.items.base import YAW, CommandForm, Draft, Forms, Param, Site, T, Way, or_nan, position_draft
 from app.domain.items.fields import Seconds, SignedRadiusM
 from app.domain.items.waypoint import AirStop
-from app.domain.mission.mission import MavCmd
+from app.domain.mission import MavCmd
 from app.domain.vehicle.state import VehicleType
 
 _COMMANDS: Final[Mapping[str, MavCmd]] = {

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import ClassVar, Literal
 
 from app.domain.items.base import CommandForm, Draft, Forms, Item, Site, command_draft
-from app.domain.mission.mission import MavCmd
+from app.domain.mission import MavCmd
 
 
 class Photo(Item):

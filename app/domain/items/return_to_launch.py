@@ -6,7 +6,7 @@ from typing import ClassVar, Literal
 
 from app.domain.geo import LatLon
 from app.domain.items.base import CommandForm, Draft, Forms, Item, Site, T, Way, command_draft
-from app.domain.mission.mission import MavCmd
+from app.domain.mission import MavCmd
 from app.domain.vehicle.state import FlightRegime, GlobalPosition, VehicleType
 
 

@@ -11,7 +11,7 @@ from pydantic_core import PydanticCustomError
 from app.domain.geo import LatLon
 from app.domain.items.base import YAW, CommandForm, Draft, Forms, Item, Param, Site, T, Way, or_nan, position_draft
 from app.domain.items.fields import Altitude, LatitudeDeg, LongitudeDeg, Point, YawDeg, relative_altitude_m
-from app.domain.mission.mission import MavCmd
+from app.domain.mission import MavCmd
 from app.domain.vehicle.state import IN_AIR, FlightRegime, GlobalPosition, VehicleType
 
 WING_PITCH_DEG: Final = 15.0

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import ClassVar, Literal
 
 from app.domain.items.base import CommandForm, Draft, Forms, Item, Param, Site, T, Way, command_draft
-from app.domain.mission.mission import MavCmd
+from app.domain.mission import MavCmd
 from app.domain.vehicle.state import FlightRegime, VehicleType
 
 _STATE = {"multicopter": 3.0, "fixed_wing": 4.0}

@@ -8,7 +8,7 @@ from app.domain.geo import LatLon
 from app.domain.items.base import YAW, CommandForm, Draft, Forms, Item, Param, Site, T, Way, or_nan, position_draft
 from app.domain.items.change_speed import speed_drafts
 from app.domain.items.fields import Altitude, Point, Position, RadiusM, Seconds, SpeedMS, YawDeg, relative_altitude_m
-from app.domain.mission.mission import MavCmd
+from app.domain.mission import MavCmd
 from app.domain.vehicle.state import IN_AIR, FlightRegime, GlobalPosition, VehicleType
 
 

@@ -10,7 +10,7 @@ from pydantic_core import PydanticCustomError
 
 from app.domain.items.base import CommandForm, Draft, Forms, Param, command_draft, or_nan
 from app.domain.items.drop import Drop
-from app.domain.mission.mission import MavCmd
+from app.domain.mission import MavCmd
 
 _ACTIONS: Final = (
     *("relax", "length", "rate", "lock", "deliver", "hold"),

@@ -1,15 +1,31 @@
-"""How tasks are flown: by a stream of setpoints, or, where the vehicle follows none that they need, by commands."""
+"""How a vehicle is flown in offboard control: its capability table, asked form by form, and the method for tasks."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final
 
 from app.domain.autopilot import autopilot
+from app.domain.autopilot.capability import YES, FirmwareProfile, FlightKind, Verdict
 from app.domain.errors import TaskRefusedError
-from app.domain.offboard.capability import YES, Capability, FirmwareProfile, FlightKind, Verdict
-from app.domain.offboard.messages import WIRE_FORMS
+from app.domain.offboard.messages import WIRE_FORMS, WireForm
+
+# What is said of a setpoint form for a vehicle: taken, or why not. Each autopilot has a table of it.
+
+
+@dataclass(frozen=True, slots=True)
+class Capability:
+    """One form for one vehicle: how it is sent, or why it is not."""
+
+    form: str
+    wire: WireForm
+    verdict: Verdict
+
+
+# How tasks are flown: by a stream of setpoints, or, where the vehicle follows none that they need, by commands.
+
 
 # The autopilot's capability table, asked form by form.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from app.domain.autopilot import autopilot
-from app.domain.offboard.capability import Cell, FlightKind
+from app.domain.autopilot.capability import Cell, FlightKind
 from app.domain.offboard.messages import WIRE_FORMS, WireForm
 
 BEGIN: Final = "<!-- generated from app/domain/setpoint: `python -m tests.support.regenerate_golden_missions` -->"

@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 from math import nan
 
+from app.domain.autopilot.capability import FirmwareProfile, FlightKind
 from app.domain.errors import SetpointRefusedError
-from app.domain.offboard.capability import Capability, FirmwareProfile, FlightKind
-from app.domain.offboard.control_method import capability
+from app.domain.offboard.control_method import Capability, capability
 from app.domain.offboard.messages import (
     GLIDE,
     NOT_GIVEN,

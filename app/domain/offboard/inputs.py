@@ -9,7 +9,7 @@ from app.domain.events.vehicle import OffboardChanged, OffboardLease
 from app.domain.offboard.control_method import ControlMethod
 from app.domain.offboard.state import Lease, LeaseChange, OffboardState
 from app.domain.reasons import Reason
-from app.domain.vehicle.link import LinkFact
+from app.domain.vehicle.facts import LinkFact
 from app.domain.vehicle.state import VehicleState
 
 

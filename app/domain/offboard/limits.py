@@ -10,9 +10,9 @@ from pydantic import BaseModel, ConfigDict, Field
 from shapely import LineString, Point
 
 from app.domain.airspace.geofence import FenceArea
+from app.domain.autopilot.capability import FlightKind
 from app.domain.errors import SetpointRefusedError
 from app.domain.geo import LocalProjection
-from app.domain.offboard.capability import FlightKind
 from app.domain.offboard.messages import Vector
 from app.domain.offboard.setpoints import (
     Attitude,

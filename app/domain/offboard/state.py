@@ -11,7 +11,7 @@ from typing import Final
 from app.domain.errors import LeaseLostError
 from app.domain.offboard.control_method import ControlMethod
 from app.domain.reasons import Reason, ReasonCode, because
-from app.domain.vehicle.link import DuplicateSystem, LinkFact, LinkLost, Rebooted, StateChanged
+from app.domain.vehicle.facts import DuplicateSystem, LinkFact, LinkLost, Rebooted, StateChanged
 from app.domain.vehicle.state import FlightMode, VehicleState
 
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
+from app.domain.autopilot.capability import FlightKind
 from app.domain.errors import LeaseHeldError, OffboardNotReadyError
 from app.domain.events.vehicle import OffboardChanged, OffboardLease
 from app.domain.offboard import inputs as what
-from app.domain.offboard.capability import FlightKind
 from app.domain.offboard.control_method import ControlMethod
 from app.domain.offboard.inputs import Do, Effect, Input, OfLease, OnTheWay, Start, Tell
 from app.domain.offboard.state import SENDING, TRANSITIONS, Control, LeaseChange, OffboardState, ended_by, who_acts
 from app.domain.reasons import Reason, ReasonCode, because
-from app.domain.vehicle.link import LinkFact, StateChanged
+from app.domain.vehicle.facts import LinkFact, StateChanged
 from app.domain.vehicle.state import FlightMode, VehicleState
 
 # The dead-man: what may be sent when the client has been silent for so long.

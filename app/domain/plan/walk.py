@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from typing import Final
 
 from app.domain.autopilot import Quantity, quantity
+from app.domain.autopilot.declared import default_facts
 from app.domain.geo import LatLon
 from app.domain.items import PlanItem
 from app.domain.plan.document import Plan
-from app.domain.vehicle.declared import default_facts
 from app.domain.vehicle.state import (
     HOME,
     FlightRegime,

@@ -14,7 +14,7 @@ from app.domain.geo import LatLon
 from app.domain.items import Approach, Jump
 from app.domain.items.fields import Position
 from app.domain.items.landing_pattern import landing_pattern
-from app.domain.mission.compiler import EMBEDDED_HOLD_S, bound_s, settle_s, stop_radius_m
+from app.domain.plan.compiler import EMBEDDED_HOLD_S, bound_s, settle_s, stop_radius_m
 from app.domain.plan.document import Plan
 from app.domain.plan.drops import DropUse
 from app.domain.plan.walk import Step, cruise_speed_m_s

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from app.domain.autopilot import behaviour
 from app.domain.errors import PlanRejectedError
 from app.domain.items import ReturnToLaunch
-from app.domain.mission.compiler import brakes_at_waypoint, compile_plan
+from app.domain.plan.compiler import brakes_at_waypoint, compile_plan
 from app.domain.plan.document import Plan
 from app.domain.plan.drops import Detour, DropUse, drops_of, over_alternates
 from app.domain.plan.walk import Step, cruise_speed_m_s, reference_home, speeds_along, walk

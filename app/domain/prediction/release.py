@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from app.domain.autopilot import Quantity, quantity
-from app.domain.mission.compiler import STOP_RADIUS_M
+from app.domain.plan.compiler import STOP_RADIUS_M
 from app.domain.plan.drops import DropUse
 from app.domain.plan.walk import Step
 from app.domain.prediction.durations import point_of

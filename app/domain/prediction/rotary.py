@@ -1,4 +1,4 @@
-"""A hovering vehicle: takeoff, legs, landing and return, by PX4's smoothed trajectories. See smooth_speed.py.
+"""A hovering vehicle: takeoff, legs, landing and return, by PX4's smoothed trajectories.
 
 Constants are from recorded PX4 flights (SITL): wind changes little but for a vehicle at the end of its thrust.
 """

@@ -1,8 +1,8 @@
 """The rules: what makes a plan wrong or doubtful, before anything is sent."""
 
+from app.domain.autopilot.declared import default_facts
 from app.domain.rules.check import RULES, CheckedPlan, check_plan, checked
 from app.domain.rules.registry import Rule
 from app.domain.validation.finding import Finding, Severity
-from app.domain.vehicle.declared import default_facts
 
 __all__ = ["RULES", "CheckedPlan", "Finding", "Rule", "Severity", "check_plan", "checked", "default_facts"]

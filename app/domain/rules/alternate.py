@@ -8,7 +8,7 @@ from typing import Final
 from app.domain.drop.consent import CONSENT_MARGIN_S, SHORTEST_QUESTION_S
 from app.domain.geo import distance_m
 from app.domain.items.drop_places import Alternate
-from app.domain.mission.compiler import bound_s
+from app.domain.plan.compiler import bound_s
 from app.domain.plan.drops import Detour, DropUse
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 from app.domain.validation.finding import Finding, Severity

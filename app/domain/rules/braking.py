@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from app.domain.autopilot import Quantity
-from app.domain.mission.compiler import STOP_RADIUS_M
+from app.domain.plan.compiler import STOP_RADIUS_M
 from app.domain.plan.drops import DropUse
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 from app.domain.validation.finding import Severity

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from app.domain.autopilot import Quantity
 from app.domain.autopilot.base import Capacity
 from app.domain.errors import PlanRejectedError
-from app.domain.mission.compiler import compile_plan
+from app.domain.plan.compiler import compile_plan
 from app.domain.plan.walk import Step, speed_range_m_s
 from app.domain.rules.places import from_home_m, planned_places
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item

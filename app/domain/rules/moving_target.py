@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from app.domain.airspace.ground_paths import point_of
 from app.domain.autopilot import Quantity
 from app.domain.geo import LatLon, distance_m
 from app.domain.items.drop_places import Target
 from app.domain.items.fields import Point
 from app.domain.plan.drops import DropUse
 from app.domain.plan.walk import Step
+from app.domain.prediction.ground_paths import point_of
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item
 from app.domain.validation.finding import Severity
 from app.domain.vehicle.state import FlightRegime

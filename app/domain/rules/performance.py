@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from app.domain.mission.compiler import bound_s
+from app.domain.plan.compiler import bound_s
 from app.domain.plan.drops import DropUse
 from app.domain.prediction import PredictedDrop
 from app.domain.rules.registry import Rule, RuleContext, Violation, at_item

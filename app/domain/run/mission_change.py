@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from app.domain.errors import ConflictError, DropInProgressError, NotFoundError, PauseFirstError, WrongStateError
 from app.domain.items import PlanItem
-from app.domain.mission.mission import Mission
+from app.domain.mission import Mission
 from app.domain.plan.document import Plan
 from app.domain.plan.parse import PlanInvalid, parse_plan
 from app.domain.run.run import Asked, Run, RunState

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from enum import IntEnum
 
-from app.domain.mission.mission import MavCmd
+from app.domain.mission import MavCmd
 
 
 class MavResult(IntEnum):

@@ -11,8 +11,8 @@ from app.domain.drop.consent import ConsentState
 from app.domain.drop.record import Certainty, DropOutcome, DropRecord
 from app.domain.events import Event, EventKind
 from app.domain.events.run import RunAttachment
+from app.domain.events.run_fold import RunFold
 from app.domain.run.attachment import Attachment
-from app.domain.run.fold import RunFold
 from app.domain.run.run import Run, RunState
 
 

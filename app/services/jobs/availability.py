@@ -24,10 +24,10 @@ from app.domain.jobs.job import MOST_REFUSALS, Candidate, Refusal, VehicleRefusa
 from app.domain.offboard.state import OffboardState
 from app.domain.plan import Plan, plan_hash
 from app.domain.plan.walk import reference_home
+from app.domain.ports.stores import RunFilter
 from app.domain.prediction import CALM, Wind
 from app.domain.rules import Finding, Severity, check_plan
 from app.domain.run.run import Run
-from app.domain.stores import RunFilter
 from app.domain.vehicle.clock import is_too_fast
 from app.domain.vehicle.state import VehicleProfile
 from app.services.fleet import Fleet, FleetVehicle

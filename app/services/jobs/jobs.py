@@ -13,9 +13,9 @@ from app.domain.jobs.assignment import VehicleSight, chosen_of, hopeless, why_no
 from app.domain.jobs.job import Job, JobState
 from app.domain.jobs.queue import JobQueue, VehicleQueue
 from app.domain.plan import Plan, parse_data
+from app.domain.ports.stores import ALL_JOBS, JobFilter, JobStore
 from app.domain.prediction import CALM
 from app.domain.reasons import ReasonCode, because
-from app.domain.stores import ALL_JOBS, JobFilter, JobStore
 from app.services.clock import Clock
 from app.services.fleet import Fleet
 from app.services.jobs.availability import Assessment, TimeSlice, VehicleAvailability

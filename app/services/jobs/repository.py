@@ -11,7 +11,7 @@ from app.domain.events import NewEvent
 from app.domain.events.service import JobChanged, JobQueueChanged
 from app.domain.jobs.job import Job, change_word
 from app.domain.jobs.queue import JobQueue, VehicleQueue
-from app.domain.stores import JobFilter, JobRecord, JobStore
+from app.domain.ports.stores import JobFilter, JobRecord, JobStore
 from app.services.clock import Clock
 from app.services.journal import Journal
 

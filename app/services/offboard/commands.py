@@ -9,13 +9,13 @@ from contextlib import aclosing
 from dataclasses import dataclass
 from typing import Final
 
+from app.domain.autopilot.capability import FlightKind
 from app.domain.errors import ConflictError, LinkError, LinkTimeoutError, VehicleRefusedError, WaydropError
-from app.domain.mission.mission import NAN, MavCmd
-from app.domain.offboard.capability import FlightKind
+from app.domain.mission import NAN, MavCmd
 from app.domain.offboard.state import who_acts
+from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.reasons import Reason, ReasonCode, because
 from app.domain.vehicle.commands import CommandRequest, MavResult
-from app.domain.vehicle.link import VehicleLink
 from app.services.clock import Clock
 from app.services.vehicle_commands import circle_here
 from app.services.views import OrderView

@@ -9,9 +9,9 @@ from typing import Literal, TypeVar
 
 import structlog
 
+from app.domain.autopilot.capability import AuditEntry
 from app.domain.errors import ConflictError, LeaseLostError, OffboardNotReadyError, SetpointRefusedError, WaydropError
 from app.domain.offboard import inputs as what
-from app.domain.offboard.capability import AuditEntry
 from app.domain.offboard.control_method import ControlMethod
 from app.domain.offboard.inputs import Do, Effect, Input, Start, Tell
 from app.domain.offboard.limits import Clamp
@@ -19,9 +19,10 @@ from app.domain.offboard.messages import SetpointMessage
 from app.domain.offboard.setpoints import Setpoint
 from app.domain.offboard.state import SENDING, Control, Lease, LeaseChange, OffboardState
 from app.domain.offboard.step import step
+from app.domain.ports.vehicle_link import Unsubscribe, VehicleLink
 from app.domain.reasons import Reason, ReasonCode, because, because_of_error, in_words
 from app.domain.run.run import Run
-from app.domain.vehicle.link import LinkFact, Unsubscribe, VehicleLink
+from app.domain.vehicle.facts import LinkFact
 from app.domain.vehicle.state import FlightMode
 from app.services.clock import Clock
 from app.services.fleet import Fleet, FleetVehicle

@@ -8,18 +8,18 @@ from dataclasses import asdict, dataclass, field, replace
 
 from app.domain.airspace.geofence import FenceArea, onboard_fence
 from app.domain.autopilot import Behaviour, Quantity, autopilot, behaviour_of
+from app.domain.autopilot.capability import AuditEntry, FirmwareProfile, FlightKind, flight_kind
 from app.domain.errors import AuditFailedError, OffboardNotReadyError
 from app.domain.geo import LocalProjection
-from app.domain.mission.mission import MissionType
-from app.domain.offboard.capability import AuditEntry, FirmwareProfile, FlightKind, flight_kind
+from app.domain.mission import MissionType
 from app.domain.offboard.control_method import ControlMethod, means_if_any
 from app.domain.offboard.encode import Follower
 from app.domain.offboard.limits import VehiclePose
 from app.domain.offboard.messages import Vector
 from app.domain.offboard.tasks.commanded import Wing
+from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.run.run import Run, RunState
 from app.domain.vehicle.clock import MAX_LIVE_RATE, is_too_fast
-from app.domain.vehicle.link import VehicleLink
 from app.domain.vehicle.state import FirmwareVersion, VehicleState, VehicleType
 
 # The vehicle as a setpoint meets it: what it flies like, where it is, which fence it has on board.

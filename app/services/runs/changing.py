@@ -19,16 +19,16 @@ from app.domain.errors import (
 from app.domain.events.run import CommandOutcome, RunAck, RunCommand
 from app.domain.flight.inputs import ChangeArrived, ChangeBegun, ChangeSent, ChangeWithdrawn, PendingChange
 from app.domain.flight.leg import concluded_drops
-from app.domain.mission.compiler import compile_plan
-from app.domain.mission.mission import Mission, mission_hash
+from app.domain.mission import Mission, mission_hash
 from app.domain.plan import Plan
+from app.domain.plan.compiler import compile_plan
+from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.prediction import CALM, Timeline, Wind
 from app.domain.rules import check_plan, checked
 from app.domain.run.mission_change import ChangeTerms
 from app.domain.run.remaining_mission import Flown, RemainingMission, asked_speed_before, continued, in_whole_plan
 from app.domain.run.run import Asked, PlanChange
 from app.domain.validation.finding import Finding, Severity
-from app.domain.vehicle.link import VehicleLink
 from app.domain.vehicle.state import FlightMode, VehicleProfile, carried_in_flight
 from app.services.clock import Clock
 from app.services.plans import NewPlan

@@ -9,8 +9,8 @@ from typing import Final
 from app.domain.airspace.rally import RallyDestination, ReturnSight
 from app.domain.autopilot import autopilot, behaviour
 from app.domain.errors import ConflictError, LinkTimeoutError, RallyRefusedError
-from app.domain.mission.mission import MavCmd, Mission, MissionItem
-from app.domain.vehicle.link import VehicleLink
+from app.domain.mission import MavCmd, Mission, MissionItem
+from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleProfile, VehicleState, VehicleType
 from app.services.runs.monitor import FlightMonitor
 

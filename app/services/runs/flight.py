@@ -17,14 +17,15 @@ from app.domain.events.run import CommandOutcome, RunAck, RunCommand
 from app.domain.flight.flight import Flight
 from app.domain.flight.inputs import AskedFor, Ends, NotDone
 from app.domain.flight.leg import leg_of
-from app.domain.mission.mission import Mission
+from app.domain.flight.modes import armed_by_others
+from app.domain.mission import Mission
 from app.domain.plan import Gripper, Plan
+from app.domain.ports.stores import FlightLog
+from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.prediction import CALM
 from app.domain.reasons import Reason, ReasonCode, because, because_of_error
 from app.domain.run.run import IN_FLIGHT, NOT_STARTED, Asked, Run, RunState
-from app.domain.stores import FlightLog
-from app.domain.vehicle.link import LinkFact, VehicleLink
-from app.domain.vehicle.modes import armed_by_others
+from app.domain.vehicle.facts import LinkFact
 from app.domain.vehicle.state import FlightMode, VehicleProfile
 from app.services.clock import Clock
 from app.services.journal import Journal
@@ -55,7 +56,6 @@ class RunFlight:
         sender: OrderSender,
         consents: Consents,
         changer: MissionChanger,
-        rally_return: RallyReturn,
         settings: RunSettings,
     ) -> None:
         self._link = link
@@ -65,7 +65,7 @@ class RunFlight:
         self._sender = sender
         self.consents = consents
         self.changer = changer
-        self._rally_return = rally_return
+        self._rally_return = RallyReturn(link, watch)
         self._settings = settings
         self._facts: asyncio.Queue[LinkFact] = asyncio.Queue(WAITING_FACTS)
         self._start_asked = asyncio.Event()
@@ -352,8 +352,7 @@ def assemble(
     changer = MissionChanger(link, facts, recorder, watch, settings, clock)
     sender = OrderSender(link, recorder, watch, settings, changer.break_off)
     consents = Consents(watch, recorder)
-    rally_return = RallyReturn(link, watch)
-    flight = RunFlight(link, recorder, preparation, watch, sender, consents, changer, rally_return, settings)
+    flight = RunFlight(link, recorder, preparation, watch, sender, consents, changer, settings)
     return Assembled(flight, recorder, watch)
 
 

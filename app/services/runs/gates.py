@@ -8,15 +8,15 @@ from dataclasses import replace
 from typing import Final, Protocol
 
 from app.domain.errors import ConflictError, PlanRejectedError, VehicleBusyError
-from app.domain.mission.compiler import compile_plan
-from app.domain.mission.mission import Mission
+from app.domain.flight.modes import armed_by_others
+from app.domain.mission import Mission
 from app.domain.plan import Plan
+from app.domain.plan.compiler import compile_plan
+from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.prediction import Timeline, Wind
 from app.domain.rules import Finding, Severity, check_plan, checked
 from app.domain.run.run import Run
 from app.domain.vehicle.clock import TOO_FAST_HINT, is_too_fast, needs_longer_look, too_fast_words
-from app.domain.vehicle.link import VehicleLink
-from app.domain.vehicle.modes import armed_by_others
 from app.domain.vehicle.state import GlobalPosition, LandedState, VehicleProfile
 from app.services.clock import Clock
 from app.services.fleet import FleetVehicle

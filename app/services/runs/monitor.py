@@ -42,10 +42,11 @@ from app.domain.flight.inputs import (
 from app.domain.flight.look import DivertOrder, FailureOrder, Order, ReleaseOrder, ResumeOrder, VehicleSnapshot
 from app.domain.flight.step import step
 from app.domain.flight.supervised_release import SupervisedRelease
-from app.domain.mission.mission import NAN
+from app.domain.mission import NAN
+from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.run.run import Asked, Run
 from app.domain.vehicle.commands import CommandRequest
-from app.domain.vehicle.link import LinkFact, VehicleLink
+from app.domain.vehicle.facts import LinkFact
 from app.domain.vehicle.state import FlightMode
 from app.services.clock import Clock
 from app.services.runs.recorder import FlightLogbook, RunRecorder

@@ -19,12 +19,13 @@ from app.domain.errors import (
     WaydropError,
 )
 from app.domain.events.run import CommandOutcome, RunAck, RunCommand, RunPlanRefused, RunUploadProgress, answer
-from app.domain.mission.mission import NAN, MavCmd, Mission
+from app.domain.flight.modes import armed_by_others, arming_obstacle, disarmed_by_others, hold_hint
+from app.domain.mission import NAN, MavCmd, Mission
+from app.domain.ports.vehicle_link import UploadProgress, VehicleLink
 from app.domain.reasons import ReasonCode, because
 from app.domain.run.run import RunState
 from app.domain.vehicle.commands import CommandRequest, MavResult
-from app.domain.vehicle.link import LinkFact, ParametersChanged, UploadProgress, VehicleLink
-from app.domain.vehicle.modes import armed_by_others, arming_obstacle, disarmed_by_others, hold_hint
+from app.domain.vehicle.facts import LinkFact, ParametersChanged
 from app.domain.vehicle.state import FlightMode
 from app.services.clock import Clock
 from app.services.runs.gates import refuse_fast_clock

@@ -17,12 +17,12 @@ from app.domain.flight.flight import Flight
 from app.domain.flight.inputs import FlightEffect, FlightInput
 from app.domain.flight.leg import drop_records
 from app.domain.flight.recording import Line, Recorder, as_text, began
-from app.domain.mission.mission import Mission, mission_hash
+from app.domain.mission import Mission, mission_hash
+from app.domain.ports.stores import FlightLog, StoredPlan
+from app.domain.ports.vehicle_link import VehicleIdentity
 from app.domain.prediction import Wind
 from app.domain.reasons import Reason
 from app.domain.run.run import Run, RunState
-from app.domain.stores import FlightLog, StoredPlan
-from app.domain.vehicle.link import VehicleIdentity
 from app.services.clock import Clock
 from app.services.journal import Journal
 from app.services.plans import NewPlan

@@ -16,15 +16,15 @@ from app.domain.events.run import RunChanged, RunMissionChanged
 from app.domain.flight.inputs import TakenUp
 from app.domain.flight.leg import changed_to
 from app.domain.flight.supervised_release import withdrawn
-from app.domain.mission.compiler import compile_plan
-from app.domain.mission.mission import Mission, MissionItem, MissionType
+from app.domain.mission import Mission, MissionItem, MissionType
 from app.domain.plan import Plan
+from app.domain.plan.compiler import compile_plan
+from app.domain.ports.stores import FlightLog
+from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.prediction import CALM, Timeline, predict
 from app.domain.reasons import Reason, ReasonCode, because
 from app.domain.run.remaining_mission import rest_of
 from app.domain.run.run import PlanChange, Run, RunState
-from app.domain.stores import FlightLog
-from app.domain.vehicle.link import VehicleLink
 from app.domain.vehicle.state import VehicleProfile
 from app.services.clock import Clock
 from app.services.fleet import Fleet

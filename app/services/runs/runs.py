@@ -12,11 +12,11 @@ from app.domain.drop.consent import Answer
 from app.domain.errors import NotFoundError, WrongStateError
 from app.domain.events.run import RunCreated, RunPredicted
 from app.domain.plan import Plan
+from app.domain.ports.stores import ALL_RUNS, FlightLog, RunFilter, RunStore, StoredPlan
+from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.prediction import CALM, Wind
 from app.domain.run.remaining_mission import refuse_continued
 from app.domain.run.run import Run, RunState
-from app.domain.stores import ALL_RUNS, FlightLog, RunFilter, RunStore, StoredPlan
-from app.domain.vehicle.link import VehicleLink
 from app.services.clock import Clock
 from app.services.fleet import Fleet, FleetVehicle
 from app.services.journal import Journal

@@ -6,9 +6,9 @@ from contextlib import aclosing
 from dataclasses import dataclass, replace
 from typing import Final, Literal, Protocol
 
+from app.domain.autopilot.capability import FlightKind
 from app.domain.errors import LeaseLostError, LinkError, SetpointRefusedError, VehicleRefusedError
-from app.domain.mission.mission import NAN, MavCmd
-from app.domain.offboard.capability import FlightKind
+from app.domain.mission import NAN, MavCmd
 from app.domain.offboard.control_method import ControlMethod
 from app.domain.offboard.limits import limit
 from app.domain.offboard.setpoints import PositionNed
@@ -16,8 +16,8 @@ from app.domain.offboard.state import OffboardState
 from app.domain.offboard.tasks.commanded import CircleAt, FlyTo, Order, Wing, order, order_request
 from app.domain.offboard.tasks.course import EkfOrigin, Ground, Reference, circle_around, refuse_outside
 from app.domain.offboard.tasks.guidance import CRUISE_M_S, Fix, SetpointRequest, learnt_lag_s, stand, steer
+from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.vehicle.commands import CommandRequest, MavResult
-from app.domain.vehicle.link import VehicleLink
 from app.domain.vehicle.state import VehicleState
 from app.services.offboard.control import OffboardControl
 

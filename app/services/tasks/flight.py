@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from enum import StrEnum
 from typing import Final, Literal
 
+from app.domain.autopilot.capability import FlightKind
 from app.domain.errors import SetpointRefusedError, WaydropError
 from app.domain.events.vehicle import TaskChange, TasksChanged, TasksGripper
-from app.domain.offboard.capability import FlightKind
 from app.domain.offboard.control_method import ControlMethod
 from app.domain.offboard.state import OffboardState
 from app.domain.offboard.tasks.course import EkfOrigin, PointCourse, Reference

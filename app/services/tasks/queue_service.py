@@ -12,8 +12,8 @@ from app.domain.offboard.tasks.admission import course_of, refuse_beyond
 from app.domain.offboard.tasks.course import Course, EkfOrigin
 from app.domain.offboard.tasks.forms import Circle, Goto, InsertMode, Motion, Task, TaskPoint, TaskTerms, WhenEmpty
 from app.domain.offboard.tasks.queue import QueuedTask
+from app.domain.ports.vehicle_link import Unsubscribe
 from app.domain.reasons import ReasonCode, because
-from app.domain.vehicle.link import Unsubscribe
 from app.services.clock import Clock
 from app.services.fleet import Fleet
 from app.services.offboard import Offboard

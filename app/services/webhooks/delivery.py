@@ -14,7 +14,7 @@ import structlog
 
 from app.domain.errors import StorageError
 from app.domain.events import Event, EventKind
-from app.domain.stores import PlanStore
+from app.domain.ports.stores import PlanStore
 from app.domain.webhooks.lifecycle import Lifecycle, may_be_news
 from app.domain.webhooks.message import Message, job_messages, messages_of
 from app.domain.webhooks.webhook import (

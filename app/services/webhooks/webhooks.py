@@ -11,8 +11,8 @@ import structlog
 
 from app.domain.errors import ConflictError, InvalidInputError, NotFoundError
 from app.domain.events.service import HookChange, WebhookChanged
+from app.domain.ports.stores import PlanStore
 from app.domain.reasons import ReasonCode, because
-from app.domain.stores import PlanStore
 from app.domain.webhooks.lifecycle import DeliveryEvent
 from app.domain.webhooks.message import Message
 from app.domain.webhooks.webhook import (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Mapping
 
-from app.domain.mission.mission import Mission, MissionItem, MissionType
+from app.domain.mission import Mission, MissionItem, MissionType
 from app.domain.vehicle.state import FirmwareVersion, VehicleProfile, VehicleType
 from app.simulator.airframe import AIRFRAMES
 from app.simulator.firmware import PX4_MAIN, FirmwareProfile

@@ -18,8 +18,8 @@ from collections.abc import Callable
 from hypothesis import HealthCheck, Phase, given, seed, settings
 
 from app.domain.errors import PlanRejectedError
-from app.domain.mission.compiler import compile_plan
 from app.domain.plan import Plan
+from app.domain.plan.compiler import compile_plan
 from app.domain.rules import check_plan
 from app.domain.validation.finding import Severity
 from app.domain.vehicle.state import VehicleType

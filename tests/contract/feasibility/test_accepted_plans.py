@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hypothesis import HealthCheck, given, settings
 
-from app.domain.mission.compiler import compile_plan
+from app.domain.plan.compiler import compile_plan
 from app.domain.rules import check_plan
 from app.domain.validation.finding import Severity
 from tests.contract.feasibility.autopilot import facts_of, refusals

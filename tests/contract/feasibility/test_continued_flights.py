@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from app.domain.errors import PlanRejectedError
 from app.domain.items import Jump, Takeoff
-from app.domain.mission.compiler import compile_plan
-from app.domain.mission.mission import MavCmd
+from app.domain.mission import MavCmd
 from app.domain.plan import Plan
+from app.domain.plan.compiler import compile_plan
 from app.domain.plan.drops import drops_of
 from app.domain.plan.walk import Step, reference_home, walk
 from app.domain.rules import check_plan

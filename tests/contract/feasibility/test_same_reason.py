@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from app.domain.mission.compiler import compile_plan
 from app.domain.plan import Plan
+from app.domain.plan.compiler import compile_plan
 from app.domain.rules import check_plan
 from app.domain.validation.finding import Severity
 from app.simulator.mission import feasibility

@@ -9,7 +9,7 @@ from typing import Protocol
 
 import pytest
 
-from app.domain.stores import AnswerStore, EventStore, FlightLog, JobStore, PlanStore, RunStore, TokenStore
+from app.domain.ports.stores import AnswerStore, EventStore, FlightLog, JobStore, PlanStore, RunStore, TokenStore
 from app.domain.webhooks.webhook import WebhookStore
 from app.storage import open_storage
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.domain.stores import MOST_RUNS
+from app.domain.ports.stores import MOST_RUNS
 from tests.contract.storage.conftest import Opener, Stores
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from app.domain.jobs.job import JobState, Wish
 from app.domain.jobs.queue import VehicleQueue
-from app.domain.stores import ALL_JOBS, JobFilter
+from app.domain.ports.stores import ALL_JOBS, JobFilter
 from tests.contract.storage.conftest import Opener, Stores
 from tests.support.job_examples import a_job
 from tests.support.reasons import some

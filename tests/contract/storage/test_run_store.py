@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from app.domain.ports.stores import ALL_RUNS, RunFilter
 from app.domain.run.run import Run, RunState
-from app.domain.stores import ALL_RUNS, RunFilter
 from tests.contract.storage.conftest import Opener, Stores
 from tests.support.stored_samples import plan, run
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from app.domain.errors import StorageError
-from app.domain.stores import StoredToken
+from app.domain.ports.stores import StoredToken
 from tests.contract.storage.conftest import Opener, Stores
 from tests.support.stored_samples import token
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from app.domain.vehicle.link import VehicleLink
+from app.domain.ports.vehicle_link import VehicleLink
 from tests.support.driving import opened_link
 from tests.support.simulated import SimulatedFleet
 

@@ -9,9 +9,10 @@ from collections.abc import Iterator
 import pytest
 
 from app.domain.errors import ConflictError, LinkError, LinkTimeoutError
-from app.domain.mission.mission import NAN, MavCmd
+from app.domain.mission import NAN, MavCmd
+from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.vehicle.commands import CommandAck, CommandRequest, MavResult
-from app.domain.vehicle.link import GripperOutput, VehicleLink
+from app.domain.vehicle.facts import GripperOutput
 from tests.support.driving import Heard, armed, opened, until
 from tests.support.simulated import SimulatedFleet
 

@@ -9,7 +9,8 @@ from contextlib import suppress
 import pytest
 
 from app.domain.errors import LinkTimeoutError, VehicleQuarantinedError
-from app.domain.vehicle.link import DuplicateSystem, LinkLost, LinkRestored, Rebooted, StatusText, VehicleLink
+from app.domain.ports.vehicle_link import VehicleLink
+from app.domain.vehicle.facts import DuplicateSystem, LinkLost, LinkRestored, Rebooted, StatusText
 from app.domain.vehicle.state import FlightMode, GnssFix, VehicleType
 from tests.support.driving import Heard, flying, mission, opened, opened_link, until, uploaded
 from tests.support.simulated import SimulatedFleet

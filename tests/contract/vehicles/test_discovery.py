@@ -10,7 +10,8 @@ import time
 import pytest
 
 from app.domain.errors import LinkError, VehicleQuarantinedError
-from app.domain.vehicle.link import DuplicateSystem, VehicleLink
+from app.domain.ports.vehicle_link import VehicleLink
+from app.domain.vehicle.facts import DuplicateSystem
 from app.domain.vehicle.state import VehicleType
 from app.vehicles import MavsdkLinkSource
 from app.vehicles.native import MAX_INSTANCES

@@ -9,8 +9,9 @@ from dataclasses import replace
 import pytest
 
 from app.domain.errors import LinkTimeoutError, VehicleRefusedError
-from app.domain.mission.mission import MavCmd, MavFrame, Mission, MissionItem
-from app.domain.vehicle.link import ItemReached, MissionCurrent, StateChanged, VehicleLink
+from app.domain.mission import MavCmd, MavFrame, Mission, MissionItem
+from app.domain.ports.vehicle_link import VehicleLink
+from app.domain.vehicle.facts import ItemReached, MissionCurrent, StateChanged
 from app.domain.vehicle.state import FlightMode, LandedState, MissionState
 from tests.support.driving import Heard, armed, flying, mission, opened_link, square_fence, until, uploaded, waypoint
 from tests.support.simulated import SimulatedFleet

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from app.domain.errors import LinkTimeoutError, VehicleTakenError
-from app.domain.mission.mission import MavCmd
+from app.domain.mission import MavCmd
 from app.vehicles import LinkSettings
 from tests.contract.vehicles.listening_vehicle import ListeningVehicle, listening_vehicle
 from tests.support.driving import opened_link

@@ -8,9 +8,9 @@ from contextlib import asynccontextmanager, suppress
 
 import pytest
 
-from app.domain.mission.mission import NAN, MavCmd
+from app.domain.mission import NAN, MavCmd
 from app.domain.offboard.encode import encode
-from app.domain.vehicle.link import VehicleLink
+from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.vehicle.state import FlightMode
 from app.vehicles.command_sender import command
 from tests.support.driving import armed, opened_link, until

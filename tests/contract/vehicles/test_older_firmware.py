@@ -6,8 +6,8 @@ from collections.abc import AsyncIterator, Iterator
 
 import pytest
 
-from app.domain.mission.mission import MissionType
-from app.domain.vehicle.link import VehicleLink
+from app.domain.mission import MissionType
+from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.vehicle.state import MissionState
 from app.vehicles.mission_wire import first_difference
 from tests.support.driving import armed, mission, opened_link, until, uploaded

@@ -10,7 +10,8 @@ from typing import NamedTuple
 import pytest
 
 from app.domain.errors import LinkTimeoutError
-from app.domain.vehicle.link import LinkLost, LinkRestored, ParametersChanged, VehicleLink
+from app.domain.ports.vehicle_link import VehicleLink
+from app.domain.vehicle.facts import LinkLost, LinkRestored, ParametersChanged
 from tests.support.driving import Heard, opened_link, until
 from tests.support.second_station import SecondStation
 from tests.support.simulated import SimulatedFleet

@@ -11,13 +11,13 @@ from typing import Any
 
 import pytest
 
+from app.domain.autopilot.capability import FirmwareProfile, FlightKind
 from app.domain.errors import SetpointRefusedError, VehicleRefusedError
-from app.domain.mission.mission import NAN, MavCmd
-from app.domain.offboard.capability import FirmwareProfile, FlightKind
+from app.domain.mission import NAN, MavCmd
 from app.domain.offboard.control_method import capabilities
 from app.domain.offboard.encode import encode
 from app.domain.offboard.messages import AttitudeTarget, LocalTarget, SetpointMessage
-from app.domain.vehicle.link import VehicleLink
+from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.vehicle.state import FlightMode
 from app.vehicles.command_sender import command
 from app.vehicles.encoders import SetpointOut

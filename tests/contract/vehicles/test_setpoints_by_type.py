@@ -8,11 +8,11 @@ from contextlib import asynccontextmanager
 
 import pytest
 
-from app.domain.mission.mission import NAN, MavCmd
-from app.domain.offboard.capability import FlightKind
+from app.domain.autopilot.capability import FlightKind
+from app.domain.mission import NAN, MavCmd
 from app.domain.offboard.encode import encode
 from app.domain.offboard.messages import SetpointMessage
-from app.domain.vehicle.link import VehicleLink
+from app.domain.ports.vehicle_link import VehicleLink
 from app.domain.vehicle.state import FlightMode, GlobalPosition, LandedState
 from app.vehicles.command_sender import command
 from tests.support.driving import armed, opened, until

@@ -9,8 +9,8 @@ from dataclasses import replace
 import pytest
 
 from app.domain.errors import UploadError
-from app.domain.mission.mission import MavCmd, MavFrame, Mission, MissionItem, MissionType
-from app.domain.vehicle.link import VehicleLink
+from app.domain.mission import MavCmd, MavFrame, Mission, MissionItem, MissionType
+from app.domain.ports.vehicle_link import VehicleLink
 from app.vehicles.mission_wire import first_difference
 from tests.support.driving import mission, rally_point, square_fence, until, uploaded
 

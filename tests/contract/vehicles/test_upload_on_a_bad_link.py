@@ -9,8 +9,8 @@ from contextlib import aclosing
 import pytest
 
 from app.domain.errors import LinkError, UploadError
-from app.domain.mission.mission import Mission, MissionType
-from app.domain.vehicle.link import VehicleLink
+from app.domain.mission import Mission, MissionType
+from app.domain.ports.vehicle_link import VehicleLink
 from app.vehicles import LinkSettings
 from app.vehicles.mission_wire import first_difference
 from tests.support.driving import collected, mission, opened, opened_link, rally_point, square_fence, until, uploaded

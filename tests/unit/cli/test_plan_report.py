@@ -8,8 +8,8 @@ import pytest
 from rich.console import Console
 
 from app.cli.plan_report import show_timeline
+from app.domain.autopilot.declared import default_facts
 from app.domain.prediction import CALM, Wind, predict
-from app.domain.vehicle.declared import default_facts
 from tests.support.plan_pieces import multicopter, waypoint
 
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 import pytest
 
 from app.domain.errors import InvalidInputError, NotFoundError
-from app.domain.stores import StoredToken
+from app.domain.ports.stores import StoredToken
 from app.services.access import CACHED_FOR_S, CACHED_TOKENS, Access, Principal, Role
 from tests.support.fakes import ManualClock
 

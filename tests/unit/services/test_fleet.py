@@ -11,8 +11,9 @@ import pytest
 
 from app.domain.errors import ConflictError, NotFoundError, VehicleQuarantinedError, VehicleRefusedError
 from app.domain.events import EventKind
+from app.domain.ports.vehicle_link import Unsubscribe, VehicleLink
 from app.domain.reasons import ReasonCode, because
-from app.domain.vehicle.link import DuplicateSystem, LinkLost, LinkRestored, StatusText, Unsubscribe, VehicleLink
+from app.domain.vehicle.facts import DuplicateSystem, LinkLost, LinkRestored, StatusText
 from app.domain.vehicle.state import FlightMode, LandedState
 from app.services.clock import SystemClock
 from app.services.fleet import Fleet

@@ -12,8 +12,8 @@ import pytest
 from app.domain.errors import NotFoundError, PlanRejectedError, StorageError
 from app.domain.events import EventKind
 from app.domain.plan import Plan, parse_plan, plan_hash
+from app.domain.ports.stores import StoredPlan
 from app.domain.rules import default_facts
-from app.domain.stores import StoredPlan
 from app.domain.vehicle.state import VehicleType
 from app.services.journal import Journal
 from app.services.plans import CACHED_VIEWS, KnownPlans, Plans

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from app.domain.vehicle.simulated import FAULT_KINDS, FaultOrder
+from app.domain.ports.simulated_vehicles import FAULT_KINDS, FaultOrder
 from app.simulator.fault_control import DEEDS, FaultControl, lasting_faults
 from app.simulator.fleet import Fleet
 from app.simulator.options import Options, VehicleOptions

@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from app.domain.mission.mission import MavCmd
+from app.domain.mission import MavCmd
 from app.domain.offboard.tasks.commanded import CIRCLE_HERE, CircleAt, FlyTo, order_request
 from app.vehicles.command_sender import _encoded
 from app.vehicles.encoders import CommandInt, CommandLong

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.domain.vehicle.modes import ModeTracker
+from app.domain.flight.modes import ModeTracker
 from app.domain.vehicle.state import FlightMode, GnssFix
 from app.vehicles.decoders import CurrentMode, GlobalPositionInt, GpsRawInt, Heartbeat
 from app.vehicles.measurements import Measurements

@@ -18,7 +18,7 @@ from typing import Any, Final
 import pytest
 
 from app.domain.flight.progress import MissionProgress
-from app.domain.mission.mission import MavCmd, MavFrame, Mission, MissionItem
+from app.domain.mission import MavCmd, MavFrame, Mission, MissionItem
 from app.vehicles.link_watch import ItemVisits
 from tests.support.paths import DATA
 

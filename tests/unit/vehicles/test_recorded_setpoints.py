@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
+from app.domain.autopilot.capability import FirmwareProfile, FlightKind
 from app.domain.autopilot.px4.modes import mode_numbers
 from app.domain.errors import SetpointRefusedError
-from app.domain.mission.mission import MavCmd
-from app.domain.offboard.capability import FirmwareProfile, FlightKind
+from app.domain.mission import MavCmd
 from app.domain.offboard.control_method import FORMS
 from app.domain.offboard.encode import Follower, encode
 from app.domain.offboard.messages import WIRE_FORMS, Ignore, SetpointFrame

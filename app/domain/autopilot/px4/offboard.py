@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-from app.domain.offboard.capability import YES, AuditEntry, Cell, FirmwareProfile, FlightKind, Verdict
-from app.domain.offboard.messages import WIRE_FORMS
+from app.domain.autopilot.capability import YES, AuditEntry, Cell, FirmwareProfile, FlightKind, Verdict
 from app.domain.vehicle.state import FirmwareVersion
 
 # Which vehicle with PX4 takes which setpoint form, by its documents and as flown. They differ.
@@ -91,7 +90,7 @@ TABLE: Final[Mapping[FlightKind, Mapping[str, Cell]]] = {
     FlightKind.ROTARY: {**_ROTARY, **_REFUSED_BY_ALL},
     FlightKind.WING: {**_WING, **_REFUSED_BY_ALL},
     FlightKind.ROVER: {**_ROVER, **_REFUSED_BY_ALL},
-    FlightKind.AIRSHIP: dict.fromkeys(WIRE_FORMS, Cell(_AIRSHIP, _AIRSHIP)),
+    FlightKind.AIRSHIP: dict.fromkeys({**_ROTARY, **_REFUSED_BY_ALL}, Cell(_AIRSHIP, _AIRSHIP)),
 }
 
 

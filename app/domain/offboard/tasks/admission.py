@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Final
 
+from app.domain.autopilot.capability import FlightKind
 from app.domain.errors import SetpointRefusedError, TaskRefusedError
-from app.domain.offboard.capability import FlightKind
 from app.domain.offboard.limits import OffboardLimits, VehiclePose
 from app.domain.offboard.tasks.commanded import Wing, outline
 from app.domain.offboard.tasks.course import (

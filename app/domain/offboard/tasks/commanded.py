@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from typing import Final
 
 from app.domain.autopilot import Behaviour
+from app.domain.autopilot.capability import FlightKind
 from app.domain.geo import LocalProjection
-from app.domain.mission.mission import NAN, MavCmd
-from app.domain.offboard.capability import FlightKind
+from app.domain.mission import NAN, MavCmd
 from app.domain.offboard.tasks.course import (
     CircleCourse,
     Course,

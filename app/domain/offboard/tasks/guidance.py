@@ -13,8 +13,8 @@ from typing import Final
 
 from pydantic import ValidationError
 
+from app.domain.autopilot.capability import FlightKind
 from app.domain.errors import SetpointRefusedError
-from app.domain.offboard.capability import FlightKind
 from app.domain.offboard.setpoints import PositionNed, PositionVelocityNed, Setpoint, VelocityNed
 from app.domain.offboard.tasks.course import (
     CORNERS,

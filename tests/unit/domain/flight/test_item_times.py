@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from app.domain.flight.progress import EndedItem, ItemTimes, MissionProgress
-from app.domain.mission.mission import MavCmd, MavFrame, Mission, MissionItem
+from app.domain.mission import MavCmd, MavFrame, Mission, MissionItem
 
 W, LAND, RTL = MavCmd.NAV_WAYPOINT, MavCmd.NAV_LAND, MavCmd.NAV_RETURN_TO_LAUNCH
 

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.domain.flight.progress import MissionProgress
-from app.domain.mission.mission import MavCmd, MavFrame, Mission, MissionItem
+from app.domain.mission import MavCmd, MavFrame, Mission, MissionItem
 from app.vehicles.link_watch import ItemVisits
 
 

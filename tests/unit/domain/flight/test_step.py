@@ -9,17 +9,10 @@ from hypothesis import given, settings
 
 from app.domain.drop.record import DropOutcome, DropPhase
 from app.domain.flight.flight import Flight
-from app.domain.flight.inputs import (
-    FlightEffect,
-    FlightInput,
-    Looked,
-    Record,
-    ReleaseAnswered,
-    TakenUp,
-)
+from app.domain.flight.inputs import FlightEffect, FlightInput, Looked, Record, ReleaseAnswered, TakenUp
 from app.domain.flight.look import ReleaseOrder
 from app.domain.flight.step import _STEPS, step
-from app.domain.mission.mission import MavCmd
+from app.domain.mission import MavCmd
 from app.domain.run.run import TERMINAL, Run, RunState
 from app.domain.vehicle.commands import CommandAck, MavResult
 from tests.support.flown_flights import DROP, Flown, a_flight, a_run

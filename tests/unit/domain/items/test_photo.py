@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
+from app.domain.autopilot.declared import default_facts
 from app.domain.drop.record import MOST_PICTURES, DropRecord
-from app.domain.mission.compiler import compile_plan
-from app.domain.mission.mission import MavCmd
+from app.domain.mission import MavCmd
+from app.domain.plan.compiler import compile_plan
 from app.domain.prediction import predict
-from app.domain.vehicle.declared import default_facts
 from app.domain.vehicle.state import Picture, VehicleState
 from tests.support.plan_pieces import gripper, multicopter, waypoint
 

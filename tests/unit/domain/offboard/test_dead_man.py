@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.domain.autopilot import autopilot
-from app.domain.offboard.capability import FlightKind
+from app.domain.autopilot.capability import FlightKind
 from app.domain.offboard.step import DeadMan, Silence
 
 ages = st.floats(0, 10)

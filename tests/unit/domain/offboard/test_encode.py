@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
+from app.domain.autopilot.capability import FirmwareProfile, FlightKind
 from app.domain.errors import SetpointRefusedError
-from app.domain.offboard.capability import FirmwareProfile, FlightKind
 from app.domain.offboard.control_method import capability
 from app.domain.offboard.encode import encode
 from app.domain.offboard.messages import AttitudeTarget, GlobalTarget, LocalTarget, SetpointFrame

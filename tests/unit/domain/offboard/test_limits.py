@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 from app.domain.airspace.geofence import FenceArea, onboard_fence
 from app.domain.autopilot import behaviour_of
+from app.domain.autopilot.capability import FlightKind
 from app.domain.errors import SetpointRefusedError
 from app.domain.geo import LocalProjection
-from app.domain.mission.mission import MavCmd, MavFrame, MissionItem, MissionType
-from app.domain.offboard.capability import FlightKind
+from app.domain.mission import MavCmd, MavFrame, MissionItem, MissionType
 from app.domain.offboard.limits import OffboardLimits, VehiclePose, limit, tilt_deg
 from app.domain.offboard.setpoints import Attitude, PositionNed, Setpoint, VelocityBody, VelocityNed
 from app.domain.vehicle.state import FirmwareVersion, VehicleType

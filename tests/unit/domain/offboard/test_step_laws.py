@@ -34,7 +34,7 @@ from app.domain.offboard.inputs import (
 from app.domain.offboard.state import SENDING, TRANSITIONS, Control, Lease, LeaseChange, OffboardState, who_acts
 from app.domain.offboard.step import step
 from app.domain.reasons import ReasonCode, because
-from app.domain.vehicle.link import DuplicateSystem, LinkLost, Rebooted, StateChanged
+from app.domain.vehicle.facts import DuplicateSystem, LinkLost, Rebooted, StateChanged
 from app.domain.vehicle.state import FlightMode, VehicleState
 
 _S = OffboardState

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from app.domain.autopilot import autopilot
-from app.domain.offboard.capability import FirmwareProfile, FlightKind, flight_kind
+from app.domain.autopilot.capability import FirmwareProfile, FlightKind, flight_kind
 from app.domain.offboard.control_method import capabilities, capability
 from app.domain.offboard.document import with_tables
 from app.domain.offboard.messages import WIRE_FORMS, Estimate

@@ -8,18 +8,18 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 
 from app.cli.run_view import verdict
+from app.domain.autopilot.declared import default_facts
 from app.domain.drop.record import Certainty, DropOutcome, DropPhase, DropRecord
 from app.domain.flight.progress import EndedItem, MissionProgress
 from app.domain.jobs.job import why_bad
-from app.domain.mission.compiler import compile_plan
-from app.domain.mission.mission import MavCmd, Mission, MissionItem
+from app.domain.mission import MavCmd, Mission, MissionItem
 from app.domain.plan import Plan
+from app.domain.plan.compiler import compile_plan
 from app.domain.plan.parse import PlanInvalid
 from app.domain.prediction import predict
+from app.domain.proof.comparison import compare
 from app.domain.reasons import ReasonCode, because
-from app.domain.run.comparison import compare
 from app.domain.run.run import Run, RunState
-from app.domain.vehicle.declared import default_facts
 from tests.support.plan_pieces import at, gripper, multicopter, plan, rover, waypoint
 from tests.support.plan_strategies import PLANS, sensible_plans
 from tests.support.reasons import some

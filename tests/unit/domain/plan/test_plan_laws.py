@@ -10,14 +10,14 @@ from typing import Any
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
+from app.domain.autopilot.declared import default_facts
 from app.domain.errors import PlanRejectedError
-from app.domain.mission.compiler import compile_plan
-from app.domain.mission.mission import MavCmd, MavFrame, Mission
+from app.domain.mission import MavCmd, MavFrame, Mission
 from app.domain.plan import Gripper, Plan, PlanInvalid, Winch, parse_plan, plan_hash
+from app.domain.plan.compiler import compile_plan
 from app.domain.prediction import predict
 from app.domain.rules import check_plan
 from app.domain.validation.finding import Finding, Severity
-from app.domain.vehicle.declared import default_facts
 from tests.support.plan_strategies import JSON_SCRAP, PLANS, damaged_documents, sensible_plans, vehicle_facts
 
 SLOW_DATA = settings(suppress_health_check=[HealthCheck.too_slow], deadline=None)

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
+from app.domain.autopilot.declared import declared_for, require_known_keys
 from app.domain.prediction import Timeline, Wind, predict
-from app.domain.vehicle.declared import declared_for, require_known_keys
 from app.domain.vehicle.performance import Performance, Phase
 from app.domain.vehicle.state import VehicleType
 from tests.support.plan_pieces import facts, fixed_wing, gripper, multicopter, rover, vtol, waypoint

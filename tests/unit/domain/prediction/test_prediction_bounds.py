@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from app.domain.autopilot.declared import default_facts
 from app.domain.plan import Plan, parse_plan
 from app.domain.plan.walk import speed_range_m_s
 from app.domain.prediction import predict
 from app.domain.rules import check_plan
-from app.domain.vehicle.declared import default_facts
 from app.domain.vehicle.state import FlightRegime, VehicleType
 from tests.support.paths import PLANS
 from tests.support.plan_pieces import HOME, facts

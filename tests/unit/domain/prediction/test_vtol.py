@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from app.domain.autopilot.declared import default_facts
 from app.domain.prediction import Wind, predict, vtol
 from app.domain.prediction.motion import FlightContext, MotionState
-from app.domain.vehicle.declared import default_facts
 from app.domain.vehicle.state import VehicleType
 from tests.support.plan_pieces import HOME, land, plan, takeoff, transition, waypoint
 from tests.support.plan_pieces import vtol as vtol_plan

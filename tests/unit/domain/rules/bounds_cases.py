@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from app.domain.vehicle.declared import default_facts
+from app.domain.autopilot.declared import default_facts
 from app.domain.vehicle.state import GlobalPosition, VehicleType
 from tests.support.plan_pieces import (
     HOME,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.domain.mission.mission import NAN, MavCmd
+from app.domain.mission import NAN, MavCmd
 from app.domain.vehicle.commands import CommandAck, CommandRequest, MavResult, PendingCommand
 
 REQUEST = CommandRequest(

@@ -8,12 +8,12 @@ from typing import Any, cast
 
 import pytest
 
+from app.domain.autopilot.declared import default_facts
 from app.domain.jobs.assignment import VehicleSight, hopeless
 from app.domain.jobs.job import Candidate, Wish
 from app.domain.plan import Plan, parse_plan
 from app.domain.plan.walk import reference_home
 from app.domain.prediction import CALM, Wind, predict
-from app.domain.vehicle.declared import default_facts
 from app.domain.vehicle.performance import Performance
 from app.domain.vehicle.state import LandedState, VehicleProfile, VehicleState, VehicleType
 from app.services.fleet import Fleet

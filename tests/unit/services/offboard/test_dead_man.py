@@ -12,7 +12,7 @@ from app.domain.errors import LeaseLostError, LinkError
 from app.domain.offboard.messages import LocalTarget
 from app.domain.offboard.state import OffboardState
 from app.domain.reasons import ReasonCode, because, in_words
-from app.domain.vehicle.link import DuplicateSystem, LinkLost, Rebooted
+from app.domain.vehicle.facts import DuplicateSystem, LinkLost, Rebooted
 from app.domain.vehicle.state import FlightMode, VehicleState, VehicleType
 from tests.support.offboard_fixture import SETTINGS, Cockpit, cockpit
 from tests.support.reasons import some, words

@@ -6,8 +6,9 @@ import pytest
 
 from app.domain.errors import LeaseHeldError, LeaseLostError, OffboardNotReadyError, VehicleQuarantinedError
 from app.domain.offboard.state import OffboardState
+from app.domain.ports.vehicle_link import VehicleIdentity
 from app.domain.reasons import ReasonCode, because
-from app.domain.vehicle.link import DuplicateSystem, VehicleIdentity
+from app.domain.vehicle.facts import DuplicateSystem
 from tests.support.offboard_fixture import cockpit
 from tests.support.reasons import some
 from tests.support.setpoint_examples import example

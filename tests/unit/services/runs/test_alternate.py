@@ -15,7 +15,7 @@ from app.domain.events import NewEvent
 from app.domain.flight.leg import concluded_drops
 from app.domain.reasons import ReasonCode, because
 from app.domain.run.run import RunState
-from app.domain.targets.report import TargetReport
+from app.domain.targets import TargetReport
 from app.domain.vehicle.commands import MavResult
 from app.domain.vehicle.state import FlightMode
 from tests.support.events import data_of

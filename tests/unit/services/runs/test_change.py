@@ -16,7 +16,7 @@ from app.domain.errors import (
     VehicleRefusedError,
     WrongStateError,
 )
-from app.domain.mission.mission import MavCmd
+from app.domain.mission import MavCmd
 from app.domain.reasons import in_words
 from app.domain.run.run import RunState
 from app.domain.vehicle.state import LandedState

@@ -21,10 +21,10 @@ from app.domain.errors import (
 from app.domain.events import Event
 from app.domain.events.run import RunAck
 from app.domain.flight.look import FailureOrder
-from app.domain.mission.mission import MavCmd
+from app.domain.mission import MavCmd
 from app.domain.plan import parse_plan
+from app.domain.ports.stores import StoredPlan
 from app.domain.run.run import Run, RunState
-from app.domain.stores import StoredPlan
 from app.domain.vehicle.state import FlightMode, LandedState
 from app.services.plans import NewPlan, PlanCheck
 from tests.support.changed_flight import Document, begun, clinic_moved, fly, item, store

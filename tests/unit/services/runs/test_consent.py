@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from app.domain.autopilot.declared import default_facts
 from app.domain.drop.consent import Answer, ConsentRecord, ConsentState, is_new_answer
 from app.domain.drop.record import DropOutcome, DropPhase, DropRecord
 from app.domain.errors import (
@@ -22,11 +23,10 @@ from app.domain.events import EventKind
 from app.domain.flight.look import ResumeOrder, VehicleSnapshot
 from app.domain.flight.progress import MissionProgress
 from app.domain.flight.supervised_release import SupervisedRelease
-from app.domain.mission.compiler import compile_plan
 from app.domain.plan import parse_plan
+from app.domain.plan.compiler import compile_plan
 from app.domain.reasons import in_words
 from app.domain.run.run import RunState
-from app.domain.vehicle.declared import default_facts
 from app.domain.vehicle.state import FlightMode, VehicleState, VehicleType
 from tests.support.events import data_of
 from tests.support.paths import PLANS

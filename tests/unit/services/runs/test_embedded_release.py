@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from app.domain.drop.record import Certainty, DropOutcome, DropRecord, OutputEvidence
-from app.domain.mission.mission import MavCmd
+from app.domain.mission import MavCmd
 from app.domain.reasons import in_words
 from app.domain.vehicle.state import LandedState
 from tests.support.embedded_flight import EmbeddedFlight, two_parcels

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from typing import Any
 
+from app.domain.autopilot.declared import default_facts
 from app.domain.drop.record import DropOutcome
 from app.domain.events import EventKind
 from app.domain.events.run import RunItemEnded
 from app.domain.flight.flight import ItemClock
 from app.domain.flight.look import VehicleSnapshot
 from app.domain.flight.progress import MissionProgress
-from app.domain.mission.compiler import compile_plan
 from app.domain.plan import parse_plan
+from app.domain.plan.compiler import compile_plan
 from app.domain.prediction import Timeline
-from app.domain.vehicle.declared import default_facts
 from app.domain.vehicle.state import FlightMode, VehicleState, VehicleType
 from app.services.delivery_reports import Comparisons
 from tests.support.events import data_of

@@ -8,7 +8,7 @@ import pytest
 
 from app.domain.reasons import in_words
 from app.domain.run.run import RunState
-from app.domain.vehicle.link import ItemReached, MissionCurrent
+from app.domain.vehicle.facts import ItemReached, MissionCurrent
 from app.domain.vehicle.state import FlightMode
 from tests.support.changed_flight import fly
 from tests.support.runs_fixture import Desk, desk

@@ -12,8 +12,8 @@ from app.domain.errors import StorageError
 from app.domain.events import Event, EventKind
 from app.domain.events.run import RunChanged, RunCommand, RunDrop
 from app.domain.plan import parse_plan
+from app.domain.ports.stores import StoredPlan
 from app.domain.run.run import Run, RunState
-from app.domain.stores import StoredPlan
 from app.domain.vehicle.state import VehicleType
 from app.services.journal import Journal
 from app.services.plans import NewPlan, PlanCheck

@@ -11,7 +11,7 @@ from app.domain.drop.record import DropOutcome
 from app.domain.errors import LinkTimeoutError, WrongStateError
 from app.domain.reasons import in_words
 from app.domain.run.run import RunState
-from app.domain.vehicle.link import ItemReached
+from app.domain.vehicle.facts import ItemReached
 from app.domain.vehicle.state import LandedState
 from tests.support.runs_fixture import Desk, desk, restarted
 

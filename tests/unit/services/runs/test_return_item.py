@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from app.domain.events import EventKind
-from app.domain.vehicle.link import ItemReached
+from app.domain.vehicle.facts import ItemReached
 from app.domain.vehicle.state import FlightMode
 from tests.support.changed_flight import fly
 from tests.support.events import data_of

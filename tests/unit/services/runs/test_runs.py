@@ -22,7 +22,7 @@ from app.domain.events.run import CommandOutcome, RunAck
 from app.domain.reasons import ReasonCode, because, in_words
 from app.domain.run.run import RunState
 from app.domain.vehicle.commands import MavResult
-from app.domain.vehicle.link import DuplicateSystem, Rebooted
+from app.domain.vehicle.facts import DuplicateSystem, Rebooted
 from app.domain.vehicle.state import FlightMode, LandedState, MissionState
 from tests.support.events import data_of
 from tests.support.runs_fixture import Desk, desk

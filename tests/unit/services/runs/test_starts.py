@@ -12,7 +12,7 @@ from app.domain.errors import LinkTimeoutError, VehicleRefusedError, VehicleTake
 from app.domain.reasons import in_words
 from app.domain.run.run import RunState
 from app.domain.vehicle.clock import VehicleClock
-from app.domain.vehicle.link import MissionCurrent, Rebooted
+from app.domain.vehicle.facts import MissionCurrent, Rebooted
 from app.domain.vehicle.state import FlightMode, LandedState
 from tests.support.runs_fixture import Desk, desk, restarted
 from tests.support.scripted_link import FAST

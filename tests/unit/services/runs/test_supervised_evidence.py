@@ -6,18 +6,18 @@ from dataclasses import replace
 
 import pytest
 
+from app.domain.autopilot.declared import default_facts
 from app.domain.drop.record import Certainty, DropOutcome, DropPhase, DropRecord, OutputEvidence
 from app.domain.drop.supervised_inputs import Finish
 from app.domain.flight.look import VehicleSnapshot, finished, output_evidence
 from app.domain.flight.progress import MissionProgress
 from app.domain.flight.supervised_release import SupervisedRelease
-from app.domain.mission.compiler import compile_plan
-from app.domain.mission.mission import CompiledDrop, MavCmd
+from app.domain.mission import CompiledDrop, MavCmd
 from app.domain.plan import parse_plan
+from app.domain.plan.compiler import compile_plan
 from app.domain.reasons import ReasonCode, because, in_words
 from app.domain.run.run import Run, RunState
 from app.domain.vehicle.commands import CommandAck, MavResult
-from app.domain.vehicle.declared import default_facts
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, VehicleType
 from app.services.journal import Journal
 from app.services.runs.recovery import close_unseen

@@ -10,7 +10,7 @@ from shapely import Polygon
 
 from app.domain.airspace.geofence import FenceArea
 from app.domain.errors import OffboardNotReadyError, SetpointRefusedError, TaskRefusedError
-from app.domain.mission.mission import MavCmd
+from app.domain.mission import MavCmd
 from app.domain.offboard.state import OffboardState
 from app.domain.offboard.tasks.commanded import CIRCLE_HERE
 from app.domain.reasons import in_words

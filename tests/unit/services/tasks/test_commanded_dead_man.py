@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from app.domain.errors import ConflictError, LinkTimeoutError
-from app.domain.mission.mission import MavCmd
+from app.domain.mission import MavCmd
 from app.domain.offboard.state import OffboardState
 from app.domain.offboard.tasks.commanded import CIRCLE_HERE
 from app.domain.reasons import ReasonCode, because, in_words

@@ -7,7 +7,7 @@ import asyncio
 import pytest
 
 from app.domain.errors import LinkTimeoutError, WaydropError
-from app.domain.mission.mission import MavCmd
+from app.domain.mission import MavCmd
 from app.domain.offboard.tasks.commanded import CIRCLE_HERE
 from app.domain.reasons import in_words
 from app.domain.vehicle.state import FlightMode

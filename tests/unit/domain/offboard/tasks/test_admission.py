@@ -13,9 +13,9 @@ from pydantic import ValidationError
 from shapely import Polygon
 
 from app.domain.airspace.geofence import FenceArea
+from app.domain.autopilot.capability import FirmwareProfile, FlightKind
 from app.domain.errors import TaskRefusedError
 from app.domain.geo import LocalProjection
-from app.domain.offboard.capability import FirmwareProfile, FlightKind
 from app.domain.offboard.control_method import ControlMethod, task_means
 from app.domain.offboard.limits import OffboardLimits, VehiclePose
 from app.domain.offboard.tasks.admission import course_of, refuse_beyond

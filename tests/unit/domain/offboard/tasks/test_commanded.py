@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.domain.autopilot import behaviour_of
-from app.domain.mission.mission import MavCmd
+from app.domain.mission import MavCmd
 from app.domain.offboard.tasks.commanded import CIRCLE_HERE, CircleAt, FlyTo, Wing, order, order_request
 from app.domain.offboard.tasks.course import CircleCourse, LegsCourse, PointCourse
 from app.domain.offboard.tasks.guidance import Fix, SetpointRequest

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from app.domain.autopilot.capability import FlightKind
 from app.domain.errors import SetpointRefusedError
-from app.domain.offboard.capability import FlightKind
 from app.domain.offboard.limits import LOOK_AHEAD_S
 from app.domain.offboard.setpoints import PositionNed, PositionVelocityNed, VelocityNed
 from app.domain.offboard.tasks.admission import course_of

@@ -6,10 +6,10 @@ from itertools import permutations
 
 import pytest
 
+from app.domain.flight.modes import CAUSE_TOLD_S, ModeTracker
 from app.domain.flight.phase import FlightView, phase_of
 from app.domain.reasons import Reason, in_words
 from app.domain.run.run import RunState
-from app.domain.vehicle.modes import CAUSE_TOLD_S, ModeTracker
 from app.domain.vehicle.state import FlightMode, LandedState, VehicleState, VehicleType
 
 

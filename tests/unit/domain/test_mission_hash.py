@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 
-from app.domain.mission.mission import MavCmd, MavFrame, Mission, MissionItem, MissionType, mission_hash
+from app.domain.mission import MavCmd, MavFrame, Mission, MissionItem, MissionType, mission_hash
 
 ITEM = MissionItem(0, MavFrame.GLOBAL_RELATIVE_ALT_INT, MavCmd.NAV_WAYPOINT, 5.0, 1.0, x=474000000, y=85000000, z=20.0)
 VERTEX = MissionItem(0, MavFrame.GLOBAL, MavCmd.NAV_FENCE_CIRCLE_INCLUSION, 50.0, mission_type=MissionType.FENCE)

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from app.domain.mission.compiler import compile_plan
 from app.domain.plan import parse_plan
+from app.domain.plan.compiler import compile_plan
 from app.domain.prediction import predict
 from app.domain.rules import Severity, check_plan, default_facts
 from app.domain.rules.check import rules_page

@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from app.domain.geo import LocalProjection, distance_m
 from app.domain.items.fields import Point
 from app.domain.plan import Target, parse_plan
-from app.domain.rules import check_plan
-from app.domain.targets.intercept import (
+from app.domain.plan.intercept import (
     LONGEST_AHEAD_S,
     SETTLE_S,
     Aim,
@@ -23,7 +22,8 @@ from app.domain.targets.intercept import (
     moved,
     speed_towards_m_s,
 )
-from app.domain.targets.report import STALE_S, TargetFix, TargetReport
+from app.domain.rules import check_plan
+from app.domain.targets import STALE_S, TargetFix, TargetReport
 from tests.support.plan_pieces import HOME, at, facts, multicopter, waypoint
 from tests.support.target_cases import RIGHT, chase
 

@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from app.domain.autopilot.declared import default_facts
 from app.domain.geo import distance_m
 from app.domain.plan import Plan
 from app.domain.prediction import CALM, PredictedDrop, Timeline, Wind, predict
 from app.domain.prediction.rotary import TrajectoryLimits, travel_s
-from app.domain.vehicle.declared import default_facts
 from app.domain.vehicle.state import InFlight
 from tests.support.plan_pieces import (
     HOME,

@@ -13,7 +13,7 @@ from app.domain.items.fields import Point
 from app.domain.plan.document import Plan
 from app.domain.plan.walk import reference_home, speeds_along, walk
 from app.domain.reasons import Reason, ReasonCode, because
-from app.domain.targets.report import TargetFix
+from app.domain.targets import TargetFix
 from app.domain.vehicle.state import VehicleProfile
 
 # When something that flies straight at one speed meets something that moves on at a constant velocity.

@@ -6,14 +6,13 @@ from collections.abc import AsyncGenerator, Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from app.domain.mission.mission import Mission, MissionItem, MissionType
+from app.domain.mission import Mission, MissionItem, MissionType
 from app.domain.offboard.messages import SetpointMessage
-from app.domain.reasons import Reason
 from app.domain.vehicle.commands import CommandAck, CommandRequest
+from app.domain.vehicle.facts import LinkFact
 from app.domain.vehicle.state import (
     AutopilotKind,
     FirmwareVersion,
-    FlightMode,
     VehicleProfile,
     VehicleState,
     VehicleType,
@@ -108,94 +107,6 @@ class VehicleIdentity:
     firmware: FirmwareVersion | None = None
     uid: str | None = None
     autopilot: AutopilotKind = AutopilotKind.PX4
-
-
-@dataclass(frozen=True, slots=True)
-class LinkLost:
-    """No HEARTBEAT for 3 s. What was last known stays readable, with its age."""
-
-    heartbeat_age_s: float
-
-
-@dataclass(frozen=True, slots=True)
-class LinkRestored:
-    """HEARTBEAT is back."""
-
-
-@dataclass(frozen=True, slots=True)
-class IdentityKnown:
-    """AUTOPILOT_VERSION answered, or the type became known: read `identity` again."""
-
-
-@dataclass(frozen=True, slots=True)
-class StateChanged:
-    """mode, armed, landed, failsafe or vtol_state differ from before: read `state()`."""
-
-
-@dataclass(frozen=True, slots=True)
-class MissionCurrent:
-    """MISSION_CURRENT changed (seq, total, mission_state or mission_id): read `state()`.
-
-    `mode` is the vehicle's when this came (None: not known), `mission_id` the mission that it is about.
-    """
-
-    seq: int
-    mode: FlightMode | None = None
-    mission_id: int | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class ItemReached:
-    """MISSION_ITEM_REACHED, once per visit (PX4 repeats it about ten times; it may never come). `mode` as above."""
-
-    seq: int
-    mode: FlightMode | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class GripperOutput:
-    """SERVO_OUTPUT_RAW of the gripper's output changed: 2000 grab, 1000 release, 900 disarmed [us]."""
-
-    output_us: int
-
-
-@dataclass(frozen=True, slots=True)
-class StatusText:
-    """STATUSTEXT, chunks joined. `severity` is the MAV_SEVERITY word in lower case."""
-
-    severity: str
-    text: str
-
-
-@dataclass(frozen=True, slots=True)
-class Rebooted:
-    """The vehicle's time since boot jumped back: its mission index is 0 again."""
-
-
-@dataclass(frozen=True, slots=True)
-class DuplicateSystem:
-    """Two vehicles answer to this system id. Nothing may be sent to it."""
-
-    reason: Reason
-
-
-@dataclass(frozen=True, slots=True)
-class ClockRateTold:
-    """A simulator's speed was changed: the vehicle's clock runs `rate` times as fast as ours from now on."""
-
-    rate: float
-
-
-@dataclass(frozen=True, slots=True)
-class ParametersChanged:
-    """Parameters that Waydrop uses have other values now: somebody set them."""
-
-    parameters: Mapping[str, float | int]
-
-
-LinkChange = LinkLost | LinkRestored | IdentityKnown | DuplicateSystem | ParametersChanged
-MissionFact = MissionCurrent | ItemReached | GripperOutput
-LinkFact = LinkChange | MissionFact | StateChanged | StatusText | Rebooted | ClockRateTold
 
 
 class VehicleLink(MissionLink, OffboardLink, Protocol):

@@ -6,11 +6,11 @@ import math
 
 import pytest
 
+from app.domain.autopilot.declared import default_facts
 from app.domain.errors import PlanRejectedError
-from app.domain.mission.compiler import compile_plan
-from app.domain.mission.mission import MavCmd, MavFrame, Mission, MissionItem, MissionType
+from app.domain.mission import MavCmd, MavFrame, Mission, MissionItem, MissionType
 from app.domain.plan import Plan
-from app.domain.vehicle.declared import default_facts
+from app.domain.plan.compiler import compile_plan
 from tests.support.plan_pieces import (
     RETURN,
     airship,

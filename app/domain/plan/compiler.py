@@ -12,7 +12,7 @@ from app.domain.items import Drop, Stop
 from app.domain.items.base import Draft, Site, command_draft, degrees_e7
 from app.domain.items.change_speed import speed_drafts
 from app.domain.items.delay import delay_draft
-from app.domain.mission.mission import NAN, CompiledDrop, MavCmd, MavFrame, Mission, MissionItem, MissionType
+from app.domain.mission import NAN, CompiledDrop, MavCmd, MavFrame, Mission, MissionItem, MissionType
 from app.domain.plan.document import Geofence, Plan, RallyPoint
 from app.domain.plan.drops import LEAVE_S, DropUse, alternate_drop, drops_of
 from app.domain.plan.walk import Step, reference_home, speeds_along, walk

@@ -1,4 +1,4 @@
-"""What is said of a setpoint form for a vehicle: taken, or why not. Each autopilot has a table of it."""
+"""What an autopilot takes in offboard control: the kinds of flight, and a verdict for each setpoint form."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final, NamedTuple
 
-from app.domain.offboard.messages import WireForm
 from app.domain.vehicle.state import VehicleType
 
 # The parameter audit before offboard control: what the vehicle does by itself when the stream stops.
@@ -66,15 +65,6 @@ class Cell(NamedTuple):
         if profile is FirmwareProfile.FLOWN or (profile is FirmwareProfile.UNSURE and not self.flown.is_taken):
             return self.flown
         return self.documented
-
-
-@dataclass(frozen=True, slots=True)
-class Capability:
-    """One form for one vehicle: how it is sent, or why it is not."""
-
-    form: str
-    wire: WireForm
-    verdict: Verdict
 
 
 def flight_kind(vehicle_type: VehicleType, vtol_state: str | None) -> FlightKind:

@@ -10,11 +10,11 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from app.domain.drop.record import DropRecord
 from app.domain.events import Event, EventKind
 from app.domain.events.run import RunAttachment, RunChanged, RunContinued, RunCreated, RunMissionChanged
+from app.domain.events.run_fold import RunFold
 from app.domain.plan import Order
 from app.domain.plan.document import document_hash
 from app.domain.reasons import Reason
 from app.domain.run.attachment import Attachment
-from app.domain.run.fold import RunFold
 from app.domain.run.run import PlanChange, Run, RunState
 from app.domain.vehicle.state import VehicleType
 

@@ -1,1 +1,0 @@
-"""The mission: what a vehicle gets, and how a plan is compiled to it."""

@@ -1,0 +1,1 @@
+"""What a run proves: the delivery report, and predicted against flown."""

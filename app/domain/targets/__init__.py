@@ -1,1 +1,0 @@
-"""Moving delivery targets: what is reported of them, and where a vehicle can meet them."""

@@ -1,0 +1,99 @@
+"""The facts that a vehicle's link reports, as its messages tell them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from app.domain.reasons import Reason
+from app.domain.vehicle.state import (
+    FlightMode,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class LinkLost:
+    """No HEARTBEAT for 3 s. What was last known stays readable, with its age."""
+
+    heartbeat_age_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class LinkRestored:
+    """HEARTBEAT is back."""
+
+
+@dataclass(frozen=True, slots=True)
+class IdentityKnown:
+    """AUTOPILOT_VERSION answered, or the type became known: read `identity` again."""
+
+
+@dataclass(frozen=True, slots=True)
+class StateChanged:
+    """mode, armed, landed, failsafe or vtol_state differ from before: read `state()`."""
+
+
+@dataclass(frozen=True, slots=True)
+class MissionCurrent:
+    """MISSION_CURRENT changed (seq, total, mission_state or mission_id): read `state()`.
+
+    `mode` is the vehicle's when this came (None: not known), `mission_id` the mission that it is about.
+    """
+
+    seq: int
+    mode: FlightMode | None = None
+    mission_id: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ItemReached:
+    """MISSION_ITEM_REACHED, once per visit (PX4 repeats it about ten times; it may never come). `mode` as above."""
+
+    seq: int
+    mode: FlightMode | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class GripperOutput:
+    """SERVO_OUTPUT_RAW of the gripper's output changed: 2000 grab, 1000 release, 900 disarmed [us]."""
+
+    output_us: int
+
+
+@dataclass(frozen=True, slots=True)
+class StatusText:
+    """STATUSTEXT, chunks joined. `severity` is the MAV_SEVERITY word in lower case."""
+
+    severity: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Rebooted:
+    """The vehicle's time since boot jumped back: its mission index is 0 again."""
+
+
+@dataclass(frozen=True, slots=True)
+class DuplicateSystem:
+    """Two vehicles answer to this system id. Nothing may be sent to it."""
+
+    reason: Reason
+
+
+@dataclass(frozen=True, slots=True)
+class ClockRateTold:
+    """A simulator's speed was changed: the vehicle's clock runs `rate` times as fast as ours from now on."""
+
+    rate: float
+
+
+@dataclass(frozen=True, slots=True)
+class ParametersChanged:
+    """Parameters that Waydrop uses have other values now: somebody set them."""
+
+    parameters: Mapping[str, float | int]
+
+
+LinkChange = LinkLost | LinkRestored | IdentityKnown | DuplicateSystem | ParametersChanged
+MissionFact = MissionCurrent | ItemReached | GripperOutput
+LinkFact = LinkChange | MissionFact | StateChanged | StatusText | Rebooted | ClockRateTold
