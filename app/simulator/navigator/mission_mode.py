@@ -290,6 +290,8 @@ class MissionMode:
             self._finish()
         if item.command == Cmd.DO_LAND_START:  # a marker, no command [10_plane_delivery]
             return
+        if item.command == Cmd.NAV_DELAY:  # it holds here, and does not track ahead (setActiveMissionItems)
+            self._context.setpoint.next = None
         if item.command == Cmd.DO_VTOL_TRANSITION:
             self._from_here = True  # the next leg is flown straight, not along its line [27_vtol_transitions]
         self._deployment.begin()

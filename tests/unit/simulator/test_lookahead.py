@@ -90,3 +90,13 @@ def test_jumps_over_commands_alone_lead_nowhere() -> None:
     cockpit = Cockpit(ready=False)
     plan = items(cockpit, waypoint(30, 0, 10), do(Cmd.DO_JUMP, 2, -1), RELEASE, do(Cmd.DO_JUMP, 2, -1))
     assert next_target(cockpit.vehicle.context, plan, 0, JumpCounter()) is None
+
+
+@pytest.mark.parametrize("airframe", ["quad", "rover"])
+def test_a_vehicle_that_waits_in_a_delay_has_nothing_to_go_on_to(airframe: str) -> None:
+    """PX4's setActiveMissionItems takes the next setpoint away at NAV_DELAY, so that the position is held."""
+    cockpit = Cockpit(airframe)
+    up = [] if airframe == "rover" else [takeoff(10)]
+    cockpit.start([*up, waypoint(30, 0, 10), DELAY, ON])
+    cockpit.until(lambda: cockpit.vehicle.mission.result.seq_reached == len(up))
+    assert cockpit.vehicle.context.setpoint.next is None

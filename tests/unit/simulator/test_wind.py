@@ -10,6 +10,7 @@ from app.simulator.airframe import AIRFRAMES
 from app.simulator.clock import VehicleClock
 from app.simulator.dynamics.factory import dynamics_for
 from app.simulator.dynamics.model import Wind
+from app.simulator.geo import LocalFrame
 from app.simulator.params import Params
 from app.simulator.setpoint import Setpoint, SetpointKind
 from app.simulator.state import Body, Status
@@ -25,7 +26,7 @@ class Flight:
         self.body = Body(up_m=HIGH_M, v_north_m_s=speed_m_s)
         self.status = Status(armed=True)
         kind = AIRFRAMES[airframe]
-        self.dynamics = dynamics_for(kind, Params(kind.params), self.status)
+        self.dynamics = dynamics_for(kind, Params(kind.params), self.status, LocalFrame(47.4, 8.5, 488.0))
         self.dynamics.reset(self.body)
         self.wind = wind
         self.setpoint = Setpoint(SetpointKind.LOITER, 0.0, 0.0, HIGH_M)
