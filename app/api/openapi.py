@@ -59,7 +59,15 @@ def _schemas(routes: Iterable[AnyRoute]) -> tuple[dict[_ModelKey, dict[str, Any]
             if answer.model is not None:
                 wanted[(answer.model, "serialization")] = None
     references, document = models_json_schema(list(wanted), ref_template=_REF)  # type: ignore[arg-type]
-    return {(model, mode): schema for (model, mode), schema in references.items()}, document.get("$defs", {})
+    named = {name: _named(name, schema) for name, schema in document.get("$defs", {}).items()}
+    return {(model, mode): schema for (model, mode), schema in references.items()}, named
+
+
+def _named(name: str, schema: dict[str, Any]) -> dict[str, Any]:
+    """The title is the schema's own name: generators name their classes by it, and two models may share a title."""
+    if "$ref" not in schema:
+        return {**schema, "title": name}
+    return {"allOf": [{"$ref": schema["$ref"]}], "description": schema.get("description", ""), "title": name}
 
 
 def _operation(route: AnyRoute, references: dict[_ModelKey, dict[str, Any]]) -> dict[str, Any]:
